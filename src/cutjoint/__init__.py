@@ -1,0 +1,1 @@
+"""cutjoint: robots whose links form closed loops."""

@@ -1,0 +1,34 @@
+"""Float arrays as cutjoint hands them out (read-only) and takes them in (checked)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.errors import InputError
+
+Array = npt.NDArray[np.float64]
+
+
+def readonly(values: npt.ArrayLike) -> Array:
+    """A float copy of `values` that nobody can write into."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def as_vector(name: str, values: npt.ArrayLike, size: int, unit: str = "") -> Array:
+    """`values` as a finite float vector of `size` entries.
+
+    Raises:
+        InputError: wrong size, not numbers, or not finite; the message names the argument.
+    """
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} must be {size} numbers{unit and f' [{unit}]'}, found {values!r}") from error
+    if array.shape != (size,):
+        raise InputError(f"{name} must have shape ({size},){unit and f' [{unit}]'}, found shape {array.shape}")
+    if not np.isfinite(array).all():
+        raise InputError(f"{name} must be finite, found {array.tolist()}")
+    return array

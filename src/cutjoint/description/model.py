@@ -1,0 +1,288 @@
+"""A robot with loops as plain values: the open tree, the cut joints that close it, and how it is driven.
+
+Every file format is read into these types and nothing else; the chain is built from them alone.  Placements are (4, 4)
+homogeneous transforms, SI units and radians.  Values are immutable; `with_...` and `variant` give changed copies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+
+from cutjoint.arrays import Array, readonly
+from cutjoint.errors import InputError, UnknownNameError
+
+IDENTITY: Array = readonly(np.eye(4))
+ORIGIN: Array = readonly(np.zeros(3))
+
+
+class JointType(StrEnum):
+    """Joints of the open tree."""
+
+    FIXED = "fixed"
+    REVOLUTE = "revolute"
+    CONTINUOUS = "continuous"
+    PRISMATIC = "prismatic"
+    UNIVERSAL = "universal"
+    SPHERICAL = "spherical"
+    PLANAR = "planar"
+    FLOATING = "floating"
+
+
+class CutType(StrEnum):
+    """Cut joints, by the motion that they leave free; `rows` is the number of independent constraints."""
+
+    FIXED = "fixed"
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+    UNIVERSAL = "universal"
+    SPHERICAL = "spherical"
+
+    @property
+    def rows(self) -> int:
+        return {"fixed": 6, "revolute": 5, "prismatic": 5, "universal": 4, "spherical": 3}[self.value]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in a file something stands, for messages."""
+
+    file: str = ""
+    line: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Inertial:
+    """Mass [kg], centre of mass (3,) [m] in the link frame, inertia (3, 3) [kg m2] about it, along the link axes."""
+
+    mass: float
+    com: Array = ORIGIN
+    inertia: Array = field(default_factory=lambda: readonly(np.zeros((3, 3))))
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "com", readonly(self.com))
+        object.__setattr__(self, "inertia", readonly(self.inertia))
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A visual or collision shape.
+
+    `kind` and `size`: box (x, y, z), cylinder or capsule (radius, length along z), sphere (radius,), mesh (scale x, y,
+    z, with `mesh` the file).  `colour` is red, green, blue, opacity from 0 to 1, or None where the file gives none.
+    """
+
+    kind: str
+    size: tuple[float, ...]
+    placement: Array = IDENTITY
+    colour: tuple[float, float, float, float] | None = None
+    mesh: Path | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A rigid body.  Without `inertial` it is massless (a mere frame)."""
+
+    name: str
+    inertial: Inertial | None = None
+    visuals: tuple[Shape, ...] = ()
+    collisions: tuple[Shape, ...] = ()
+    place: Place = Place()
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Range of a joint; None where the file says nothing (which is not the same as 0)."""
+
+    lower: float | None = None
+    upper: float | None = None
+    velocity: float | None = None
+    effort: float | None = None
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """coordinate = multiplier * coordinate of `joint` + offset."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint of the open tree; `placement` is the child frame in the parent frame at zero.
+
+    `axis` (3,) is a unit vector in the child frame; `axis2` the second axis of a universal joint.
+    """
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    placement: Array = IDENTITY
+    axis: Array = field(default_factory=lambda: readonly([1.0, 0.0, 0.0]))
+    axis2: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
+    limits: Limits = Limits()
+    mimic: Mimic | None = None
+    damping: float = 0.0
+    friction: float = 0.0
+    place: Place = Place()
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A frame on a link: `placement` (4, 4) in the link frame."""
+
+    link: str
+    placement: Array = IDENTITY
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "placement", readonly(self.placement))
+
+
+@dataclass(frozen=True, eq=False)
+class CutJoint:
+    """A joint that was left out to get a tree: it joins frame `a` to frame `b`.
+
+    The free axis of a revolute or prismatic cut is the z axis of both frames; a universal cut turns about the x axis of
+    `a` and the y axis of `b`, which stay perpendicular.
+    """
+
+    name: str
+    type: CutType
+    a: Frame
+    b: Frame
+    place: Place = Place()
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A loop closed by a gear, belt or mimic: coordinate of `joint` = ratio * coordinate of `driver` + offset."""
+
+    name: str
+    joint: str
+    driver: str
+    ratio: float = 1.0
+    offset: float = 0.0
+    place: Place = Place()
+
+
+@dataclass(frozen=True)
+class Home:
+    """A named start: exact actuated coordinates and rough passive ones that pick the branch.
+
+    A value is a number, or for joints with several coordinates their list: floating x, y, z, roll, pitch, yaw;
+    spherical roll, pitch, yaw; universal two angles; planar x, y, angle.
+    """
+
+    name: str
+    actuated: Mapping[str, float] = field(default_factory=dict)
+    passive: Mapping[str, float | tuple[float, ...]] = field(default_factory=dict)
+    about: str = ""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A named set of inertias that replace those of the tree's own file; the tree stays one."""
+
+    name: str
+    about: str = ""
+    inertials: Mapping[str, Inertial] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class RobotDescription:
+    """A checked robot with loops.  Readers make it; `check()` has passed."""
+
+    name: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    cuts: tuple[CutJoint, ...] = ()
+    couplings: tuple[Coupling, ...] = ()
+    actuators: tuple[str, ...] = ()
+    tool: Frame | None = None
+    gravity: Array = field(default_factory=lambda: readonly([0.0, 0.0, -9.81]))
+    homes: tuple[Home, ...] = ()
+    variants: tuple[Variant, ...] = ()
+    title: str = ""
+    source: str = ""
+    path: Path | None = None
+    variant_name: str = ""
+
+    @property
+    def root(self) -> str:
+        """Name of the link that no joint moves."""
+        children = {joint.child for joint in self.joints}
+        return next(link.name for link in self.links if link.name not in children)
+
+    def link(self, name: str) -> Link:
+        """The link called `name`.
+
+        Raises:
+            UnknownNameError: there is none.
+        """
+        for link in self.links:
+            if link.name == name:
+                return link
+        raise UnknownNameError("link", name, [link.name for link in self.links])
+
+    def joint(self, name: str) -> Joint:
+        """The joint called `name`.
+
+        Raises:
+            UnknownNameError: there is none.
+        """
+        for joint in self.joints:
+            if joint.name == name:
+                return joint
+        raise UnknownNameError("joint", name, [joint.name for joint in self.joints])
+
+    def with_inertial(self, link: str, inertial: Inertial) -> RobotDescription:
+        """A copy in which `link` has another inertia."""
+        self.link(link)
+        links = tuple(replace(one, inertial=inertial) if one.name == link else one for one in self.links)
+        return replace(self, links=links)
+
+    def variant(self, name: str) -> RobotDescription:
+        """A copy with the inertias of the named variant.
+
+        Raises:
+            UnknownNameError: the robot has no such variant.
+        """
+        for variant in self.variants:
+            if variant.name == name:
+                changed = self
+                for link, inertial in variant.inertials.items():
+                    changed = changed.with_inertial(link, inertial)
+                return replace(changed, variant_name=name)
+        raise UnknownNameError("variant", name, [variant.name for variant in self.variants])
+
+    def with_payload(self, mass: float) -> RobotDescription:
+        """A copy that carries a point mass [kg] at the tool point.
+
+        Raises:
+            InputError: there is no tool, or the mass is not a number >= 0.
+        """
+        if self.tool is None:
+            raise InputError(f"{self.name} has no tool frame to carry a payload; name one under [tool]")
+        if not (np.isfinite(mass) and mass >= 0.0):
+            raise InputError(f"payload must be a finite mass >= 0 kg, found {mass!r}")
+        if mass == 0.0:
+            return self
+        old = self.link(self.tool.link).inertial or Inertial(0.0)
+        point = self.tool.placement[:3, 3]
+        total = old.mass + mass
+        com = (old.mass * old.com + mass * point) / total
+        inertia = old.inertia + _point_inertia(old.mass, old.com - com) + _point_inertia(mass, point - com)
+        return self.with_inertial(self.tool.link, Inertial(total, com, inertia))
+
+
+def _point_inertia(mass: float, at: Array) -> Array:
+    """Inertia (3, 3) [kg m2] about the origin of a point mass at `at`."""
+    return mass * (float(at @ at) * np.eye(3) - np.outer(at, at))

@@ -1,0 +1,157 @@
+"""Every error that cutjoint raises on purpose.
+
+One root, a class per cause.  An error says what was found, what was expected and how to mend it, and holds the
+offending numbers as attributes so that a program can act on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+
+class CutjointError(Exception):
+    """Root of all errors of cutjoint."""
+
+
+class InputError(CutjointError, ValueError):
+    """An argument has the wrong shape, is not finite or is out of its range."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong in a description: where, what was found, what was expected, how to mend it."""
+
+    found: str
+    expected: str = ""
+    mend: str = ""
+    file: str = ""
+    line: int | None = None
+    severity: Literal["error", "warning"] = "error"
+
+    def __str__(self) -> str:
+        place = f"{self.file}:{self.line}" if self.line else self.file
+        text = f"{place}: {self.found}" if place else self.found
+        if self.expected:
+            text += f"; expected {self.expected}"
+        if self.mend:
+            text += f" ({self.mend})"
+        return text
+
+
+class DescriptionError(CutjointError):
+    """A robot's files are wrong.  `problems` holds all of them, not only the first."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        self.problems = tuple(problems)
+        count = len(self.problems)
+        head = f"{count} problems in the description" if count > 1 else "a problem in the description"
+        super().__init__("\n  ".join([head + ":", *map(str, self.problems)]))
+
+
+class UnknownNameError(CutjointError, KeyError):
+    """A name (robot, joint, controller, ...) is not known; the nearest known one is suggested."""
+
+    def __init__(self, kind: str, name: str, known: Sequence[str]) -> None:
+        import difflib
+
+        self.kind, self.name, self.known = kind, name, tuple(known)
+        near = difflib.get_close_matches(name, self.known, n=1)
+        hint = f"; did you mean '{near[0]}'?" if near else ""
+        self.message = f"unknown {kind} '{name}'{hint} Known: {', '.join(self.known) or 'none'}"
+        super().__init__(self.message)
+
+    def __str__(self) -> str:
+        return self.message
+
+
+class ClosureError(CutjointError):
+    """The loops do not close.  Nothing is returned.
+
+    Attributes:
+        gap: the residual left at the worst cut joint, [m] and [rad].
+        cut: name of the cut joint that stays open.
+        progress: how far from the start towards the target the loops could be kept closed, 0 to 1.
+    """
+
+    def __init__(self, message: str, *, gap: tuple[float, float], cut: str, progress: float = 0.0) -> None:
+        self.gap, self.cut, self.progress = gap, cut, progress
+        super().__init__(message)
+
+
+class UnreachableError(CutjointError):
+    """The target lies outside the workspace (of the branch that was asked for).
+
+    Attributes:
+        target: what was asked for.
+        reached: the nearest point on the way that was reached.
+        progress: fraction of the way, 0 to 1.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        target: npt.NDArray[np.float64],
+        reached: npt.NDArray[np.float64] | None = None,
+        progress: float = 0.0,
+    ) -> None:
+        self.target, self.reached, self.progress = target, reached, progress
+        super().__init__(message)
+
+
+class SingularError(CutjointError):
+    """The posture is singular (or so near that no digit of the answer would hold).
+
+    Attributes:
+        kind: `type-1` (the tool cannot move in some direction), `type-2` (the robot can move with all actuators locked)
+            or `limb` (a limb alone is stretched or folded).
+        measure: the singular value (or sine) that vanished, dimensionless.
+        limit: the smallest value that is accepted.
+    """
+
+    def __init__(self, message: str, *, kind: str, measure: float, limit: float) -> None:
+        self.kind, self.measure, self.limit = kind, measure, limit
+        super().__init__(message)
+
+
+class ActuationError(CutjointError):
+    """The actuators do not determine the motion, so reduced coordinates do not exist.
+
+    Attributes:
+        mobility: degrees of freedom of the closed robot.
+        actuators: number of actuated coordinates.
+        free: names of passive joints that still move with all actuators locked.
+    """
+
+    def __init__(self, message: str, *, mobility: int, actuators: int, free: Sequence[str]) -> None:
+        self.mobility, self.actuators, self.free = mobility, actuators, tuple(free)
+        super().__init__(message)
+
+
+class DynamicsError(CutjointError):
+    """Constrained dynamics did not converge: the accelerations would not respect the cut joints.
+
+    Attributes:
+        residual: |J a + gamma| of the solution that was thrown away [m/s2].
+    """
+
+    def __init__(self, message: str, *, residual: float) -> None:
+        self.residual = residual
+        super().__init__(message)
+
+
+class ToleranceError(CutjointError):
+    """Two models disagree by more than the tolerance.
+
+    Attributes:
+        worst: quantity -> (found, allowed).
+    """
+
+    def __init__(self, message: str, *, worst: Mapping[str, tuple[float, float]]) -> None:
+        self.worst = dict(worst)
+        super().__init__(message)

@@ -1,0 +1,114 @@
+"""The interface of a robot whose actuators determine its motion, in actuated coordinates.
+
+`ClosedChain` (Pinocchio) and the published reduced models both offer it.  A controller, plant or comparison that is
+written against it takes either.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol, Self, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array
+from cutjoint.mechanism.types import Posture, Terms, Tool
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """An actuated joint: its name and whether it turns or slides."""
+
+    name: str
+    kind: Literal["rotation", "translation"]
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coordinate."""
+        return "rad" if self.kind == "rotation" else "m"
+
+    @property
+    def effort_unit(self) -> str:
+        """Unit of the effort."""
+        return "N m" if self.kind == "rotation" else "N"
+
+
+@runtime_checkable
+class Mechanism(Protocol):
+    """A closed robot in its n actuated coordinates.
+
+    `at` is a `Posture` that this mechanism made; `v` and `a` are velocity and acceleration of the actuated
+    coordinates, shape (n,), [m/s] or [rad/s] and [m/s2] or [rad/s2]; `effort` is the force or torque of the actuators,
+    shape (n,), [N] or [N m].
+    """
+
+    @property
+    def name(self) -> str:
+        """Name of the model, for messages and tables."""
+        ...
+
+    @property
+    def n(self) -> int:
+        """Number of actuated coordinates (equal to the mobility)."""
+        ...
+
+    @property
+    def actuators(self) -> tuple[Actuator, ...]:
+        """The actuated joints in the order of the coordinates."""
+        ...
+
+    @property
+    def home(self) -> Posture:
+        """The posture that calls without `near` start from; it picks the branch."""
+        ...
+
+    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+        """The closed posture with actuated coordinates `q`, on the branch of `near` (default: of `home`).
+
+        Raises:
+            InputError: wrong shape or not finite.
+            ClosureError: the loops cannot be closed there.
+            SingularError: a singular posture lies at or before `q`.
+        """
+        ...
+
+    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+        """The closed posture with the tool at `p`, shape (3,) [m] (inverse kinematics), on the branch of `near`.
+
+        Raises:
+            InputError: wrong shape or not finite.
+            UnreachableError: outside the workspace of this branch.
+            SingularError: a singular posture lies at or before `p`.
+        """
+        ...
+
+    def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
+        """Position, Jacobian and J_dot v of the tool point.  Without `v` the drift is zero."""
+        ...
+
+    def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
+        """Mass matrix, Coriolis vector and gravity.  Without `v` the Coriolis vector is zero."""
+        ...
+
+    def potential_energy(self, at: Posture) -> float:
+        """Potential energy of gravity [J]; zero where the owner's world frame has its origin."""
+        ...
+
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
+        """Effort that gives the acceleration `a`, shape (n,), [N] or [N m]."""
+        ...
+
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
+        """Acceleration that `effort` gives, shape (n,), [m/s2] or [rad/s2]."""
+        ...
+
+    def with_payload(self, mass: float) -> Self:
+        """The same robot carrying a further point mass [kg] at the tool point."""
+        ...
+
+
+def kinetic_energy(mechanism: Mechanism, at: Posture, v: npt.ArrayLike) -> float:
+    """Kinetic energy v' M v / 2 [J]."""
+    speed = np.asarray(v, dtype=np.float64)
+    return 0.5 * float(speed @ mechanism.terms(at).mass @ speed)
