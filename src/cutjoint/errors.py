@@ -104,6 +104,31 @@ class UnreachableError(CutjointError):
         super().__init__(message)
 
 
+class LimbReachError(UnreachableError, ClosureError):
+    """A limb would have to be longer or shorter than it is: the target is out of reach, so the loops stay open.
+
+    Attributes:
+        limb: number of the limb, from 1.
+        reach: distance the limb would have to span [m].
+        bounds: the distances it can span, folded and stretched [m].
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        limb: int,
+        reach: float,
+        bounds: tuple[float, float],
+        target: npt.NDArray[np.float64],
+    ) -> None:
+        self.limb, self.reach, self.bounds = limb, reach, bounds
+        self.target, self.reached, self.progress = target, None, 0.0
+        self.gap = (max(bounds[0] - reach, reach - bounds[1], 0.0), 0.0)
+        self.cut = f"limb {limb}"
+        CutjointError.__init__(self, message)
+
+
 class SingularError(CutjointError):
     """The posture is singular (or so near that no digit of the answer would hold).
 

@@ -1,0 +1,11 @@
+"""The Cartesian Parallel Manipulator, reduced model.
+
+A. Elkady, G. Elkobrosy, S. Hanna, T. Sobh: Cartesian Parallel Manipulator Modeling, Control and Simulation.
+In: Parallel Manipulators, Towards New Applications, I-Tech, 2008, ISBN 978-3-902613-40-0.
+"""
+
+from cutjoint.papers.cpm.inferred import InferredCpmModel
+from cutjoint.papers.cpm.model import CpmModel
+from cutjoint.papers.cpm.parameters import Parameters
+
+__all__ = ["CpmModel", "InferredCpmModel", "Parameters"]
