@@ -60,7 +60,7 @@ class Inertial:
     """Mass [kg], centre of mass (3,) [m] in the link frame, inertia (3, 3) [kg m2] about it, along the link axes."""
 
     mass: float
-    com: Array = ORIGIN
+    com: Array = field(default_factory=lambda: ORIGIN)
     inertia: Array = field(default_factory=lambda: readonly(np.zeros((3, 3))))
 
     def __post_init__(self) -> None:
@@ -78,7 +78,7 @@ class Shape:
 
     kind: str
     size: tuple[float, ...]
-    placement: Array = IDENTITY
+    placement: Array = field(default_factory=lambda: IDENTITY)
     colour: tuple[float, float, float, float] | None = None
     mesh: Path | None = None
     name: str = ""
@@ -125,7 +125,7 @@ class Joint:
     type: JointType
     parent: str
     child: str
-    placement: Array = IDENTITY
+    placement: Array = field(default_factory=lambda: IDENTITY)
     axis: Array = field(default_factory=lambda: readonly([1.0, 0.0, 0.0]))
     axis2: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
     limits: Limits = Limits()
@@ -140,7 +140,7 @@ class Frame:
     """A frame on a link: `placement` (4, 4) in the link frame."""
 
     link: str
-    placement: Array = IDENTITY
+    placement: Array = field(default_factory=lambda: IDENTITY)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "placement", readonly(self.placement))
