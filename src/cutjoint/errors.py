@@ -180,3 +180,42 @@ class ToleranceError(CutjointError):
     def __init__(self, message: str, *, worst: Mapping[str, tuple[float, float]]) -> None:
         self.worst = dict(worst)
         super().__init__(message)
+
+
+class SimulationError(CutjointError):
+    """A run could not go on.  Nothing is lost: what was simulated until then is in `result`.
+
+    Attributes:
+        t: time of the last good state [s].
+        q: actuated coordinates then, shape (n,).
+        v: actuated velocities then, shape (n,).
+        result: the `cutjoint.simulation.Result` up to `t`.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        t: float,
+        q: npt.NDArray[np.float64],
+        v: npt.NDArray[np.float64],
+        result: object,
+    ) -> None:
+        self.t, self.q, self.v, self.result = t, q, v, result
+        super().__init__(message)
+
+
+class ResultFileError(CutjointError):
+    """A result file is damaged, of another version or not a result file at all.
+
+    Attributes:
+        path: the file.
+    """
+
+    def __init__(self, message: str, *, path: str) -> None:
+        self.path = path
+        super().__init__(message)
+
+
+class ViewerError(CutjointError):
+    """The viewer cannot start, finds no browser, or waited in vain."""
