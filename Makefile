@@ -1,41 +1,48 @@
-# make demo: set up and run the main job.   make test: set up and pass every test.
-PYTHON ?= python3
-VENV := .venv
-BIN := $(VENV)/bin
-STAMP := $(VENV)/.ready
+# make demo: set up and run the main job.   make test: set up and run the tests.
+#
+# PYTHON=...  the interpreter to set up with (default: the first on the path that is new enough)
+# VENV=...    the folder of the virtual environment
+PYTHON ?=
+VENV = .venv
+BIN = $(VENV)/bin
 
-.PHONY: demo test test-all lint setup clean bench
+# What another installation put into the environment (a sourced ROS set-up, for one) must not shadow the pinned packages.
+unexport PYTHONPATH
+unexport PYTHONHOME
+
 .DEFAULT_GOAL := help
+.PHONY: help setup demo test test-all lint bench clean
 
 help:
-	@echo "make demo   set up, cross-check both robots and reproduce the papers' experiments"
-	@echo "make test   set up and run the tests"
-	@echo "make lint   ruff, mypy --strict and the layer check"
-	@echo "make clean  remove the virtual environment and all caches"
+	@echo "make demo      set up, cross-check both robots, reproduce the papers' experiments"
+	@echo "make test      set up and run the tests"
+	@echo "make test-all  the same with the slow tests"
+	@echo "make lint      ruff, mypy --strict and the layer check"
+	@echo "make bench     benchmarks, with the peers that are installed"
+	@echo "make clean     remove the virtual environment, builds and caches"
 
-setup: $(STAMP)
+setup:
+	@tools/setup.sh $(VENV) $(PYTHON)
 
-$(STAMP): pyproject.toml constraints.txt
-	@echo "setting up $(VENV) (once, about two minutes)"
-	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "cutjoint needs Python 3.11 or newer; found %s. Try: make PYTHON=python3.12" % sys.version.split()[0])'
-	@$(PYTHON) -m venv $(VENV)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
-	@touch $(STAMP)
+demo: setup
+	@$(BIN)/cutjoint crosscheck all
+	@$(BIN)/cutjoint reproduce all
 
-demo: $(STAMP)
-	@$(BIN)/cutjoint crosscheck
-
-test: $(STAMP)
+test: setup
 	@$(BIN)/python -m pytest -q -m "not slow"
 
-test-all: $(STAMP)
+test-all: setup
 	@$(BIN)/python -m pytest -q
 
-lint: $(STAMP)
+lint: setup
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 	@$(BIN)/python tools/layers.py
 
+bench: setup
+	@$(BIN)/python tools/bench.py
+
 clean:
-	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) build dist out .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find src tests tools -name __pycache__ -type d -prune -exec rm -rf {} +
