@@ -103,9 +103,8 @@ def _home() -> Home:
     for i, sign in enumerate(SIGNS):
         first, second = limb_angles(START, i, sign)
         limb = f"limb{i + 1}"
-        passive[f"{limb}_shoulder"] = first
-        passive[f"{limb}_elbow"] = (second - first + pi) % (2.0 * pi) - pi
-        passive[f"{limb}_wrist"] = -first - float(passive[f"{limb}_elbow"])
+        elbow = (second - first + pi) % (2.0 * pi) - pi
+        passive |= {f"{limb}_shoulder": first, f"{limb}_elbow": elbow, f"{limb}_wrist": -first - elbow}
     actuated = {f"limb{i + 1}_slide": START[i] for i in range(3)}
     return Home("default", "start of the paper's circle, elbow signs (+, -, +)", actuated, passive)
 
@@ -137,17 +136,17 @@ def _limb_links(i: int) -> list[Link]:
     elbow, wrist = scale(L1, ROD[i]), scale(L2, ROD[i])
     slider = (
         box((SLIDER, SLIDER, SLIDER), "dark"),
-        rod(scale(-0.02, axis), scale(2.4 * OFFSET, axis), 0.014, "light"),
+        rod(scale(-0.3 * SLIDER, axis), scale(2.2 * OFFSET, axis), 0.016, "light"),
     )
     proximal = (
-        bar(near, add(elbow, near), (0.03, 0.03), colour),
-        rod(near, add(elbow, near), 0.02, colour),
-        rod(add(elbow, scale(-2.0, near)), add(elbow, scale(2.0, near)), 0.014, "light"),
+        bar(near, add(elbow, near), (0.032, 0.032), colour),
+        rod(add(elbow, scale(0.1, near)), add(elbow, scale(1.9, near)), 0.025, colour),
+        rod(add(elbow, scale(-1.8, near)), add(elbow, scale(2.2, near)), 0.013, "light"),
     )
     distal = (
         rod(far, add(wrist, far), ROD_RADIUS, colour),
-        ball(0.02, colour, far),
-        ball(0.02, colour, add(wrist, far)),
+        rod(scale(0.4, far), scale(1.6, far), 0.02, colour),
+        rod(add(wrist, scale(0.4, far)), add(wrist, scale(1.6, far)), 0.02, colour),
     )
     third = block(M4 / 3.0, (2.0 * L, 2.0 * L, PLATE), TO_CENTRE[i])
     return [
@@ -160,7 +159,7 @@ def _limb_links(i: int) -> list[Link]:
 
 def _platform(i: int) -> tuple[Shape, ...]:
     """Limb 1 shows the square plate and the tool, every limb its hinge."""
-    hinge = rod(scale(-0.04, AXIS[i]), scale(0.04, AXIS[i]), 0.012, COLOUR[i])
+    hinge = rod(scale(-0.045, AXIS[i]), scale(0.045, AXIS[i]), 0.013, "dark")
     if i > 0:
         return (hinge,)
     centre = TO_CENTRE[0]

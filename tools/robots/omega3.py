@@ -8,7 +8,7 @@ along the local z at theta = 0 and turns about the local y, equation (7).
 
 from __future__ import annotations
 
-from math import acos, atan2, cos, hypot, pi, sin, sqrt
+from math import acos, atan2, cos, hypot, pi, sin
 
 from robots.parts import (
     Cut,
@@ -21,13 +21,12 @@ from robots.parts import (
     Shape,
     Variant,
     Vector,
-    add,
     ball,
-    bar,
     box,
     disc,
     dumbbell,
     rod,
+    scale,
     slender,
 )
 
@@ -41,7 +40,7 @@ START: Vector = (0.1, 0.0, 0.0)  # middle of the trajectory (43)
 EFFORT = 2.0  # N m
 
 # Not in the paper: what the parts look like.
-ROD_RADIUS, ARM, PLATE = 0.003, 0.008, 0.006
+ROD_RADIUS, ARM, PLATE, BACK = 0.003, 0.008, 0.006, -0.085
 COLOUR = ("blue", "orange", "green")
 
 
@@ -171,39 +170,41 @@ def _chain_links(i: int) -> list[Link]:
 
 
 def _arm(colour: str) -> tuple[Shape, ...]:
-    """A half-disc: strips from the straight edge to the arc, a rim of short bars, the motor's hub."""
-    strips, segments = 9, 12
+    """A half-disc as a polygon: a spoke per segment of the arc, wide enough to touch the next, and a thicker rim."""
+    segments, rim = 14, LA - 0.004
+    half = 0.5 * pi / segments
     shapes: list[Shape] = []
-    inner = LA - 0.003
-    width = 2.0 * inner / strips
-    for k in range(strips):
-        x = -inner + (k + 0.5) * width
-        height = sqrt(max(inner**2 - max(abs(x) - 0.5 * width, 0.0) ** 2 * 0.35 - x * x * 0.65, 0.0))
-        shapes.append(box((width, ARM, height), colour, (x, 0.0, 0.5 * height)))
     for k in range(segments):
-        a, b = (-0.5 * pi + pi * (k + j) / segments for j in (0, 1))
-        ends = ((inner * sin(a), 0.0, inner * cos(a)), (inner * sin(b), 0.0, inner * cos(b)))
-        shapes.append(bar(*ends, (0.006, 1.4 * ARM), colour))
-    shapes.append(rod((0.0, -0.012, 0.0), (0.0, 0.012, 0.0), 0.009, "dark"))
+        angle = -0.5 * pi + (2 * k + 1) * half
+        reach, width = rim * cos(half), 2.0 * rim * sin(half)
+        turn: Vector = (0.0, angle, 0.0)
+        middle = (sin(angle), 0.0, cos(angle))
+        shapes.append(box((width, ARM, reach), colour, scale(0.5 * reach, middle), turn))
+        shapes.append(box((width, 1.6 * ARM, 0.005), colour, scale(reach - 0.0025, middle), turn))
+    shapes.append(rod((0.0, -0.011, 0.0), (0.0, 0.011, 0.0), 0.011, "dark"))
     return tuple(shapes)
 
 
 def _base() -> tuple[Shape, ...]:
-    """A round plate behind the arms and a motor per chain."""
-    shapes = [rod((-0.045, 0.0, 0.0), (-0.035, 0.0, 0.0), RA + 0.03, "base")]
+    """A round plate behind the arms; per chain a post beside the arm that carries the motor."""
+    shapes = [rod((BACK - 0.012, 0.0, 0.0), (BACK, 0.0, 0.0), RA + 0.025, "base")]
     for i in (1, 2, 3):
-        motor = (turned(i, (0.0, 0.012, RA)), turned(i, (0.0, 0.05, RA)))
-        foot = (turned(i, (-0.035, 0.031, RA)), turned(i, (0.0, 0.031, RA)))
-        shapes += [rod(*motor, 0.016, "dark"), bar(*foot, (0.02, 0.02), "base")]
+        motor = turned(i, (0.0, 0.011, RA)), turned(i, (0.0, 0.055, RA))
+        post = turned(i, (BACK, 0.033, RA)), turned(i, (0.0, 0.033, RA))
+        shapes += [rod(*motor, 0.014, "dark"), rod(*post, 0.009, "base")]
     return tuple(shapes)
 
 
 def _platform() -> tuple[Shape, ...]:
-    """A triangle of bars through the corners, with a bar per chain for its two balls."""
-    shapes: list[Shape] = []
+    """A triangular plate with a bar per chain for its two balls."""
+    half = 0.5 * PLATE
+    shapes: list[Shape] = [rod((-half, 0.0, 0.0), (half, 0.0, 0.0), 0.024, "light")]
     for i in (1, 2, 3):
-        a, b = turned(i, (0.0, 0.5 * SPACING, RB)), turned(i, (0.0, -0.5 * SPACING, RB))
-        shapes += [rod(a, b, 0.004, "light"), bar((0.0, 0.0, 0.0), turned(i, (0.0, 0.0, RB)), (PLATE, 0.014), "light")]
+        ends = turned(i, (0.0, 0.5 * SPACING, RB)), turned(i, (0.0, -0.5 * SPACING, RB))
         follow = turned(i % 3 + 1, (0.0, -0.5 * SPACING, RB))
-        shapes.append(rod(a, add(follow, (0.0, 0.0, 0.0)), 0.004, "light"))
+        shapes += [
+            rod(*ends, 0.004, "light"),
+            rod(ends[0], follow, 0.003, "light"),
+            box((PLATE, 0.026, RB), "light", turned(i, (0.0, 0.0, 0.5 * RB)), (2.0 * pi * (i - 1) / 3.0, 0.0, 0.0)),
+        ]
     return tuple(shapes)
