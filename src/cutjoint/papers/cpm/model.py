@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import product
-from math import sqrt
+from math import cos, hypot, sin, sqrt
 from typing import Self
 
 import numpy as np
@@ -173,7 +173,7 @@ class CpmModel:
     def _place(self, tool: tuple[float, float, float], signs: tuple[int, int, int]) -> Posture:
         p = self.parameters
         bounds = p.reach
-        angles = []
+        angles, gap = [], 0.0
         for number, ((u, w), sign) in enumerate(zip(equations.limb_ends(p, tool), signs, strict=True), start=1):
             square = u * u + w * w
             reach = sqrt(square)
@@ -197,5 +197,7 @@ class CpmModel:
                     measure=sine,
                     limit=SMALLEST_SINE,
                 )
-            angles.append(equations.limb_angle(p, u, w, sign))
-        return Posture(readonly(tool), readonly((*tool, *angles)))
+            angle = equations.limb_angle(p, u, w, sign)
+            gap = max(gap, abs(hypot(u - p.L1 * cos(angle), w - p.L1 * sin(angle)) - p.L2))
+            angles.append(angle)
+        return Posture(readonly(tool), readonly((*tool, *angles)), (gap, 0.0))

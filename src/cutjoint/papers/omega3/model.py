@@ -1,0 +1,301 @@
+"""The Omega-3 as a `Mechanism`: the virtual-work model of Adetu, Moore, Roberts, equation (42).
+
+The actuated coordinates are the arm angles.  A posture stores (theta_1, theta_2, theta_3, x, y, z): angles and tool
+together tell the working mode (elbow of each limb) and the assembly mode (side of the elbows' plane that the tool is
+on).  The checks on values are here, the equations in `cutjoint.papers.omega3.equations`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from itertools import product
+from math import pi, sqrt
+from typing import NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array, readonly
+from cutjoint.errors import ClosureError, InputError, LimbReachError, SingularError
+from cutjoint.mechanism import Actuator, Posture, Terms, Tool
+from cutjoint.papers.omega3 import equations
+from cutjoint.papers.omega3.equations import Arms, Rods
+from cutjoint.papers.omega3.parameters import Parameters
+from cutjoint.papers.scalars import (
+    Matrix3,
+    Vector3,
+    Vector6,
+    check_payload,
+    check_signs,
+    inverse,
+    solve_symmetric,
+    symmetric,
+    three,
+    times,
+)
+
+HOME_TOOL = (0.1, 0.0, 0.0)
+"""Tool position of the home posture [m]: on the axis, in the plane of the paper's path (43)."""
+
+SMALLEST_MEASURE = 1e-4
+"""Smallest distance from a singularity that is accepted.  Near type-1 it is the sine between arm and rod in the limb's
+plane, near type-2 the volume of the three rod directions.  Both vanish like a root, so answers lose as many digits as
+the measure's square: eight are left here."""
+
+Triple = tuple[float, float, float]
+
+
+class Branch(NamedTuple):
+    """The branch of a posture.
+
+    Attributes:
+        signs: working mode, -1 where the elbow points out, +1 where it points in, one a limb.
+        assembly: assembly mode, the side of the elbows' plane that the tool is on, +1 or -1.
+    """
+
+    signs: tuple[int, int, int]
+    assembly: int
+
+
+class _State(NamedTuple):
+    """What the dynamics needs of a posture."""
+
+    arms: Arms
+    rods: Rods
+    u_inverse: Matrix3
+    jacobian: Matrix3
+
+
+class Omega3Model:
+    """The reduced model of the Omega-3.
+
+    Args:
+        parameters: geometry and masses, with those that the paper leaves open.
+        signs: the working mode at home: theta = atan2(a_x, a_z) + sign * acos(k / r), one sign a limb.  The default is
+            elbows out.
+    """
+
+    name = "omega3 (virtual work)"
+    n = 3
+    actuators = tuple(Actuator(f"arm{i}", "rotation") for i in (1, 2, 3))
+
+    def __init__(self, parameters: Parameters | None = None, signs: Sequence[int] = (-1, -1, -1)) -> None:
+        self.parameters = parameters if parameters is not None else Parameters()
+        self.signs = check_signs(signs)
+        self._coefficients = self.parameters.coefficients
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}(parameters={self.parameters!r}, signs={self.signs!r})"
+
+    @cached_property
+    def home(self) -> Posture:
+        """The tool at (0.1, 0, 0) m in the working mode `signs`."""
+        return self._place(HOME_TOOL, self.signs, (0.0, 0.0, 0.0))
+
+    @cached_property
+    def _home_branch(self) -> Branch:
+        return self.branch(self.home)
+
+    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+        """The posture with the arms at `q` [rad], in the assembly mode of `near` (forward kinematics, closed form).
+
+        A type-1 singularity is no obstacle here: moving the arms, the robot can pass it.
+
+        Raises:
+            InputError: wrong shape or not finite.
+            ClosureError: the rods are too short to meet.
+            SingularError: the posture is singular of type 2.
+        """
+        angles = three("q", q, "rad")
+        arms = equations.arms(self.parameters, angles)
+        return self._meet(angles, arms, (self._home_branch if near is None else self.branch(near)).assembly)
+
+    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+        """The posture with the tool at `p` [m], in the working mode of `near` (inverse kinematics, equation 4).
+
+        Arm angles are taken within half a turn of those of `near`.
+
+        Raises:
+            InputError: wrong shape or not finite.
+            LimbReachError: a limb is too short or too long for it.
+            SingularError: the posture is singular of type 1 or 2, or a type-2 singularity lies between `near` and it
+                because its assembly mode is the other one.
+        """
+        tool = three("p", p, "m")
+        near = self.home if near is None else near
+        wanted = self._home_branch if near is self.home else self.branch(near)
+        one, two, three_ = near.q.tolist()
+        return self._place(tool, wanted.signs, (one, two, three_), wanted.assembly)
+
+    def branch(self, at: Posture) -> Branch:
+        """Working and assembly mode of a posture."""
+        rods = self._rods(at)[1]
+        one, two, three_ = (1 if ub > 0 else -1 for ub in rods.ub)
+        return Branch((one, two, three_), 1 if rods.volume > 0 else -1)
+
+    def working_modes(self, p: npt.ArrayLike) -> tuple[Posture, ...]:
+        """All eight postures with the tool at `p` [m], in the order of the signs (+++, ++-, ..., ---)."""
+        tool = three("p", p, "m")
+        return tuple(self._place(tool, check_signs(s), (0.0, 0.0, 0.0)) for s in product((1, -1), repeat=3))
+
+    def assembly_modes(self, q: npt.ArrayLike) -> tuple[Posture, Posture]:
+        """Both postures with the arms at `q` [rad]: the tool on the sides +1 and -1 of the elbows' plane."""
+        angles = three("q", q, "rad")
+        arms = equations.arms(self.parameters, angles)
+        return self._meet(angles, arms, 1), self._meet(angles, arms, -1)
+
+    def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
+        """Position, J of equation (23) and dJ/dt v of equation (25)."""
+        state = self._state(at)
+        drift: Vector3 = (0.0, 0.0, 0.0)
+        if v is not None:
+            drift = equations.drift(*state, three("v", v, "rad/s"))
+        return Tool(at.q_full[3:], np.array(state.jacobian), np.array(drift))
+
+    def jacobian_dot(self, at: Posture, v: npt.ArrayLike) -> Array:
+        """Exact dJ/dt of equation (27) for the arm rates `v` [rad/s], shape (3, 3) [m/s]."""
+        return readonly(equations.jacobian_dot(*self._state(at), three("v", v, "rad/s")))
+
+    def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
+        """M, V and G of equation (42)."""
+        mass, coriolis, gravity = self._terms(at, None if v is None else three("v", v, "rad/s"))
+        return Terms(np.array(symmetric(mass)), np.array(coriolis), np.array(gravity))
+
+    def potential_energy(self, at: Posture) -> float:
+        """Potential energy of gravity [J]."""
+        one, two, three_, x, y, z = self._full(at)
+        arms = equations.arms(self.parameters, (one, two, three_))
+        return float(equations.potential_energy(self.parameters, self._coefficients, arms, (x, y, z)))
+
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
+        """Motor torques for the arm accelerations `a` [rad/s2], shape (3,) [N m], equation (42)."""
+        mass, (c1, c2, c3), (g1, g2, g3) = self._terms(at, three("v", v, "rad/s"))
+        t1, t2, t3 = times(symmetric(mass), three("a", a, "rad/s2"))
+        return readonly((t1 + c1 + g1, t2 + c2 + g2, t3 + c3 + g3))
+
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
+        """Arm accelerations that the motor torques `effort` [N m] give, shape (3,) [rad/s2]."""
+        mass, (c1, c2, c3), (g1, g2, g3) = self._terms(at, three("v", v, "rad/s"))
+        t1, t2, t3 = three("effort", effort, "N m")
+        return readonly(solve_symmetric(mass, (t1 - c1 - g1, t2 - c2 - g2, t3 - c3 - g3)))
+
+    def with_payload(self, mass: float) -> Self:
+        """The same robot with `mass` [kg] more in the payload."""
+        loaded = replace(self.parameters, m_payload=self.parameters.m_payload + check_payload(mass))
+        return type(self)(loaded, self.signs)
+
+    def _full(self, at: Posture) -> tuple[float, float, float, float, float, float]:
+        if at.q_full.shape != (6,):
+            raise InputError(
+                f"a posture of {self.name} holds (theta_1, theta_2, theta_3, x, y, z), shape (6,); found shape "
+                f"{at.q_full.shape}: a posture belongs to the mechanism that made it"
+            )
+        one, two, three_, x, y, z = at.q_full.tolist()
+        return one, two, three_, x, y, z
+
+    def _rods(self, at: Posture) -> tuple[Arms, Rods]:
+        one, two, three_, x, y, z = self._full(at)
+        arms = equations.arms(self.parameters, (one, two, three_))
+        return arms, equations.rods(arms, (x, y, z))
+
+    def _state(self, at: Posture) -> _State:
+        arms, rods = self._rods(at)
+        u_inverse = inverse(rods.u)
+        return _State(arms, rods, u_inverse, equations.jacobian(rods, u_inverse))
+
+    def _terms(self, at: Posture, rates: Vector3 | None) -> tuple[Vector6, Vector3, Vector3]:
+        k, state = self._coefficients, self._state(at)
+        j = state.jacobian
+        coriolis: Vector3 = (0.0, 0.0, 0.0)
+        if rates is not None:
+            coriolis = equations.coriolis(k, j, equations.drift(*state, rates))
+        return equations.mass(k, j), coriolis, equations.gravity(k, state.arms, j)
+
+    def _meet(self, angles: Triple, arms: Arms, assembly: int) -> Posture:
+        """Forward kinematics with its checks."""
+        try:
+            spheres = equations.spheres(self.parameters, arms)
+        except ZeroDivisionError:
+            raise SingularError(
+                f"the elbows of {self.name} stand in one line with the arms at {list(angles)} rad",
+                kind="type-2",
+                measure=0.0,
+                limit=SMALLEST_MEASURE,
+            ) from None
+        if spheres.square < 0.0:
+            short = sqrt(self.parameters.L_B**2 - spheres.square) - self.parameters.L_B
+            raise ClosureError(
+                f"the rods of {self.name} are {short:.6g} m too short to meet with the arms at {list(angles)} rad; "
+                "turn the arms so that the elbows come nearer to each other",
+                gap=(short, 0.0),
+                cut="platform",
+            )
+        return self._checked(angles, arms, equations.tool_position(spheres, assembly))
+
+    def _place(self, tool: Triple, signs: tuple[int, int, int], around: Triple, assembly: int | None = None) -> Posture:
+        """Inverse kinematics with its checks."""
+        p = self.parameters
+        angles = []
+        for i, (sign, middle) in enumerate(zip(signs, around, strict=True)):
+            self._check_limb(tool, i)
+            angle = equations.arm_angle(p, tool, i, sign)
+            angles.append(angle + 2.0 * pi * round((middle - angle) / (2.0 * pi)))
+        one, two, three_ = angles
+        return self._checked((one, two, three_), equations.arms(p, (one, two, three_)), tool, assembly)
+
+    def _check_limb(self, tool: Triple, i: int) -> None:
+        """Raise where limb i does not reach the tool, or only just."""
+        p = self.parameters
+        ax, ay, az = equations.in_limb_frame(p, tool, i)
+        flat = p.L_B * p.L_B - ay * ay
+        if flat >= 0.0:
+            reach, rod = sqrt(ax * ax + az * az), sqrt(flat)
+            bounds = (abs(p.L_A - rod), p.L_A + rod)
+            plane = "in its plane"
+        else:
+            reach, bounds, plane = abs(ay), (0.0, p.L_B), "sideways"
+        if not bounds[0] <= reach <= bounds[1] or reach == 0.0:
+            raise LimbReachError(
+                f"limb {i + 1} of {self.name} would have to span {reach:.6g} m {plane} to hold the tool at "
+                f"{list(tool)} m; it spans {bounds[0]:.6g} to {bounds[1]:.6g} m",
+                limb=i + 1,
+                reach=reach,
+                bounds=bounds,
+                target=readonly(tool),
+            )
+        k = (reach * reach + p.L_A * p.L_A - flat) / (2.0 * p.L_A)
+        sine = sqrt(max(0.0, reach * reach - k * k)) / p.L_B
+        if sine < SMALLEST_MEASURE:
+            raise SingularError(
+                f"arm and rods of limb {i + 1} of {self.name} are in line with the tool at {list(tool)} m: the sine "
+                f"between them is {sine:.3g}, below {SMALLEST_MEASURE:g} (type-1 singularity)",
+                kind="type-1",
+                measure=sine,
+                limit=SMALLEST_MEASURE,
+            )
+
+    def _checked(self, angles: Triple, arms: Arms, tool: Triple, assembly: int | None = None) -> Posture:
+        """The posture with its residual, unless it is singular of type 2 or on the wrong side of a singularity."""
+        rods = equations.rods(arms, tool)
+        length = self.parameters.L_B
+        measure = rods.volume / length**3
+        if abs(measure) < SMALLEST_MEASURE:
+            raise SingularError(
+                f"the rods of {self.name} lie in one plane with the tool at {list(tool)} m: the volume of their "
+                f"directions is {abs(measure):.3g}, below {SMALLEST_MEASURE:g} (type-2 singularity)",
+                kind="type-2",
+                measure=abs(measure),
+                limit=SMALLEST_MEASURE,
+            )
+        if assembly is not None and measure * assembly < 0.0:
+            raise SingularError(
+                f"{self.name} comes to {list(tool)} m with these elbows only through a type-2 singularity: there the "
+                f"tool is on the other side of the elbows (volume of the rods' directions {measure:+.3g})",
+                kind="type-2",
+                measure=0.0,
+                limit=SMALLEST_MEASURE,
+            )
+        gap = max(abs(sqrt(x * x + y * y + z * z) - length) for x, y, z in rods.u)
+        return Posture(readonly(angles), readonly((*angles, *tool)), (gap, 0.0))
