@@ -1,0 +1,213 @@
+"""Checks which part of cutjoint imports which: rooms flow one way, and light things stay light.
+
+    python tools/layers.py [SOURCE]        exit status 1 and a line per offence where a rule is broken
+
+The rules are the tables below.  Every import statement counts: inside functions, and under `if TYPE_CHECKING` too.  A
+room is a module or package directly under `cutjoint`.  With the default source it also starts Python to see what
+`import cutjoint` and `cutjoint --help` load.
+"""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+PACKAGE = "cutjoint"
+SOURCE = Path(__file__).resolve().parents[1] / "src" / PACKAGE
+
+# Room -> the rooms it may import, besides itself.  `cutjoint` is the package's own __init__.
+BASE = frozenset({"errors", "arrays", "tolerances"})
+MODEL = BASE | {"mechanism"}
+CHAIN = MODEL | {"description", "chain"}
+RUN = CHAIN | {"motion", "control", "simulation"}
+ROBOTS = RUN | {"papers", "crosscheck", "compile", "viewer", "report", "robots"}
+ALLOWED: Mapping[str, frozenset[str]] = {
+    "errors": frozenset(),
+    "arrays": frozenset({"errors"}),
+    "tolerances": frozenset(),
+    "mechanism": BASE,
+    "description": BASE,
+    "chain": MODEL | {"description"},
+    "papers": MODEL,
+    "motion": MODEL,
+    "control": MODEL | {"motion"},
+    "crosscheck": MODEL,
+    "simulation": CHAIN | {"motion", "control"},
+    "compile": RUN,
+    "viewer": RUN,
+    "report": RUN | {"crosscheck"},
+    "robots": ROBOTS - {"viewer", "report"},
+    "commands": ROBOTS,
+    "cli": BASE | {"commands", PACKAGE},
+    "__main__": frozenset({"cli"}),
+    PACKAGE: ROBOTS - {"viewer", "report"},
+}
+
+# Room -> the only packages from outside the standard library that it may import.
+OUTSIDE: Mapping[str, frozenset[str]] = {
+    "errors": frozenset({"numpy"}),
+    "arrays": frozenset({"numpy"}),
+    "tolerances": frozenset(),
+    "mechanism": frozenset({"numpy"}),
+    "papers": frozenset({"numpy"}),
+    "motion": frozenset({"numpy"}),
+    "control": frozenset({"numpy"}),
+    PACKAGE: frozenset(),
+}
+
+# Package -> the only rooms that may import it.
+OWNERS: Mapping[str, frozenset[str]] = {
+    "pinocchio": frozenset({"chain", "compile", "simulation"}),
+    "meshcat": frozenset({"viewer"}),
+    "matplotlib": frozenset({"report"}),
+    "casadi": frozenset({"compile"}),
+    "numba": frozenset({"compile"}),
+    "llvmlite": frozenset({"compile"}),
+    "typer": frozenset({"cli", "commands"}),
+    "rich": frozenset({"cli", "commands"}),
+}
+
+# What is too heavy to be loaded by a program that only starts.
+HEAVY = frozenset({"pinocchio", "scipy", "matplotlib", "meshcat", "casadi", "numba", "mujoco", "trimesh", "yourdfpy"})
+STARTS: Mapping[str, str] = {
+    "import cutjoint": "import cutjoint",
+    "cutjoint --help": (
+        "import sys; sys.argv = ['cutjoint', '--help']\n"
+        "from cutjoint.cli import main\n"
+        "try:\n    main()\nexcept SystemExit as stop:\n    assert not stop.code, stop.code"
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Import:
+    """One imported name: which module imports it, at which line, and what."""
+
+    module: str
+    line: int
+    target: str
+
+
+def modules(source: Path) -> dict[str, Path]:
+    """Dotted name -> file of every module of the package at `source`."""
+    found = {}
+    for file in sorted(source.rglob("*.py")):
+        parts = [PACKAGE, *file.relative_to(source).with_suffix("").parts]
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
+    return found
+
+
+def imports(module: str, file: Path, known: Mapping[str, Path]) -> Iterator[Import]:
+    """The imports of one file.  `from package import submodule` is an import of the submodule."""
+    tree = ast.parse(file.read_text(encoding="utf-8"), filename=str(file))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield Import(module, node.lineno, alias.name)
+        elif isinstance(node, ast.ImportFrom):
+            base = _absolute(module, node, is_package=file.stem == "__init__")
+            for alias in node.names:
+                inner = f"{base}.{alias.name}"
+                yield Import(module, node.lineno, inner if inner in known else base)
+
+
+def _absolute(module: str, node: ast.ImportFrom, *, is_package: bool) -> str:
+    """The module named by `from ... import`, with leading dots resolved."""
+    if not node.level:
+        return node.module or ""
+    parts = module.split(".")
+    parts = parts[: len(parts) - node.level + (1 if is_package else 0)]
+    return ".".join([*parts, node.module] if node.module else parts)
+
+
+def room_of(module: str) -> str:
+    """The room a module of the package lives in."""
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 else PACKAGE
+
+
+def offences(source: Path) -> list[str]:
+    """Every broken rule of the package at `source`, a line each, files given relative to the folder above it."""
+    known = modules(source)
+    found = [one for module, file in known.items() for one in imports(module, file, known)]
+    lines = []
+    for one in found:
+        where = f"{known[one.module].relative_to(source.parent)}:{one.line}"
+        lines += [f"{where}: {why}" for why in _judge(one, known)]
+    unruled = sorted({room_of(module) for module in known} - ALLOWED.keys())
+    lines += [f"{room}: a new room; say in tools/layers.py what it may import" for room in unruled]
+    lines += [f"import cycle: {' -> '.join([*cycle, cycle[0]])}" for cycle in cycles(found, known)]
+    return lines
+
+
+def _judge(one: Import, known: Mapping[str, Path]) -> Iterator[str]:
+    """What is wrong with one import."""
+    here, package = room_of(one.module), one.target.split(".")[0]
+    if package == PACKAGE:
+        there = room_of(one.target)
+        if there != here and there not in ALLOWED.get(here, frozenset()):
+            yield f"{here} may not import {there} ({one.target})"
+        if one.target not in known:
+            yield f"there is no module {one.target}"
+    elif package not in sys.stdlib_module_names:
+        if here in OUTSIDE and package not in OUTSIDE[here]:
+            yield f"{here} may not import {package}, only {', '.join(sorted(OUTSIDE[here])) or 'the standard library'}"
+        elif package in OWNERS and here not in OWNERS[package]:
+            yield f"{here} may not import {package}; that is left to {', '.join(sorted(OWNERS[package]))}"
+
+
+def cycles(found: Sequence[Import], known: Mapping[str, Path]) -> list[list[str]]:
+    """Groups of modules that need each other to be loaded: the strongly connected parts of the imports, late ones too.
+
+    The package's own __init__ is left out: it offers what the rooms below it make, and loads them on first use.
+    """
+    graph: dict[str, set[str]] = {module: set() for module in known if module != PACKAGE}
+    for one in found:
+        if one.module in graph and one.target in graph and one.target != one.module:
+            graph[one.module].add(one.target)
+
+    def reachable(start: str) -> set[str]:
+        seen: set[str] = set()
+        queue = list(graph[start])
+        while queue:
+            module = queue.pop()
+            if module not in seen:
+                seen.add(module)
+                queue += graph[module]
+        return seen
+
+    reach = {module: reachable(module) for module in graph}
+    groups = {tuple(sorted(a for a in reach[b] if b in reach[a])) for b in graph if b in reach[b]}
+    return [list(group) for group in sorted(groups)]
+
+
+def loaded_at_start() -> list[str]:
+    """The heavy packages that a start loads, a line each.  Runs the installed package."""
+    lines = []
+    for name, code in STARTS.items():
+        probe = f"{code}\nimport sys\nprint('heavy:', *sorted({set(HEAVY)!r} & set(sys.modules)))"
+        run = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, timeout=60, check=False)
+        answer = run.stdout.rstrip().rpartition("\n")[2]
+        if run.returncode or not answer.startswith("heavy:"):
+            lines.append(f"`{name}` failed: {run.stderr.strip() or run.stdout.strip()}")
+        elif heavy := answer.removeprefix("heavy:").split():
+            lines.append(f"`{name}` loads {', '.join(heavy)}: import them where they are used")
+    return lines
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Check the package at the path given, or cutjoint's own source; the exit status."""
+    source = Path(arguments[0]) if arguments else SOURCE
+    lines = offences(source) + ([] if arguments else loaded_at_start())
+    for line in lines:
+        print(line)
+    print(f"layers: {len(modules(source))} modules, {len(lines)} offence{'' if len(lines) == 1 else 's'}")
+    return 1 if lines else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
