@@ -1,1 +1,42 @@
 """Robots on disk and as values: readers, checks, and the catalogue of robots that ship with cutjoint."""
+
+from cutjoint.description.check import check, check_description, load_description, read_checked
+from cutjoint.description.model import (
+    Coupling,
+    CutJoint,
+    CutType,
+    Frame,
+    Home,
+    Inertial,
+    Joint,
+    JointType,
+    Limits,
+    Link,
+    Mimic,
+    Place,
+    RobotDescription,
+    Shape,
+    Variant,
+)
+
+__all__ = [
+    "Coupling",
+    "CutJoint",
+    "CutType",
+    "Frame",
+    "Home",
+    "Inertial",
+    "Joint",
+    "JointType",
+    "Limits",
+    "Link",
+    "Mimic",
+    "Place",
+    "RobotDescription",
+    "Shape",
+    "Variant",
+    "check",
+    "check_description",
+    "load_description",
+    "read_checked",
+]

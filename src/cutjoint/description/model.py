@@ -198,7 +198,11 @@ class Variant:
 
 @dataclass(frozen=True, eq=False)
 class RobotDescription:
-    """A checked robot with loops.  Readers make it; `check()` has passed."""
+    """A robot with loops.  What `load_description` returns has passed `check()`.
+
+    `places` tells where in the files the parts stand that hold no place of their own: "actuators", "tool", "gravity",
+    "home.NAME" and "variant.NAME".
+    """
 
     name: str
     links: tuple[Link, ...]
@@ -214,6 +218,7 @@ class RobotDescription:
     source: str = ""
     path: Path | None = None
     variant_name: str = ""
+    places: Mapping[str, Place] = field(default_factory=dict, repr=False)
 
     @property
     def root(self) -> str:

@@ -1,0 +1,77 @@
+"""Checking a robot: everything that is wrong at once, and loading one only where nothing is.
+
+What needs the closed chain (do the loops close, how mobile is the robot) is not known here; the chain checks it.
+"""
+
+from __future__ import annotations
+
+import os
+
+from cutjoint.description.catalogue import resolve
+from cutjoint.description.checks.inertias import check_inertias, check_moved_mass
+from cutjoint.description.checks.joints import check_joints
+from cutjoint.description.checks.loops import check_loops
+from cutjoint.description.checks.tree import check_tree
+from cutjoint.description.findings import Findings
+from cutjoint.description.formats import Reading, read
+from cutjoint.description.model import RobotDescription
+from cutjoint.errors import DescriptionError, Problem, UnknownNameError
+
+
+def check(robot: RobotDescription | str | os.PathLike[str]) -> tuple[Problem, ...]:
+    """All problems of a description, or of the files that a name or path means; errors first, then warnings.
+
+    Args:
+        robot: a description, a path (a file, or a folder with a loops.toml) or the name of a robot in the catalogue.
+    """
+    return check_description(robot) if isinstance(robot, RobotDescription) else read_checked(robot).problems
+
+
+def check_description(robot: RobotDescription) -> tuple[Problem, ...]:
+    """All problems of the values of a description, wherever they came from; errors first."""
+    findings = Findings(str(robot.path or ""))
+    check_tree(robot, findings)
+    sound = not findings.failed
+    check_joints(robot, findings)
+    check_inertias(robot, findings)
+    check_loops(robot, sound, findings)
+    if sound:
+        check_moved_mass(robot, findings)
+    return _sorted(findings.problems)
+
+
+def read_checked(source: str | os.PathLike[str]) -> Reading:
+    """Read and check a robot.  The description is None where there is an error; problems hold the warnings too."""
+    try:
+        path = resolve(source)
+    except UnknownNameError as error:
+        return Reading(None, (Problem(str(error), "the path of a file, or the name of a robot"),))
+    reading = read(path)
+    problems = list(reading.problems)
+    if reading.description is not None:
+        problems += [one for one in check_description(reading.description) if one not in problems]
+    ordered = _sorted(problems)
+    failed = reading.description is None or any(one.severity == "error" for one in ordered)
+    return Reading(None if failed else reading.description, ordered)
+
+
+def load_description(source: str | os.PathLike[str], variant: str | None = None) -> RobotDescription:
+    """The robot that a path or a name means, checked.
+
+    Args:
+        source: a folder with a loops.toml, a file of any known format, or the name of a robot in the catalogue.
+        variant: name of a variant of its inertias; None for those of the tree's own file.
+
+    Raises:
+        UnknownNameError: no robot or no variant of that name.
+        DescriptionError: the files are wrong; its `problems` holds everything that was found, warnings included.
+    """
+    reading = read_checked(resolve(source))
+    if reading.description is None:
+        raise DescriptionError(reading.problems)
+    description = reading.description
+    return description if variant is None else description.variant(variant)
+
+
+def _sorted(problems: list[Problem]) -> tuple[Problem, ...]:
+    return tuple(sorted(problems, key=lambda problem: problem.severity != "error"))

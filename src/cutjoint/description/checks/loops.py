@@ -1,0 +1,176 @@
+"""What closes and drives the tree: cut joints, couplings, actuators, tool, homes, variants, gravity."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+
+import numpy as np
+
+from cutjoint.description.checks.tree import rigid_groups
+from cutjoint.description.defaults import ONE_COORDINATE
+from cutjoint.description.findings import Findings, listing, nearest
+from cutjoint.description.model import Frame, Home, JointType, Place, RobotDescription
+
+COORDINATES = {
+    JointType.FIXED: 0,
+    JointType.REVOLUTE: 1,
+    JointType.CONTINUOUS: 1,
+    JointType.PRISMATIC: 1,
+    JointType.UNIVERSAL: 2,
+    JointType.SPHERICAL: 3,
+    JointType.PLANAR: 3,
+    JointType.FLOATING: 6,
+}
+"""Numbers that a home posture gives for a joint."""
+
+
+def check_loops(robot: RobotDescription, sound: bool, findings: Findings) -> None:
+    """Note what is wrong with cuts, couplings and everything that names links and joints.
+
+    `sound` tells whether links and joints are a tree, without which rigidly joined links cannot be found.
+    """
+    links = [link.name for link in robot.links]
+    _cuts(robot, links, sound, findings)
+    _couplings(robot, findings)
+    _actuators(robot, findings)
+    if robot.tool is not None:
+        _frame(robot.tool, "tool", links, findings, robot.places.get("tool", Place()))
+    for home in robot.homes:
+        _home(home, robot, findings)
+    for variant in robot.variants:
+        place = robot.places.get(f"variant.{variant.name}", Place())
+        for name in variant.inertials:
+            _known(name, links, "link", f"variant '{variant.name}'", findings, place)
+    if robot.gravity.shape != (3,) or not np.isfinite(robot.gravity).all():
+        place = robot.places.get("gravity", Place())
+        findings.error(f"gravity is {robot.gravity.tolist()}", "three finite numbers [m/s2]", "", place)
+
+
+def _known(name: str, known: Iterable[str], kind: str, what: str, findings: Findings, place: Place) -> bool:
+    known = list(known)
+    if name in known:
+        return True
+    remedy = nearest(name, known) or f"known: {listing(known)}"
+    findings.error(f"{what} names the unknown {kind} '{name}'", f"a {kind} of the tree", remedy, place)
+    return False
+
+
+def _frame(frame: Frame, what: str, links: list[str], findings: Findings, place: Place) -> bool:
+    ok = _known(frame.link, links, "frame", what, findings, place)
+    rotation = frame.placement[:3, :3]
+    if not np.isfinite(frame.placement).all() or np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-6:
+        findings.error(f"the frame of {what} is not a rigid motion", "a rotation and a position", "", place)
+        return False
+    return ok
+
+
+def _cuts(robot: RobotDescription, links: list[str], sound: bool, findings: Findings) -> None:
+    groups = rigid_groups(robot) if sound else {}
+    counts = Counter(cut.name for cut in robot.cuts)
+    for cut in robot.cuts:
+        what = f"cut '{cut.name}'"
+        if counts[cut.name] > 1:
+            found = f"{counts[cut.name]} cuts are called '{cut.name}'"
+            findings.error(found, "a name of its own for each", "rename one", cut.place)
+            counts[cut.name] = 0
+        ends = [_frame(frame, what, links, findings, cut.place) for frame in (cut.a, cut.b)]
+        if not all(ends):
+            continue
+        if cut.a.link == cut.b.link:
+            found = f"both frames of {what} are on link '{cut.a.link}'"
+            findings.error(
+                found, "frames on two links", "a cut joins two links that move against each other", cut.place
+            )
+        elif sound and groups[cut.a.link] == groups[cut.b.link]:
+            findings.error(
+                f"{what} joins '{cut.a.link}' and '{cut.b.link}', which fixed joints hold together already",
+                "two links that move against each other",
+                "remove the cut, or the fixed joint that it should replace",
+                cut.place,
+            )
+
+
+def _couplings(robot: RobotDescription, findings: Findings) -> None:
+    joints = {joint.name: joint for joint in robot.joints}
+    names = Counter(coupling.name for coupling in robot.couplings)
+    driven = Counter(coupling.joint for coupling in robot.couplings)
+    for coupling in robot.couplings:
+        what = f"coupling '{coupling.name}'"
+        place = coupling.place
+        if names[coupling.name] > 1:
+            found = f"{names[coupling.name]} couplings are called '{coupling.name}'"
+            findings.error(found, "a name of its own for each", "rename one", place)
+            names[coupling.name] = 0
+        if driven[coupling.joint] > 1:
+            found = f"joint '{coupling.joint}' is driven by {driven[coupling.joint]} couplings"
+            findings.error(found, "at most one driver", "remove one", place)
+            driven[coupling.joint] = 0
+        for name in (coupling.joint, coupling.driver):
+            if _known(name, joints, "joint", what, findings, place) and joints[name].type not in ONE_COORDINATE:
+                found = f"{what} couples the {joints[name].type.value} joint '{name}'"
+                findings.error(found, "a revolute, continuous or prismatic joint", "", place)
+        if coupling.joint == coupling.driver:
+            findings.error(f"{what} couples joint '{coupling.joint}' to itself", "two joints", "", place)
+        if not (np.isfinite(coupling.ratio) and np.isfinite(coupling.offset)):
+            findings.error(f"{what} has ratio {coupling.ratio}, offset {coupling.offset}", "numbers", "", place)
+    _coupling_rings(robot, findings)
+
+
+def _coupling_rings(robot: RobotDescription, findings: Findings) -> None:
+    driver = {coupling.joint: coupling for coupling in robot.couplings if coupling.joint != coupling.driver}
+    done: set[str] = set()
+    for start in driver:
+        way: list[str] = []
+        name = start
+        while name in driver and name not in way and name not in done:
+            way.append(name)
+            name = driver[name].driver
+        if name in way:
+            ring = way[way.index(name) :]
+            found = f"couplings drive each other in a ring: {listing([*ring, ring[0]])}"
+            findings.error(found, "a driver that no coupling drives", "remove one", driver[name].place)
+        done.update(way)
+
+
+def _actuators(robot: RobotDescription, findings: Findings) -> None:
+    joints = {joint.name: joint for joint in robot.joints}
+    place = robot.places.get("actuators", Place())
+    counts = Counter(robot.actuators)
+    driven = {coupling.joint: coupling.name for coupling in robot.couplings}
+    for name, count in counts.items():
+        if not _known(name, joints, "joint", "actuators", findings, place):
+            continue
+        if count > 1:
+            found = f"actuators name joint '{name}' {count} times"
+            findings.error(found, "each joint once", "remove the repetition", place)
+        if joints[name].type not in ONE_COORDINATE:
+            found = f"actuators name the {joints[name].type.value} joint '{name}'"
+            findings.error(found, "a revolute, continuous or prismatic joint", "", place)
+        if name in driven:
+            found = f"actuators name joint '{name}', which coupling '{driven[name]}' drives already"
+            findings.error(found, "independent joints", "actuate the driver only", place)
+
+
+def _home(home: Home, robot: RobotDescription, findings: Findings) -> None:
+    joints = {joint.name: joint for joint in robot.joints}
+    place = robot.places.get(f"home.{home.name}", Place())
+    what = f"home '{home.name}'"
+    for name in home.actuated:
+        if _known(name, joints, "joint", what, findings, place) and name not in robot.actuators:
+            found = f"{what} lists joint '{name}' under actuated, but it is no actuator"
+            findings.error(found, f"one of {listing(robot.actuators)}", "move it to passive", place)
+    missing = [name for name in robot.actuators if name not in home.actuated]
+    if missing:
+        findings.error(f"{what} without {listing(missing)}", "all actuators under actuated", "add them", place)
+    for name, value in home.passive.items():
+        if not _known(name, joints, "joint", what, findings, place):
+            continue
+        if name in robot.actuators:
+            found = f"{what} lists the actuator '{name}' under passive"
+            findings.error(found, "passive joints", "move it to actuated", place)
+        wanted = COORDINATES[joints[name].type]
+        given = len(value) if isinstance(value, tuple) else 1
+        if given != wanted:
+            found = f"{what} gives {given} numbers for the {joints[name].type.value} joint '{name}'"
+            findings.error(found, f"{wanted}", "", place)

@@ -1,0 +1,128 @@
+"""Links and joints form one tree: unique names, ends that exist, one root, one parent a link, no cycle, not too deep."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+
+from cutjoint.description.findings import Findings, listing, nearest
+from cutjoint.description.model import Joint, RobotDescription
+
+DEEPEST = 500
+"""Joints from the root to a leaf.  Recursive parsers and algorithms crash the process at a few thousand."""
+MOST_LINKS = 5000
+
+RESERVED = ("universe",)
+"""Names that Pinocchio keeps for the world."""
+
+_MEND_LOOP = "leave one joint of the loop out of the tree and close it with a cut joint"
+
+
+def check_tree(robot: RobotDescription, findings: Findings) -> None:
+    """Note everything that keeps links and joints from being a tree."""
+    _names(robot, findings)
+    links = {link.name for link in robot.links}
+    for joint in robot.joints:
+        for end, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in links:
+                found = f"{end} '{name}' of joint '{joint.name}' is not a link"
+                findings.error(found, "the name of a link", nearest(name, links), joint.place)
+    if len(robot.links) > MOST_LINKS:
+        findings.error(f"{len(robot.links)} links", f"at most {MOST_LINKS}")
+    _shape(robot, links, findings)
+
+
+def _names(robot: RobotDescription, findings: Findings) -> None:
+    for kind, items in (("link", robot.links), ("joint", robot.joints)):
+        counts = Counter(item.name for item in items)
+        seen: set[str] = set()
+        for item in items:
+            if item.name in seen and counts[item.name] > 1:
+                found = f"{counts[item.name]} {kind}s are called '{item.name}'"
+                findings.error(found, "a name of its own for each", "rename this one", item.place)
+                counts[item.name] = 0
+            seen.add(item.name)
+            if item.name in RESERVED:
+                found = f"a {kind} called '{item.name}'"
+                findings.error(found, "another name: Pinocchio keeps this one for the world", "rename it", item.place)
+    links = {link.name for link in robot.links}
+    for joint in robot.joints:
+        if joint.name in links:
+            found = f"joint '{joint.name}' is named like a link"
+            findings.doubt(found, "different names: both become frames", f"call it {joint.name}_joint", joint.place)
+
+
+def _shape(robot: RobotDescription, links: set[str], findings: Findings) -> None:
+    above: dict[str, list[Joint]] = defaultdict(list)
+    for joint in robot.joints:
+        if joint.parent in links and joint.child in links:
+            above[joint.child].append(joint)
+    for child, joints in above.items():
+        if len(joints) > 1:
+            found = f"link '{child}' has {len(joints)} parents, by joints {listing(one.name for one in joints)}"
+            findings.error(found, "one joint above each link (a tree)", _MEND_LOOP, joints[1].place)
+    cyclic = _cycles(robot, above, findings)
+    roots = [link for link in robot.links if link.name not in above]
+    if len(roots) > 1:
+        found = f"{len(roots)} root links: {listing(link.name for link in roots)}"
+        remedy = f"join '{roots[1].name}' to the rest with a joint (a floating one for a free body), or remove it"
+        findings.error(found, "one root", remedy, roots[1].place)
+    if not cyclic:
+        _depth(robot, above, findings)
+
+
+def _cycles(robot: RobotDescription, above: dict[str, list[Joint]], findings: Findings) -> bool:
+    """Follow first parents upwards; a link met twice on the way is in a cycle."""
+    done: set[str] = set()
+    found = False
+    for link in robot.links:
+        way: list[str] = []
+        on_way: set[str] = set()
+        name = link.name
+        while name not in done and name not in on_way:
+            way.append(name)
+            on_way.add(name)
+            if name not in above:
+                break
+            name = above[name][0].parent
+        else:
+            if name in on_way:
+                cycle = way[way.index(name) :][::-1]
+                kind = "a cycle" if len(robot.links) == len(cycle) else "a cycle apart from the tree"
+                place = above[name][0].place
+                findings.error(f"{kind}: {listing([*cycle, cycle[0]])}", "a tree", _MEND_LOOP, place)
+                found = True
+        done.update(way)
+    return found
+
+
+def _depth(robot: RobotDescription, above: dict[str, list[Joint]], findings: Findings) -> None:
+    depth: dict[str, int] = {}
+    for link in robot.links:
+        way: list[str] = []
+        name = link.name
+        while name not in depth and name in above:
+            way.append(name)
+            name = above[name][0].parent
+        level = depth.setdefault(name, 0)
+        for one in reversed(way):
+            level += 1
+            depth[one] = level
+    deepest = max(depth, key=lambda name: depth[name], default="")
+    if deepest and depth[deepest] > DEEPEST:
+        found = f"link '{deepest}' is {depth[deepest]} joints from the root"
+        place = next(link.place for link in robot.links if link.name == deepest)
+        findings.error(found, f"at most {DEEPEST}", "merge links that do not move against each other", place)
+
+
+def rigid_groups(robot: RobotDescription) -> dict[str, str]:
+    """Link -> the topmost link that it is rigidly joined to by fixed joints.  The tree must be sound."""
+    fixed = {joint.child: joint.parent for joint in robot.joints if joint.type == "fixed"}
+    group: dict[str, str] = {}
+    for link in robot.links:
+        way = [link.name]
+        while way[-1] in fixed and way[-1] not in group:
+            way.append(fixed[way[-1]])
+        top = group.get(way[-1], way[-1])
+        for name in way:
+            group[name] = top
+    return group

@@ -1,0 +1,73 @@
+"""Collecting everything that is wrong before giving up, and words that help to mend it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+from cutjoint.description.model import Place
+from cutjoint.description.packages import is_example
+from cutjoint.errors import Problem
+
+
+class Findings:
+    """The problems found so far.  `file` stands for those that know no better place."""
+
+    def __init__(self, file: str = "") -> None:
+        self.file = file
+        self.problems: list[Problem] = []
+
+    def error(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
+        """Note an error at a place (or at a line of `file`)."""
+        self._add("error", found, expected, mend, at)
+
+    def warn(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
+        """Note something odd that does not prevent loading."""
+        self._add("warning", found, expected, mend, at)
+
+    def doubt(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
+        """Note an error that does not prevent computing.
+
+        In the published files of example-robot-data, some of which have such flaws, it is only a warning.
+        """
+        place = at if isinstance(at, Place) else Place(self.file, at)
+        note = self.warn if is_example(place.file or self.file) else self.error
+        note(found, expected, mend, place)
+
+    def _add(self, severity: str, found: str, expected: str, mend: str, at: Place | int | None) -> None:
+        place = at if isinstance(at, Place) else Place(self.file, at)
+        kind = "error" if severity == "error" else "warning"
+        problem = Problem(found, expected, mend, place.file or self.file, place.line, kind)  # type: ignore[arg-type]
+        if problem not in self.problems:
+            self.problems.append(problem)
+
+    @property
+    def failed(self) -> bool:
+        """Whether there is an error among them."""
+        return any(problem.severity == "error" for problem in self.problems)
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """`did you mean 'x'?` for the known name nearest to `name`, or the empty string."""
+    near = closest(name, known)
+    return f"did you mean '{near}'?" if near else ""
+
+
+def closest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """The known name nearest to `name`, case ignored; empty when none is near."""
+    by_lower = {one.lower(): one for one in sorted(known)}
+    found = difflib.get_close_matches(name.lower()[:200], by_lower, n=1, cutoff=cutoff)
+    return by_lower[found[0]] if found else ""
+
+
+def listing(names: Iterable[str], most: int = 12) -> str:
+    """Names as `a, b, c`, cut off politely."""
+    every = list(names)
+    text = ", ".join(clip(name) for name in every[:most])
+    return f"{text} and {len(every) - most} more" if len(every) > most else text or "none"
+
+
+def clip(text: str, most: int = 60) -> str:
+    """`text` short enough for a message, without line breaks or control characters."""
+    flat = "".join(char if char.isprintable() else " " for char in " ".join(text.split()))
+    return flat if len(flat) <= most else flat[: most - 3] + "..."

@@ -1,0 +1,31 @@
+"""What a reader of a file format hands back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from cutjoint.description.model import Coupling, Joint, Link, RobotDescription
+from cutjoint.errors import Problem
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What was read, as far as it could be read, and everything that is wrong with the text of the files.
+
+    Attributes:
+        description: None where nothing useful was left.  It is not checked yet; `cutjoint.description.check` does that.
+        problems: errors and warnings of the syntax, the numbers and the names of elements and keys.
+    """
+
+    description: RobotDescription | None
+    problems: tuple[Problem, ...] = ()
+
+
+@dataclass
+class Tree:
+    """Links and joints as a reader gathers them, before cuts and actuators are known."""
+
+    name: str
+    links: list[Link] = field(default_factory=list)
+    joints: list[Joint] = field(default_factory=list)
+    couplings: list[Coupling] = field(default_factory=list)

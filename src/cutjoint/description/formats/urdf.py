@@ -1,0 +1,78 @@
+"""URDF, read strictly: every element and attribute is known or reported, every number is checked.
+
+Format: https://wiki.ros.org/urdf/XML.  What URDF leaves out stays out here too: a joint without `<limit>` has no limits
+(not limits of 0), a shape without colour has none.  `<mimic>` becomes a coupling.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cutjoint.description.defaults import actuated_by_default, tool_by_default
+from cutjoint.description.findings import Findings
+from cutjoint.description.formats.reading import Reading, Tree
+from cutjoint.description.formats.urdf_joint import read_joint
+from cutjoint.description.formats.urdf_link import Colours, read_colours, read_link
+from cutjoint.description.model import RobotDescription
+from cutjoint.description.xml import Element, check_known, children, read_xml, refuse_xacro
+
+ROBOT_ATTRIBUTES = frozenset({"name", "version"})
+ROBOT_TAGS = frozenset({"link", "joint", "material"})
+ROBOT_IGNORED = frozenset(
+    {"transmission", "gazebo", "sensor", "ros2_control", "mujoco", "visual_mesh", "loop", "coupling", "constraint"}
+)
+
+
+def read(path: Path) -> Reading:
+    """A plain URDF as a robot without cuts: every free joint with one coordinate is an actuator."""
+    findings = Findings(str(path))
+    root = read_robot(path, findings)
+    if root is None:
+        return Reading(None, tuple(findings.problems))
+    tree = read_tree(root, path, findings)
+    description = RobotDescription(
+        name=tree.name,
+        links=tuple(tree.links),
+        joints=tuple(tree.joints),
+        couplings=tuple(tree.couplings),
+        actuators=actuated_by_default(tree.joints, tree.couplings),
+        tool=tool_by_default(tree.links, tree.joints),
+        path=path,
+    )
+    return Reading(description, tuple(findings.problems))
+
+
+def read_robot(path: Path, findings: Findings) -> Element | None:
+    """The `<robot>` element of a URDF, or None after noting why not."""
+    root = read_xml(path, findings, "URDF")
+    if root is None:
+        return None
+    if root.tag != "robot":
+        findings.error(f"the root element is <{root.tag}>", "<robot>", "is this another format?", root.sourceline)
+        return None
+    refuse_xacro(root, findings)
+    return root
+
+
+def read_tree(root: Element, path: Path, findings: Findings) -> Tree:
+    """Links, joints and mimic couplings of a `<robot>` element; what cannot be read is noted and left out."""
+    check_known(root, ROBOT_ATTRIBUTES, ROBOT_TAGS, ROBOT_IGNORED, findings)
+    name = str(root.get("name") or "").strip()
+    if not name:
+        findings.error("<robot> without a name", '<robot name="...">', "", root.sourceline)
+        name = path.stem
+    colours: Colours = read_colours(root, findings)
+    tree = Tree(name)
+    for element in children(root, "link"):
+        link = read_link(element, path, colours, findings)
+        if link is not None:
+            tree.links.append(link)
+    for element in children(root, "joint"):
+        joint, coupling = read_joint(element, findings)
+        if joint is not None:
+            tree.joints.append(joint)
+        if coupling is not None:
+            tree.couplings.append(coupling)
+    if not tree.links:
+        findings.error("a robot without links", "at least one <link>", "", root.sourceline)
+    return tree

@@ -1,0 +1,176 @@
+"""The `<joint>` of a URDF: type, placement, axis, limits, dynamics and mimic."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cutjoint.arrays import Array, readonly
+from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.formats.urdf_link import read_origin
+from cutjoint.description.model import Coupling, Joint, JointType, Limits, Place
+from cutjoint.description.numbers import number_problem, parse_number, read_numbers
+from cutjoint.description.xml import Element, check_known, children, name_of, only_child
+
+TYPES = {kind.value: kind for kind in JointType if kind not in (JointType.UNIVERSAL, JointType.SPHERICAL)}
+
+_NONE: frozenset[str] = frozenset()
+_TAGS = frozenset(
+    {"parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"}
+)
+_IGNORED = frozenset({"hardwareInterface", "hardware_interface", "stiffness", "transmission"})
+_ATTRIBUTES = {
+    "parent": frozenset({"link"}),
+    "child": frozenset({"link"}),
+    "axis": frozenset({"xyz"}),
+    "limit": frozenset({"lower", "upper", "velocity", "effort", "acceleration", "deceleration", "jerk"}),
+    "dynamics": frozenset({"damping", "friction", "armature", "stiffness"}),
+    "mimic": frozenset({"joint", "multiplier", "offset"}),
+}
+_WITH_AXIS = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC, JointType.PLANAR)
+
+
+def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coupling | None]:
+    """One `<joint>` and the coupling of its `<mimic>`; None for what is not there or not readable."""
+    check_known(element, frozenset({"name", "type", "independent"}), _TAGS, _IGNORED, findings)
+    for tag, attributes in _ATTRIBUTES.items():
+        for child in children(element, tag):
+            check_known(child, attributes, _NONE, _NONE, findings)
+    name = name_of(element, findings)
+    kind = _type(element, name or "?", findings)
+    parent = _end(element, "parent", name or "?", findings)
+    child_name = _end(element, "child", name or "?", findings)
+    origin = read_origin(element, findings)
+    if name is None or kind is None or parent is None or child_name is None:
+        return None, None
+    place = Place(findings.file, element.sourceline)
+    damping, friction = _dynamics(element, name, findings)
+    joint = Joint(
+        name=name,
+        type=kind,
+        parent=parent,
+        child=child_name,
+        placement=origin,
+        axis=_axis(element, name, kind, findings),
+        limits=_limits(element, name, kind, findings),
+        damping=damping,
+        friction=friction,
+        place=place,
+    )
+    return joint, _mimic(element, name, kind, findings)
+
+
+def _type(element: Element, name: str, findings: Findings) -> JointType | None:
+    text = str(element.get("type") or "").strip()
+    if text not in TYPES:
+        found = f"type '{text}' of joint '{name}'" if text else f"joint '{name}' without a type"
+        findings.error(found, f"one of {', '.join(TYPES)}", nearest(text, TYPES), element.sourceline)
+        return None
+    return TYPES[text]
+
+
+def _end(element: Element, tag: str, name: str, findings: Findings) -> str | None:
+    found = list(children(element, tag))
+    if len(found) > 1:
+        findings.error(
+            f"joint '{name}' with {len(found)} <{tag}> elements",
+            "one",
+            "a joint joins two links; close loops with cut joints",
+            found[1].sourceline,
+        )
+    link = str(found[0].get("link") or "").strip() if found else ""
+    if not link:
+        line = found[0].sourceline if found else element.sourceline
+        findings.error(f"joint '{name}' without {tag} link", f'<{tag} link="..."/>', "", line)
+        return None
+    return link
+
+
+def _axis(element: Element, name: str, kind: JointType, findings: Findings) -> Array:
+    axis = only_child(element, "axis", findings)
+    default = readonly([1.0, 0.0, 0.0])
+    if axis is None or kind not in _WITH_AXIS:
+        return default
+    values = read_numbers(axis.get("xyz"), 3, f"axis of joint '{name}'", findings, axis.sourceline)
+    if values is None:
+        return default
+    return unit_axis(values, name, findings, axis.sourceline)
+
+
+def unit_axis(values: tuple[float, ...], name: str, findings: Findings, at: Place | int | None) -> Array:
+    """The direction of `values` as a unit vector (3,); a zero axis is an error, a length other than 1 a warning."""
+    length = math.hypot(*values)
+    shown = " ".join(f"{value:g}" for value in values)
+    if length < 1e-9:
+        findings.error(f"axis of joint '{name}' is {shown}", "a direction", 'for example xyz="0 0 1"', at)
+        return readonly([1.0, 0.0, 0.0])
+    if abs(length - 1.0) > 1e-3:
+        findings.warn(f"axis of joint '{name}' ({shown}) has length {length:.6g}", "1", "it was normalised", at)
+    return readonly(np.array(values) / length)
+
+
+def _limits(element: Element, name: str, kind: JointType, findings: Findings) -> Limits:
+    limit = only_child(element, "limit", findings)
+    ranged = kind in (JointType.REVOLUTE, JointType.PRISMATIC)
+    if limit is None:
+        if ranged and only_child(element, "mimic", Findings()) is None:
+            findings.warn(
+                f"joint '{name}' without <limit>", f"<limit> on a {kind.value} joint", "read as no limit",
+                element.sourceline,
+            )  # fmt: skip
+        return Limits()
+    line = limit.sourceline
+    values = {key: _limit(limit, key, name, findings) for key in ("lower", "upper", "velocity", "effort")}
+    lower, upper = values["lower"], values["upper"]
+    if not ranged:
+        lower = upper = None
+    elif limit.get("lower") is None and limit.get("upper") is None:
+        findings.warn(f"<limit> of joint '{name}' without lower and upper", "both", "read as no limit", line)
+    elif limit.get("lower") is None or limit.get("upper") is None:
+        missing = "lower" if limit.get("lower") is None else "upper"
+        findings.warn(f"<limit> of joint '{name}' without {missing}", "both", "read as 0, the default of URDF", line)
+        lower, upper = (0.0, upper) if missing == "lower" else (lower, 0.0)
+    return Limits(lower, upper, values["velocity"], values["effort"])
+
+
+def _limit(limit: Element, key: str, name: str, findings: Findings) -> float | None:
+    text = limit.get(key)
+    if text is None:
+        return None
+    value = parse_number(text)
+    if value is None:
+        found, mend = number_problem(text)
+        findings.error(f"{key} limit of joint '{name}': {found}", "a number", mend, limit.sourceline)
+        return None
+    if math.isnan(value):
+        findings.error(f"{key} limit of joint '{name}' is nan", "a number", "", limit.sourceline)
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _dynamics(element: Element, name: str, findings: Findings) -> tuple[float, float]:
+    dynamics = only_child(element, "dynamics", findings)
+    if dynamics is None:
+        return 0.0, 0.0
+    values = []
+    for key in ("damping", "friction"):
+        what = f"{key} of joint '{name}'"
+        value = read_numbers(dynamics.get(key, "0"), 1, what, findings, dynamics.sourceline)
+        values.append(value[0] if value else 0.0)
+    return values[0], values[1]
+
+
+def _mimic(element: Element, name: str, kind: JointType, findings: Findings) -> Coupling | None:
+    mimic = only_child(element, "mimic", findings)
+    if mimic is None or kind is JointType.FIXED:
+        return None
+    line = mimic.sourceline
+    driver = str(mimic.get("joint") or "").strip()
+    if not driver:
+        findings.error(f"<mimic> of joint '{name}' without joint", '<mimic joint="..."/>', "", line)
+    ratio = read_numbers(mimic.get("multiplier", "1"), 1, f"multiplier of joint '{name}'", findings, line)
+    offset = read_numbers(mimic.get("offset", "0"), 1, f"offset of joint '{name}'", findings, line)
+    if not driver or ratio is None or offset is None:
+        return None
+    return Coupling(f"{name}_mimic", name, driver, ratio[0], offset[0], Place(findings.file, line))

@@ -1,0 +1,215 @@
+"""The `<link>` of a URDF: inertia, visual and collision shapes, materials."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.description.findings import Findings, closest, listing
+from cutjoint.description.model import IDENTITY, Inertial, Link, Place, Shape
+from cutjoint.description.numbers import read_numbers
+from cutjoint.description.packages import find_mesh
+from cutjoint.description.transforms import placement
+from cutjoint.description.xml import Element, check_known, children, name_of, only_child
+
+Colour = tuple[float, float, float, float]
+Colours = Mapping[str, Colour | None]
+
+LARGEST_MASS = 1e9
+"""kg.  Beyond it nothing that moves has its mass; the check warns far earlier."""
+LARGEST_INERTIA = 1e15
+"""kg m2."""
+
+_NONE: frozenset[str] = frozenset()
+_LINK_TAGS = frozenset({"inertial", "visual", "collision"})
+_LINK_IGNORED = frozenset({"sensor", "contact", "self_collision_checking", "collision_checking", "verbose", "gazebo"})
+_SHAPES: Mapping[str, frozenset[str]] = {
+    "box": frozenset({"size"}),
+    "cylinder": frozenset({"radius", "length"}),
+    "capsule": frozenset({"radius", "length"}),
+    "sphere": frozenset({"radius"}),
+    "mesh": frozenset({"filename", "scale"}),
+}
+_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+def read_origin(element: Element, findings: Findings) -> Array:
+    """The placement (4, 4) of the `<origin>` in `element`; the identity where there is none."""
+    origin = only_child(element, "origin", findings)
+    if origin is None:
+        return IDENTITY
+    check_known(origin, frozenset({"xyz", "rpy", "quat_xyzw"}), _NONE, _NONE, findings)
+    what, line = f"<origin> of <{element.tag}>", origin.sourceline
+    xyz = read_numbers(origin.get("xyz", "0 0 0"), 3, f"{what}: xyz", findings, line)
+    rpy = read_numbers(origin.get("rpy", "0 0 0"), 3, f"{what}: rpy", findings, line)
+    if origin.get("quat_xyzw") is not None:
+        findings.error(f"{what}: quat_xyzw", "rpy", "URDF 1.0 has roll, pitch, yaw only", line)
+    return placement(xyz or (0.0, 0.0, 0.0), rpy or (0.0, 0.0, 0.0))
+
+
+def read_colours(root: Element, findings: Findings) -> dict[str, Colour | None]:
+    """The named materials of a robot, those defined inside visuals included."""
+    colours: dict[str, Colour | None] = {}
+    for element in children(root, "material"):
+        _material(element, findings)
+    for element in root.iter("material"):
+        colour = _colour(element, Findings())
+        name = str(element.get("name") or "")
+        if name and (colour is not None or name not in colours):
+            colours[name] = colour
+    return colours
+
+
+def _material(element: Element, findings: Findings) -> None:
+    check_known(element, frozenset({"name"}), frozenset({"color", "texture"}), _NONE, findings)
+    for texture in children(element, "texture"):
+        check_known(texture, frozenset({"filename"}), _NONE, _NONE, findings)
+    _colour(element, findings)
+
+
+def _colour(element: Element, findings: Findings) -> Colour | None:
+    color = only_child(element, "color", findings)
+    if color is None:
+        return None
+    check_known(color, frozenset({"rgba"}), _NONE, _NONE, findings)
+    values = read_numbers(color.get("rgba"), 4, "<color>: rgba", findings, color.sourceline)
+    if values is None:
+        return None
+    if not all(0.0 <= value <= 1.0 for value in values):
+        findings.error(f"<color>: rgba is {values}", "four numbers from 0 to 1", "", color.sourceline)
+        return None
+    return values[0], values[1], values[2], values[3]
+
+
+def read_link(element: Element, path: Path, colours: Colours, findings: Findings) -> Link | None:
+    """One `<link>`, or None where it has no name."""
+    check_known(element, frozenset({"name", "type"}), _LINK_TAGS, _LINK_IGNORED, findings)
+    name = name_of(element, findings)
+    if name is None:
+        return None
+    visuals = [_shape(one, name, path, colours, findings) for one in children(element, "visual")]
+    collisions = [_shape(one, name, path, colours, findings) for one in children(element, "collision")]
+    return Link(
+        name=name,
+        inertial=_inertial(element, name, findings),
+        visuals=tuple(shape for shape in visuals if shape is not None),
+        collisions=tuple(shape for shape in collisions if shape is not None),
+        place=Place(findings.file, element.sourceline),
+    )
+
+
+def _inertial(link: Element, name: str, findings: Findings) -> Inertial | None:
+    element = only_child(link, "inertial", findings)
+    if element is None:
+        return None
+    check_known(element, _NONE, frozenset({"origin", "mass", "inertia"}), _NONE, findings)
+    origin = read_origin(element, findings)
+    line = element.sourceline
+    parts = {}
+    for tag in ("mass", "inertia"):
+        parts[tag] = only_child(element, tag, findings)
+        if parts[tag] is None:
+            findings.error(f"<inertial> of link '{name}' without <{tag}>", f"<{tag} .../>", "", line)
+    mass = None
+    if parts["mass"] is not None:
+        check_known(parts["mass"], frozenset({"value"}), _NONE, _NONE, findings)
+        at = parts["mass"].sourceline
+        mass = read_numbers(parts["mass"].get("value"), 1, f"mass of link '{name}'", findings, at, LARGEST_MASS)
+    entries: list[float] = []
+    if parts["inertia"] is not None:
+        check_known(parts["inertia"], frozenset(_INERTIA), _NONE, _NONE, findings)
+        at = parts["inertia"].sourceline
+        for key in _INERTIA:
+            what = f"{key} of link '{name}'"
+            entry = read_numbers(parts["inertia"].get(key), 1, what, findings, at, LARGEST_INERTIA)
+            entries += entry or ()
+    if mass is None or len(entries) != len(_INERTIA):
+        return None
+    ixx, ixy, ixz, iyy, iyz, izz = entries
+    tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+    if not np.array_equal(origin[:3, :3], np.eye(3)):
+        tensor = origin[:3, :3] @ tensor @ origin[:3, :3].T
+        tensor = 0.5 * (tensor + tensor.T)
+    return Inertial(mass[0], origin[:3, 3], tensor)
+
+
+def _shape(element: Element, link: str, path: Path, colours: Colours, findings: Findings) -> Shape | None:
+    visual = element.tag == "visual"
+    tags = frozenset({"origin", "geometry", "material"}) if visual else frozenset({"origin", "geometry"})
+    ignored = frozenset({"verbose", "convex", "material", "surface", "max_contacts"})
+    check_known(element, frozenset({"name", "group"}), tags, ignored, findings)
+    origin = read_origin(element, findings)
+    geometry = only_child(element, "geometry", findings)
+    what = f"<{element.tag}> of link '{link}'"
+    if geometry is None:
+        findings.error(f"{what} without <geometry>", "<geometry> with one shape", "", element.sourceline)
+        return None
+    check_known(geometry, _NONE, frozenset(_SHAPES), _NONE, findings)
+    shapes = [one for one in children(geometry) if one.tag in _SHAPES]
+    if len(shapes) != 1:
+        expected = f"exactly one of {', '.join(sorted(_SHAPES))}"
+        findings.error(f"{what} with {len(shapes)} shapes", expected, "", geometry.sourceline)
+        return None
+    kind = str(shapes[0].tag)
+    check_known(shapes[0], _SHAPES[kind], _NONE, _NONE, findings)
+    size = _size(shapes[0], kind, what, findings)
+    mesh = _mesh(shapes[0], what, path, findings) if kind == "mesh" else None
+    if size is None or (kind == "mesh" and mesh is None):
+        return None
+    colour = _shape_colour(element, colours, what, findings) if visual else None
+    return Shape(kind, size, origin, colour, mesh, str(element.get("name") or ""))
+
+
+def _size(shape: Element, kind: str, what: str, findings: Findings) -> tuple[float, ...] | None:
+    line = shape.sourceline
+    if kind == "box":
+        size = read_numbers(shape.get("size"), 3, f"box in {what}: size", findings, line)
+    elif kind == "mesh":
+        size = read_numbers(shape.get("scale", "1 1 1"), 3, f"mesh in {what}: scale", findings, line)
+        if size is not None and 0.0 in size:
+            findings.error(f"mesh in {what}: scale {size}", "three numbers other than 0", "", line)
+        return size
+    else:
+        keys = ("radius",) if kind == "sphere" else ("radius", "length")
+        values = [read_numbers(shape.get(key), 1, f"{kind} in {what}: {key}", findings, line) for key in keys]
+        size = tuple(value[0] for value in values if value is not None)
+        size = size if len(size) == len(keys) else None
+    if size is not None and min(size) < 0.0:
+        findings.error(f"{kind} in {what}: size {size}", "no negative length [m]", "", line)
+        return None
+    return size
+
+
+def _mesh(shape: Element, what: str, path: Path, findings: Findings) -> Path | None:
+    name = str(shape.get("filename") or "").strip()
+    if not name:
+        findings.error(f"mesh in {what} without filename", '<mesh filename="..."/>', "", shape.sourceline)
+        return None
+    found, tried = find_mesh(name, path)
+    if found is None:
+        remedy = "put the file there, or remove the shape"
+        if "://" in name and not name.startswith("file://"):
+            package = name.split("://", 1)[1].split("/", 1)[0]
+            remedy = f"add the folder that holds '{package}' to ROS_PACKAGE_PATH"
+        places = listing(map(str, dict.fromkeys(tried)), 3)
+        findings.doubt(f"mesh '{name}' in {what} not found", f"a file; looked for {places}", remedy, shape.sourceline)
+    return found
+
+
+def _shape_colour(element: Element, colours: Colours, what: str, findings: Findings) -> Colour | None:
+    material = only_child(element, "material", findings)
+    if material is None:
+        return None
+    _material(material, findings)
+    colour = _colour(material, Findings())
+    name = str(material.get("name") or "")
+    if colour is None and name:
+        if name not in colours:
+            near = closest(name, colours)
+            hint = f"did you mean '{near}'?" if near else ""
+            findings.warn(f"{what} names the unknown material '{name}'", listing(colours), hint, material.sourceline)
+        colour = colours.get(name)
+    return colour

@@ -1,0 +1,75 @@
+"""Numbers out of text: finite, in a plausible range, and with a hint where a person slipped (decimal comma, xacro)."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from cutjoint.description.findings import Findings, clip
+from cutjoint.description.model import Place
+
+LARGEST_LENGTH = 1e6
+"""Lengths [m] and angles [rad] beyond this are refused: at 1e6 m a double has lost its last tenth of a nanometre."""
+
+_COMMA = re.compile(r"^[+-]?\d+,\d+([eE][+-]?\d+)?$")
+_NUMBER = re.compile(r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$")
+
+
+def is_xacro(text: str) -> bool:
+    """Whether `text` still holds a xacro expression."""
+    return "${" in text or "$(" in text
+
+
+def number_problem(text: str) -> tuple[str, str]:
+    """Why `text` is not a number, as (found, mend)."""
+    shown = clip(text)
+    if is_xacro(text):
+        return f"xacro expression '{shown}' left in", "expand the file first: xacro robot.urdf.xacro > robot.urdf"
+    if any(_COMMA.match(word.strip(";")) for word in text.split()):
+        return f"decimal comma in '{shown}'", "write decimal points: " + re.sub(r"(\d),(\d)", r"\1.\2", shown)
+    if "," in text or ";" in text:
+        return f"separator in '{shown}'", "separate numbers by spaces"
+    return f"'{shown}' is not a number", ""
+
+
+def parse_number(text: str) -> float | None:
+    """`text` as a float (`inf` and `nan` included), or None where it is not one.  Independent of the locale."""
+    word = text.strip()
+    if _NUMBER.match(word) or word.lower().lstrip("+-") in ("inf", "infinity", "nan"):
+        return float(word)
+    return None
+
+
+def read_numbers(
+    text: str | None, count: int, what: str, findings: Findings, at: Place | int | None, largest: float = LARGEST_LENGTH
+) -> tuple[float, ...] | None:
+    """`count` finite numbers out of `text`, or None after noting a problem that names `what`."""
+    wanted = "a number" if count == 1 else f"{count} numbers"
+    if text is None:
+        findings.error(f"{what} is missing", wanted, "", at)
+        return None
+    words = text.split()
+    values = [parse_number(word) for word in words]
+    if any(value is None for value in values):
+        found, mend = number_problem(text)
+        findings.error(f"{what}: {found}", wanted, mend, at)
+        return None
+    if len(values) != count:
+        findings.error(f"{what}: {len(values)} numbers ('{clip(text)}')", wanted, "", at)
+        return None
+    numbers = tuple(float(value) for value in values if value is not None)
+    return numbers if check_range(numbers, what, findings, at, largest) else None
+
+
+def check_range(
+    numbers: tuple[float, ...], what: str, findings: Findings, at: Place | int | None, largest: float = LARGEST_LENGTH
+) -> bool:
+    """Whether all `numbers` are finite and at most `largest` in size; notes a problem otherwise."""
+    for value in numbers:
+        if not math.isfinite(value):
+            findings.error(f"{what} is {value}", "a finite number", "", at)
+            return False
+        if abs(value) > largest:
+            findings.error(f"{what} is {value:g}", f"at most {largest:g} in size (SI units)", "check the units", at)
+            return False
+    return True

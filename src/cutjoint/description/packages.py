@@ -1,0 +1,72 @@
+"""Where meshes are: `package://`, `model://`, `file://` and relative names to a file on this machine.
+
+Looked in: ROS_PACKAGE_PATH, GAZEBO_MODEL_PATH, AMENT_PREFIX_PATH, the folders above the file that names the mesh, and
+the optional package example-robot-data.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from functools import cache
+from pathlib import Path
+from urllib.parse import unquote
+
+_ABOVE = 5
+
+
+@cache
+def example_robot_data() -> Path | None:
+    """The folder `share/example-robot-data` of the optional package, or None.  Imports nothing."""
+    for entry in sys.path:
+        base = Path(entry)
+        for share in (base / "cmeel.prefix" / "share", base.parent.parent.parent / "share"):
+            if (share / "example-robot-data" / "robots").is_dir():
+                return share / "example-robot-data"
+    return None
+
+
+def is_example(file: str) -> bool:
+    """Whether a file is one of example-robot-data."""
+    share = example_robot_data()
+    return share is not None and bool(file) and Path(file).resolve().is_relative_to(share.resolve())
+
+
+def search_folders(near: Path) -> list[Path]:
+    """Folders that may hold a package named in a file at `near`, in the order in which they are tried."""
+    folders: list[Path] = []
+    for variable in ("ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH"):
+        folders += [Path(part) for part in os.environ.get(variable, "").split(os.pathsep) if part]
+    folders += [Path(part) / "share" for part in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if part]
+    folders += list(near.resolve().parents)[:_ABOVE]
+    share = example_robot_data()
+    if share is not None:
+        folders += [share.parent, share / "robots"]
+    return folders
+
+
+def find_mesh(name: str, near: Path) -> tuple[Path | None, list[Path]]:
+    """The file that a mesh name means in a description at `near`, and the paths that were tried."""
+    for scheme in ("package://", "model://"):
+        if name.startswith(scheme):
+            inside = unquote(name[len(scheme) :])
+            package, _, rest = inside.partition("/")
+            tried: list[Path] = []
+            for folder in search_folders(near):
+                candidates = [folder / inside]
+                if folder.name == package:
+                    candidates.append(folder / rest)
+                tried += candidates
+                for candidate in candidates:
+                    if _is_file(candidate):
+                        return candidate, tried
+            return None, tried
+    path = Path(unquote(name[len("file://") :])) if name.startswith("file://") else near.parent / name
+    return (path, [path]) if _is_file(path) else (None, [path])
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False

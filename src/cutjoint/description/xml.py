@@ -1,0 +1,182 @@
+"""XML from strangers: no DTD, no entities, no network, bounded size and depth; problems carry line numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+
+from cutjoint.description.files import read_text_file
+from cutjoint.description.findings import Findings, clip, closest
+from cutjoint.description.numbers import is_xacro
+
+DEEPEST = 100
+"""Levels of nested elements; robot files have about ten."""
+
+_NEVER_EXTENDED = frozenset(
+    "origin mass inertia inertial axis parent child box cylinder capsule sphere geometry color".split()
+)
+
+Element = Any
+"""An lxml element (lxml ships no types)."""
+
+
+def read_xml(path: Path, findings: Findings, kind: str) -> Element | None:
+    """The root element of an XML file, or None after noting why not."""
+    data = read_text_file(path, findings, kind)
+    return None if data is None else parse_xml(data, findings, kind)
+
+
+def parse_xml(data: bytes, findings: Findings, kind: str) -> Element | None:
+    """The root element of XML in memory, or None after noting why not."""
+    root = _parse(data, findings, kind)
+    if root is None:
+        return None
+    if root.getroottree().docinfo.internalDTD is not None:
+        _refuse_doctype(findings, _line_of(data, b"<!DOCTYPE"))
+        return None
+    depth = _depth(root)
+    if depth > DEEPEST:
+        findings.error(f"XML nested {depth} levels deep", f"at most {DEEPEST} levels", "robot files are flat")
+        return None
+    return root
+
+
+def _parse(data: bytes, findings: Findings, kind: str) -> Element | None:
+    try:
+        return etree.fromstring(data, _parser())
+    except etree.XMLSyntaxError as error:
+        log = error.error_log
+        if log and all(entry.domain_name == "NAMESPACE" for entry in log):
+            return etree.fromstring(data, _parser(recover=True))  # prefixes nobody declared; they carry no robot
+        if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+            _refuse_doctype(findings, _line_of(data, b"<!"))
+            return None
+        text, line = clip(str(error.msg or error), 160), error.lineno or None
+        findings.error(f"the XML does not parse: {text}", f"well-formed {kind}", _advice(text), line)
+        return None
+    except ValueError as error:
+        findings.error(f"the XML does not parse: {clip(str(error), 160)}", f"well-formed {kind}")
+        return None
+
+
+def _parser(recover: bool = False) -> Any:
+    return etree.XMLParser(
+        resolve_entities=False,
+        load_dtd=False,
+        dtd_validation=False,
+        no_network=True,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+        recover=recover,
+    )
+
+
+def _refuse_doctype(findings: Findings, line: int | None) -> None:
+    findings.error(
+        "a DOCTYPE or entity declaration",
+        "plain XML without DTD and entities, which are refused for safety",
+        "remove the <!DOCTYPE ...> block and write the values out",
+        line,
+    )
+
+
+def _advice(text: str) -> str:
+    if "depth" in text.lower():
+        return f"robot files nest at most {DEEPEST} levels"
+    if "Premature end" in text or "EndTag: '</' not found" in text:
+        return "the file ends early: it was truncated, or a closing tag is missing"
+    if "mismatch" in text:
+        return "close every tag with its own name, in the reverse order of opening"
+    if "Start tag expected" in text:
+        return "the file does not begin with an element: is it XML at all?"
+    if "xmlParseEntityRef" in text or "Entity" in text:
+        return "write & as &amp; and < as &lt;"
+    return ""
+
+
+def _line_of(data: bytes, mark: bytes) -> int | None:
+    at = data.find(mark)
+    return None if at < 0 else data.count(b"\n", 0, at) + 1
+
+
+def _depth(root: Element) -> int:
+    deepest, level = 0, 0
+    for event, _ in etree.iterwalk(root, events=("start", "end")):
+        level += 1 if event == "start" else -1
+        deepest = max(deepest, level)
+    return deepest
+
+
+def children(element: Element, tag: str | None = None) -> Iterator[Element]:
+    """Child elements of `element`, all or those called `tag`."""
+    for child in element:
+        if isinstance(child.tag, str) and (tag is None or child.tag == tag):
+            yield child
+
+
+def only_child(element: Element, tag: str, findings: Findings) -> Element | None:
+    """The child called `tag`, or None; notes a problem where there are several."""
+    found = list(children(element, tag))
+    if len(found) > 1:
+        findings.error(f"{len(found)} <{tag}> in one <{element.tag}>", "at most one", "keep one", found[1].sourceline)
+    return found[0] if found else None
+
+
+def check_known(
+    element: Element, attributes: frozenset[str], tags: frozenset[str], ignored: frozenset[str], findings: Findings
+) -> None:
+    """Note attributes and children of `element` that the format does not have.
+
+    One that looks like a slip of a known name, or is in an element that nobody extends, is an error because what was
+    meant would be lost; anything else is somebody's extension and only a warning.  Namespaced names are extensions too.
+    """
+    what = f"<{element.tag}>"
+    for name in map(str, element.attrib):
+        if name not in attributes and "{" not in name and ":" not in name:
+            _unknown(f"attribute '{clip(name)}' of {what}", name, attributes, element, findings, element.sourceline)
+    for child in children(element):
+        tag = str(child.tag)
+        if tag not in tags and tag not in ignored and "{" not in tag and ":" not in tag:
+            _unknown(f"element <{clip(tag)}> in {what}", tag, tags, element, findings, child.sourceline)
+
+
+def _unknown(
+    found: str, name: str, known: frozenset[str], element: Element, findings: Findings, line: int | None
+) -> None:
+    strict = element.tag in _NEVER_EXTENDED
+    near = closest(name, known, cutoff=0.6 if strict else 0.8)
+    expected = f"one of {', '.join(sorted(known))}" if known else "nothing there"
+    if near or strict:
+        findings.error(f"unknown {found}", expected, f"did you mean '{near}'?" if near else "remove it", line)
+    else:
+        findings.warn(f"unknown {found} is ignored", expected, "", line)
+
+
+def refuse_xacro(root: Element, findings: Findings) -> None:
+    """Note xacro tags and expressions that are left in a file (the first of each line)."""
+    for element in root.iter(etree.Element):
+        tag = str(element.tag)
+        inside = next((f'{key}="{value}"' for key, value in element.attrib.items() if is_xacro(value)), "")
+        if "xacro" in tag.lower():
+            inside = tag.rsplit("}", 1)[-1].removeprefix("xacro:")
+            inside = f"<xacro:{inside}>"
+        if inside:
+            findings.error(
+                f"xacro left in: {clip(inside)}",
+                "a plain file without xacro",
+                "expand it first: xacro robot.urdf.xacro > robot.urdf",
+                element.sourceline,
+            )
+
+
+def name_of(element: Element, findings: Findings) -> str | None:
+    """The attribute `name` without blanks around it, or None after noting that it is missing."""
+    name = str(element.get("name") or "").strip()
+    if not name:
+        findings.error(f"<{element.tag}> without a name", f'<{element.tag} name="...">', "", element.sourceline)
+        return None
+    return name
