@@ -1,0 +1,48 @@
+"""The files under urdf/ are what the generator writes, and the generator refuses bodies that cannot exist."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+URDF = Path(__file__).resolve().parents[2] / "urdf"
+
+
+def test_committed_files_are_the_generators(generator: Any) -> None:
+    made = {str(path): text for path, text in generator.files().items()}
+    found = {
+        path.relative_to(URDF).as_posix(): path.read_text(encoding="utf-8")
+        for path in URDF.rglob("*")
+        if path.is_file() and path.suffix in (".urdf", ".toml")
+    }
+    assert sorted(made) == sorted(found)
+    stale = [path for path in made if made[path] != found[path]]
+    assert not stale, f"run `python tools/make_robots.py`: {stale} differ"
+
+
+def test_two_runs_write_the_same_bytes(generator: Any) -> None:
+    assert generator.files() == generator.files()
+
+
+@pytest.mark.parametrize(
+    "inertia",
+    [(1.0, 1.0, 2.1, 0.0, 0.0, 0.0), (-1e-9, 1.0, 1.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.1, 0.0, 0.0)],
+    ids=["triangle", "negative", "products"],
+)
+def test_impossible_inertias_are_refused(generator: Any, inertia: tuple[float, ...]) -> None:
+    from robots.parts import Inertial
+
+    with pytest.raises(ValueError, match=r"rigid body|principal axes"):
+        Inertial(1.0, (0.0, 0.0, 0.0), inertia)
+    with pytest.raises(ValueError, match="rigid body"):
+        Inertial(0.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("value", [1 / 3, 0.1 + 0.2, 2.0, 1e-20, -0.0, 123456.789, 2**0.5 * 1e-7])
+def test_numbers_read_back(generator: Any, value: float) -> None:
+    from robots.write import number
+
+    assert abs(float(number(value)) - value) <= max(4e-16 * abs(value), 1e-16)
+    assert number(value) != "-0"
