@@ -32,3 +32,18 @@ def as_vector(name: str, values: npt.ArrayLike, size: int, unit: str = "") -> Ar
     if not np.isfinite(array).all():
         raise InputError(f"{name} must be finite, found {array.tolist()}")
     return array
+
+
+def positive(name: str, value: float, unit: str = "") -> float:
+    """`value` as a finite float > 0.
+
+    Raises:
+        InputError: it is not; the message names the argument.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} must be a number > 0{unit and f' [{unit}]'}, found {value!r}") from error
+    if not (np.isfinite(number) and number > 0.0):
+        raise InputError(f"{name} must be finite and > 0{unit and f' [{unit}]'}, found {number!r}")
+    return number

@@ -1,0 +1,13 @@
+"""Control laws, a file each.  A law knows gains and perhaps a model of the robot; saturation and the sample rate belong
+to the loop that runs it (`cutjoint.simulation`)."""
+
+from cutjoint.control.catalogue import LAWS, law
+from cutjoint.control.computed_torque import ComputedTorque
+from cutjoint.control.feedforward import Feedforward
+from cutjoint.control.law import Law
+from cutjoint.control.none import NoControl
+from cutjoint.control.pd import PD
+from cutjoint.control.pd_gravity import PDGravity
+from cutjoint.control.pid import PID
+
+__all__ = ["LAWS", "PD", "PID", "ComputedTorque", "Feedforward", "Law", "NoControl", "PDGravity", "law"]

@@ -1,0 +1,47 @@
+"""Computed torque: M(q) (a_d + kd e_dot + kp e) + c(q, v) + g(q) (Elkady et al. 2008, equation 43).
+
+With an exact model every actuator's error obeys e_ddot + kd e_dot + kp e = 0; it is critically damped at
+kd = 2 sqrt(kp).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array
+from cutjoint.control.pd import PD
+from cutjoint.errors import InputError
+from cutjoint.mechanism import Mechanism
+from cutjoint.motion import Desired
+
+
+class ComputedTorque(PD):
+    """Feedback linearisation by `model`, which need not be the plant's; `kp` [1/s2], `kd` [1/s]."""
+
+    def __init__(self, model: Mechanism, kp: npt.ArrayLike, kd: npt.ArrayLike) -> None:
+        """Gains of the linear error equation: scalar, (n,) or (n, n)."""
+        super().__init__(kp, kd)
+        self.model = model
+
+    @classmethod
+    def critically_damped(cls, model: Mechanism, kd: float) -> ComputedTorque:
+        """kp = kd^2 / 4 (equation 46): the fastest error without overshoot.
+
+        Raises:
+            InputError: `kd` [1/s] is not a finite number >= 0.
+        """
+        if not (np.isscalar(kd) and np.isfinite(kd)):
+            raise InputError(f"kd must be one finite number [1/s], found {kd!r}")
+        return cls(model, kd * kd / 4.0, kd)
+
+    @property
+    def name(self) -> str:
+        """For messages and tables."""
+        return "computed torque"
+
+    def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
+        """Inverse dynamics at the measured state, shape (n,)."""
+        near = desired.posture if self.model is desired.mechanism else None
+        at = self.model.close(q, near)
+        return self.model.inverse_dynamics(at, v, desired.a + self.feedback(desired, q, v))

@@ -1,0 +1,32 @@
+"""PD with the whole inverse dynamics of the desired motion fed forward (Elkady et al. 2008, equation 42).
+
+effort = M(q_d) a_d + c(q_d, v_d) + g(q_d) + kp e + kd e_dot
+"""
+
+from __future__ import annotations
+
+import numpy.typing as npt
+
+from cutjoint.arrays import Array
+from cutjoint.control.pd import PD
+from cutjoint.mechanism import Mechanism
+from cutjoint.motion import Desired
+
+
+class Feedforward(PD):
+    """PD and full feedforward by `model`, which need not be the plant's."""
+
+    def __init__(self, model: Mechanism, kp: npt.ArrayLike, kd: npt.ArrayLike) -> None:
+        """Gains as in `PD`."""
+        super().__init__(kp, kd)
+        self.model = model
+
+    @property
+    def name(self) -> str:
+        """For messages and tables."""
+        return "PD + feedforward"
+
+    def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
+        """Feedback and inverse dynamics of the desired motion, shape (n,)."""
+        ahead = self.model.inverse_dynamics(desired.posture_of(self.model), desired.v, desired.a)
+        return self.feedback(desired, q, v) + ahead

@@ -1,0 +1,53 @@
+"""PD on actuator position and velocity: effort = kp e + kd e_dot, with e = q_d - q (Elkady et al. 2008, equation 40)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array
+from cutjoint.control.law import Gain
+from cutjoint.motion import Desired
+
+NOTHING: Array = np.zeros(0)
+NOTHING.setflags(write=False)
+
+
+class PD:
+    """Proportional and derivative feedback; needs no model of the robot."""
+
+    def __init__(self, kp: npt.ArrayLike, kd: npt.ArrayLike) -> None:
+        """`kp` [N/m] or [N m/rad] and `kd` [N s/m] or [N m s/rad]: scalar, (n,) or (n, n).
+
+        Raises:
+            InputError: gains of another shape, not finite or negative.
+        """
+        self.kp, self.kd = Gain("kp", kp), Gain("kd", kd)
+
+    @property
+    def name(self) -> str:
+        """For messages and tables."""
+        return "PD"
+
+    @property
+    def gains(self) -> dict[str, list[list[float]]]:
+        """The gains by name."""
+        return {"kp": self.kp.listed, "kd": self.kd.listed}
+
+    def memory(self, n: int) -> int:
+        """No memory; the gains must fit n actuators."""
+        self.kp.fit(n)
+        self.kd.fit(n)
+        return 0
+
+    def feedback(self, desired: Desired, q: Array, v: Array) -> Array:
+        """kp e + kd e_dot, shape (n,)."""
+        return self.kp(desired.q - q) + self.kd(desired.v - v)
+
+    def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
+        """The feedback alone."""
+        return self.feedback(desired, q, v)
+
+    def memory_rate(self, desired: Desired, q: Array, v: Array, asked: Array, given: Array) -> Array:
+        """Nothing to remember."""
+        return NOTHING

@@ -1,0 +1,29 @@
+"""PD with the gravity of the desired posture fed forward: kp e + kd e_dot + g(q_d) (Elkady et al. 2008, equation 41)."""
+
+from __future__ import annotations
+
+import numpy.typing as npt
+
+from cutjoint.arrays import Array
+from cutjoint.control.pd import PD
+from cutjoint.mechanism import Mechanism
+from cutjoint.motion import Desired
+
+
+class PDGravity(PD):
+    """PD and gravity compensation by `model`, which need not be the plant's."""
+
+    def __init__(self, model: Mechanism, kp: npt.ArrayLike, kd: npt.ArrayLike) -> None:
+        """Gains as in `PD`."""
+        super().__init__(kp, kd)
+        self.model = model
+
+    @property
+    def name(self) -> str:
+        """For messages and tables."""
+        return "PD + gravity"
+
+    def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
+        """Feedback and gravity, shape (n,)."""
+        gravity = self.model.terms(desired.posture_of(self.model)).gravity
+        return self.feedback(desired, q, v) + gravity

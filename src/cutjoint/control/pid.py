@@ -1,0 +1,50 @@
+"""PID on actuator position: kp e + kd e_dot + ki times the integral of e, with anti-windup by clamping.
+
+While an actuator saturates its integral stands still, unless the error would drive it out of saturation: there is no
+further gain to choose.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array
+from cutjoint.control.law import Gain
+from cutjoint.control.pd import PD
+from cutjoint.motion import Desired
+
+
+class PID(PD):
+    """Proportional, integral and derivative feedback; needs no model.  Its memory is the integral of e, shape (n,)."""
+
+    def __init__(self, kp: npt.ArrayLike, ki: npt.ArrayLike, kd: npt.ArrayLike) -> None:
+        """`ki` [N/(m s)] or [N m/(rad s)]; the others as in `PD`."""
+        super().__init__(kp, kd)
+        self.ki = Gain("ki", ki)
+
+    @property
+    def name(self) -> str:
+        """For messages and tables."""
+        return "PID"
+
+    @property
+    def gains(self) -> dict[str, list[list[float]]]:
+        """The gains by name."""
+        return {**super().gains, "ki": self.ki.listed}
+
+    def memory(self, n: int) -> int:
+        """One integral an actuator."""
+        super().memory(n)
+        self.ki.fit(n)
+        return n
+
+    def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
+        """Feedback with the integral in `memory`, shape (n,)."""
+        return self.feedback(desired, q, v) + self.ki(memory)
+
+    def memory_rate(self, desired: Desired, q: Array, v: Array, asked: Array, given: Array) -> Array:
+        """The error, or 0 where the actuator saturates and the error pushes further."""
+        error = desired.q - q
+        pushes = (asked - given) * self.ki(error) > 0.0
+        return np.where(pushes, 0.0, error)

@@ -1,0 +1,16 @@
+"""Trajectories of the tool, and the motion of the actuators that follows them through a mechanism."""
+
+from cutjoint.motion.paths import Circle, Hold, Lissajous, PointToPoint
+from cutjoint.motion.reference import Desired, Reference
+from cutjoint.motion.trajectory import ToolMotion, Trajectory
+
+__all__ = [
+    "Circle",
+    "Desired",
+    "Hold",
+    "Lissajous",
+    "PointToPoint",
+    "Reference",
+    "ToolMotion",
+    "Trajectory",
+]

@@ -1,0 +1,120 @@
+"""A trajectory seen through a mechanism: what the actuators must do so that the tool follows it.
+
+Positions by inverse kinematics; rates from tool velocity = J v and tool acceleration = J a + drift.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cutjoint.arrays import Array, positive, readonly
+from cutjoint.errors import ClosureError, CutjointError, SingularError, UnreachableError
+from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.motion.trajectory import ToolMotion, Trajectory
+
+# Anchors to a way: near enough to one another that inverse kinematics from the nearest one stays on its branch.
+ANCHORS = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Desired:
+    """The desired motion at one instant.
+
+    Attributes:
+        t: time [s].
+        q, v, a: actuated coordinates, velocity and acceleration, shape (n,).
+        tool: position, velocity and acceleration of the tool.
+        posture: the posture at `q`, made by `mechanism`.
+        mechanism: through which the trajectory was seen.
+    """
+
+    t: float
+    q: Array
+    v: Array
+    a: Array
+    tool: ToolMotion
+    posture: Posture
+    mechanism: Mechanism
+
+    def __post_init__(self) -> None:
+        for name in ("q", "v", "a"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
+    def posture_of(self, model: Mechanism) -> Posture:
+        """The desired posture as `model` makes it: its own where it made it, else closed at the same `q`.
+
+        Raises:
+            ClosureError, SingularError: `model` cannot be closed there.
+        """
+        return self.posture if model is self.mechanism else model.close(self.q)
+
+
+class Reference:
+    """The motion of the actuators of `mechanism` that follows `trajectory` for `duration` [s] from time 0 on.
+
+    The whole way is walked once when it is made, so that a trajectory that leaves the workspace is found before
+    anything moves; the postures on the way are kept and start the inverse kinematics later on.
+
+    Attributes:
+        trajectory: the motion of the tool.
+        mechanism: whose inverse kinematics are used.
+        duration: how long it is followed [s].
+    """
+
+    def __init__(self, trajectory: Trajectory, mechanism: Mechanism, duration: float | None = None) -> None:
+        """Walk the way.
+
+        Raises:
+            InputError: a duration that is not > 0.
+            UnreachableError: the trajectory leaves the workspace; the message tells when and where.
+        """
+        self.trajectory = trajectory
+        self.mechanism = mechanism
+        self.duration = positive("duration", trajectory.duration if duration is None else duration, "s")
+        anchors: list[tuple[Array, Posture]] = []
+        near: Posture | None = None
+        # A way that repeats, or rests at its end, is walked once.
+        for t in np.linspace(0.0, min(self.duration, trajectory.duration), ANCHORS + 1):
+            tool = trajectory.at(float(t))
+            near = self._reach(float(t), tool, near)
+            anchors.append((tool.position, near))
+        self._places = readonly([place for place, _ in anchors])
+        self._postures = tuple(posture for _, posture in anchors)
+
+    def at(self, t: float) -> Desired:
+        """The desired motion at time `t` [s], which may lie past the duration.
+
+        Raises:
+            UnreachableError: outside the workspace between two anchors, or past the duration.
+        """
+        tool = self.trajectory.at(t)
+        away = self._places - tool.position
+        nearest = self._postures[int(np.argmin(np.einsum("ij,ij->i", away, away)))]
+        posture = self._reach(t, tool, nearest)
+        still = self.mechanism.tool(posture)
+        v = np.linalg.solve(still.jacobian, tool.velocity)
+        drift = self.mechanism.tool(posture, v).drift
+        a = np.linalg.solve(still.jacobian, tool.acceleration - drift)
+        return Desired(t, posture.q, v, a, tool, posture, self.mechanism)
+
+    def _reach(self, t: float, tool: ToolMotion, near: Posture | None) -> Posture:
+        try:
+            return self.mechanism.reach(tool.position, near)
+        except (UnreachableError, SingularError, ClosureError) as error:
+            raise _left_workspace(self.trajectory, self.mechanism, t, tool, error) from error
+
+
+def _left_workspace(
+    trajectory: Trajectory, mechanism: Mechanism, t: float, tool: ToolMotion, error: CutjointError
+) -> UnreachableError:
+    where = ", ".join(f"{x:.4g}" for x in tool.position)
+    reached = getattr(error, "reached", None)
+    return UnreachableError(
+        f"trajectory '{trajectory.name}' leaves the workspace of {mechanism.name} at t = {t:.4g} s, "
+        f"tool at ({where}) m: {error}  (make it smaller, move its centre or start from another branch)",
+        target=readonly(tool.position),
+        reached=reached,
+        progress=0.0,
+    )

@@ -1,0 +1,21 @@
+"""Simulation: plants, integrators, the loop that runs them, and the result."""
+
+from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator, RungeKutta4
+from cutjoint.simulation.loop import run
+from cutjoint.simulation.plant import Observation, Plant, State
+from cutjoint.simulation.reduced import ReducedPlant
+from cutjoint.simulation.result import Result, Rmse
+
+__all__ = [
+    "Adaptive",
+    "DormandPrince",
+    "Integrator",
+    "Observation",
+    "Plant",
+    "ReducedPlant",
+    "Result",
+    "Rmse",
+    "RungeKutta4",
+    "State",
+    "run",
+]
