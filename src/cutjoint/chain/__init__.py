@@ -1,0 +1,7 @@
+"""Closed chains in Pinocchio: the tree's model, the cut joints as constraints, and all that follows from them."""
+
+from cutjoint.chain.closed_chain import ClosedChain
+from cutjoint.chain.dynamics import FullMotion
+from cutjoint.chain.mobility import MobilityReport
+
+__all__ = ["ClosedChain", "FullMotion", "MobilityReport"]

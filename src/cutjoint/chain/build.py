@@ -1,0 +1,108 @@
+"""The open tree of a description as a Pinocchio model.
+
+Joints are added depth first, because Pinocchio's `crba` and `constraintDynamics` assume it.  Links that a fixed joint
+carries are merged into the moving body; every link keeps its frame.  A continuous joint is a plain angle (one number,
+not a cosine and a sine), so that actuated coordinates are what a user types.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+import pinocchio as pin
+
+from cutjoint.arrays import Array
+from cutjoint.description.model import Inertial, Joint, JointType, RobotDescription
+from cutjoint.errors import CutjointError
+
+UNBOUNDED = 1e30
+_NAMED_AXES: dict[tuple[float, ...], str] = {(1.0, 0.0, 0.0): "X", (0.0, 1.0, 0.0): "Y", (0.0, 0.0, 1.0): "Z"}
+
+
+def build_model(description: RobotDescription) -> pin.Model:
+    """The Pinocchio model of the open tree of `description`.
+
+    Raises:
+        CutjointError: Pinocchio's own consistency check refuses the model.
+    """
+    model = pin.Model()
+    model.name = description.name
+    model.gravity = pin.Motion(np.array(description.gravity), np.zeros(3))
+    inertials = {link.name: link.inertial for link in description.links}
+    children: dict[str, list[Joint]] = defaultdict(list)
+    for joint in description.joints:
+        children[joint.parent].append(joint)
+
+    _add_body(model, description.root, inertials[description.root], 0, pin.SE3.Identity())
+    stack = [(joint, 0, pin.SE3.Identity()) for joint in reversed(children[description.root])]
+    while stack:
+        joint, parent, parent_link = stack.pop()
+        here = parent_link * pin.SE3(np.array(joint.placement))
+        if joint.type is JointType.FIXED:
+            body, link = parent, here
+        else:
+            body, link = _add_joint(model, joint, parent, here)
+        _add_body(model, joint.child, inertials[joint.child], body, link)
+        stack.extend((child, body, link) for child in reversed(children[joint.child]))
+
+    if not model.check(model.createData()):
+        raise CutjointError(f"Pinocchio refuses the model of {description.name}: joints not in depth-first order")
+    return model
+
+
+def _add_joint(model: pin.Model, joint: Joint, parent: int, here: pin.SE3) -> tuple[int, pin.SE3]:
+    """Add a moving joint; returns its index and the child link's placement in it."""
+    link = pin.SE3.Identity()
+    kind = joint.type
+    if kind is JointType.PLANAR:
+        turn = pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(joint.axis)), np.zeros(3))
+        here, link = here * turn, turn.inverse()
+    index = model.addJoint(parent, _joint_model(joint), here, joint.name)
+    model.addJointFrame(index)
+    if kind in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
+        lower, upper = joint.limits.lower, joint.limits.upper
+        bounded = kind is not JointType.CONTINUOUS
+        model.lowerPositionLimit[model.idx_qs[index]] = lower if bounded and lower is not None else -UNBOUNDED
+        model.upperPositionLimit[model.idx_qs[index]] = upper if bounded and upper is not None else UNBOUNDED
+    return index, link
+
+
+def _joint_model(joint: Joint) -> pin.JointModel:
+    axis = np.array(joint.axis)
+    name = _NAMED_AXES.get(tuple(float(x) for x in axis))
+    match joint.type:
+        case JointType.REVOLUTE | JointType.CONTINUOUS:
+            return getattr(pin, f"JointModelR{name}")() if name else pin.JointModelRevoluteUnaligned(axis)
+        case JointType.PRISMATIC:
+            return getattr(pin, f"JointModelP{name}")() if name else pin.JointModelPrismaticUnaligned(axis)
+        case JointType.UNIVERSAL:
+            return pin.JointModelUniversal(axis, np.array(joint.axis2))
+        case JointType.SPHERICAL:
+            return pin.JointModelSpherical()
+        case JointType.PLANAR:
+            return pin.JointModelPlanar()
+        case JointType.FLOATING:
+            return pin.JointModelFreeFlyer()
+    raise CutjointError(f"joint '{joint.name}': type '{joint.type}' does not move")
+
+
+def _add_body(model: pin.Model, name: str, inertial: Inertial | None, joint: int, placement: pin.SE3) -> None:
+    if inertial is not None and inertial.mass > 0.0:
+        inertia = pin.Inertia(inertial.mass, np.array(inertial.com), np.array(inertial.inertia))
+        model.appendBodyToJoint(joint, inertia, placement)
+    model.addFrame(pin.Frame(name, joint, placement, pin.FrameType.BODY))
+
+
+def coordinates_to_q(joint: Joint, value: float | tuple[float, ...]) -> Array:
+    """A home value as Pinocchio's configuration of that joint: floating x, y, z, roll, pitch, yaw; spherical roll,
+    pitch, yaw; planar x, y, angle; else the numbers themselves."""
+    numbers = np.atleast_1d(np.asarray(value, dtype=np.float64))
+    match joint.type:
+        case JointType.FLOATING:
+            return np.concatenate([numbers[:3], pin.Quaternion(pin.rpy.rpyToMatrix(numbers[3:])).coeffs()])
+        case JointType.SPHERICAL:
+            return np.asarray(pin.Quaternion(pin.rpy.rpyToMatrix(numbers)).coeffs())
+        case JointType.PLANAR:
+            return np.array([numbers[0], numbers[1], np.cos(numbers[2]), np.sin(numbers[2])])
+    return numbers

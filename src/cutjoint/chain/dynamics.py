@@ -1,0 +1,211 @@
+"""Constrained forward dynamics in full coordinates, with the forces in the cut joints.
+
+Fixed, spherical and revolute cuts are Pinocchio `RigidConstraintModel`s (a revolute cut is two coincident points on its
+axis) and go through `pin.constraintDynamics`.  Universal and prismatic cuts and couplings, which Pinocchio has no rigid
+constraint for, go through the same equations in numpy:
+
+    M a + h = tau + K' f,   K a + gamma = 0   =>   (K M^-1 K') f = -(K M^-1 (tau - h) + gamma)
+
+Redundant rows are the rule (both papers' robots have three), so f is the least one that does the work, and the
+solution is accepted only if |K a + gamma| vanishes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from cutjoint import tolerances
+from cutjoint.arrays import Array, readonly
+from cutjoint.chain.closure import Cut
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.description.model import CutType
+from cutjoint.errors import DynamicsError
+
+_RIGID = (CutType.FIXED, CutType.SPHERICAL, CutType.REVOLUTE)
+
+
+@dataclass(frozen=True, eq=False)
+class Wrench:
+    """What body A of a cut exerts on body B: force (3,) [N], moment (3,) [N m] at the origin of frame b, world axes."""
+
+    force: Array
+    moment: Array
+
+
+@dataclass(frozen=True, eq=False)
+class FullMotion:
+    """Result of constrained forward dynamics.
+
+    Attributes:
+        acceleration: of all joints, shape (nv,), [m/s2] and [rad/s2].
+        loop_forces: cut joint -> wrench.  Where rows are redundant the split among cuts is the one of least norm.
+        couplings: coupling -> generalised force [N] or [N m] on its joint.
+        residual: largest |K a + gamma| left [m/s2, rad/s2].
+    """
+
+    acceleration: Array
+    loop_forces: Mapping[str, Wrench]
+    couplings: Mapping[str, float]
+    residual: float
+
+
+class RigidConstraints:
+    """Pinocchio's constraint models of the cuts, with a private workspace."""
+
+    def __init__(self, model: pin.Model, cuts: tuple[Cut, ...], length: float) -> None:
+        self._model, self._cuts = model, cuts
+        self._arm = 0.5 * length
+        self.models = pin.StdVec_RigidConstraintModel()
+        for cut in cuts:
+            kind = pin.ContactType.CONTACT_6D if cut.type is CutType.FIXED else pin.ContactType.CONTACT_3D
+            for shift in self._shifts(cut):
+                offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, shift]))
+                constraint = pin.RigidConstraintModel(
+                    kind,
+                    model,
+                    cut.joint_a,
+                    cut.placement_a * offset,
+                    cut.joint_b,
+                    cut.placement_b * offset,
+                    pin.ReferenceFrame.LOCAL,
+                )
+                constraint.name = cut.name
+                self.models.append(constraint)
+        self.datas = pin.StdVec_RigidConstraintData()
+        for constraint in self.models:
+            self.datas.append(constraint.createData())
+        self.data = model.createData()
+        pin.initConstraintDynamics(model, self.data, self.models, self.datas)
+        self._settings = pin.ProximalSettings(1e-12, 1e-8, 1e-6, 5)
+
+    def _shifts(self, cut: Cut) -> tuple[float, ...]:
+        return (-self._arm, self._arm) if cut.type is CutType.REVOLUTE else (0.0,)
+
+    def acceleration(self, q: Array, v: Array, effort: Array) -> Array:
+        """`pin.constraintDynamics`: acceleration of all joints, shape (nv,)."""
+        found = pin.constraintDynamics(self._model, self.data, q, v, effort, self.models, self.datas, self._settings)
+        return np.array(found)
+
+    def jacobian(self) -> Array:
+        """Pinocchio's constraint Jacobian at the last `acceleration` call, shape (rows, nv)."""
+        return np.array(pin.getConstraintsJacobian(self._model, self.data, self.models, self.datas))
+
+    def wrenches(self) -> dict[str, Wrench]:
+        """Loop forces of the last `acceleration` call."""
+        found: dict[str, Wrench] = {}
+        row, index = 0, 0
+        forces = np.asarray(self.data.lambda_c)
+        for cut in self._cuts:
+            frame = self.data.oMi[cut.joint_a] * cut.placement_a
+            force, moment = np.zeros(3), np.zeros(3)
+            for shift in self._shifts(cut):
+                size = self.models[index].residualSize()
+                push = -frame.rotation @ forces[row : row + 3]
+                force += push
+                moment += np.cross(shift * frame.rotation[:, 2], push)
+                if size == 6:
+                    moment -= frame.rotation @ forces[row + 3 : row + 6]
+                row, index = row + size, index + 1
+            found[cut.name] = Wrench(readonly(force), readonly(moment))
+        return found
+
+
+class FullDynamics:
+    """Constrained forward dynamics of one robot."""
+
+    def __init__(self, kinematics: Kinematics) -> None:
+        self._k = kinematics
+        closure = kinematics.closure
+        rigid = bool(closure.cuts) and not closure.ratios and all(cut.type in _RIGID for cut in closure.cuts)
+        self.rigid = RigidConstraints(kinematics.model, closure.cuts, kinematics.length) if rigid else None
+
+    def acceleration(self, q: Array, v: Array, effort: Array) -> Array:
+        """Acceleration of all joints, shape (nv,), not checked against the constraints: for inner loops."""
+        if self.rigid is not None:
+            return self.rigid.acceleration(q, v, effort)
+        return self._solve(q, v, effort)[0]
+
+    def motion(self, q: Array, v: Array, effort: Array) -> FullMotion:
+        """Acceleration and loop forces at a closed configuration.
+
+        Raises:
+            DynamicsError: the acceleration does not respect the cuts.
+        """
+        couplings: dict[str, float] = {}
+        if self.rigid is not None:
+            acceleration = self.rigid.acceleration(q, v, effort)
+            forces = self.rigid.wrenches()
+        else:
+            acceleration, multipliers = self._solve(q, v, effort)
+            forces = self._wrenches(q, multipliers)
+            ratios = self._k.closure.ratios
+            couplings = {
+                r.name: float(f) for r, f in zip(ratios, multipliers[len(multipliers) - len(ratios) :], strict=True)
+            }
+        residual = self.check(q, v, acceleration)
+        return FullMotion(readonly(acceleration), forces, couplings, residual)
+
+    def check(self, q: Array, v: Array, acceleration: Array) -> float:
+        """Largest |K a + gamma| of an acceleration.
+
+        Raises:
+            DynamicsError: it is not finite or not small against its own terms.
+        """
+        k = self._k
+        if not np.isfinite(acceleration).all():
+            raise DynamicsError("forward dynamics gave a number that is not finite: singular posture", residual=np.inf)
+        pin.computeJointJacobiansTimeVariation(k.model, k.data, q, v)
+        moved, drift = k.closure.jacobian(k.data) @ acceleration, k.closure.drift(k.data, v)
+        residual = float(np.abs(moved + drift).max(initial=0.0))
+        size = float(max(np.abs(moved).max(initial=0.0), np.abs(drift).max(initial=0.0), 1.0))
+        if residual > tolerances.DYNAMICS.value * size:
+            raise DynamicsError(
+                f"constrained forward dynamics did not converge: |K a + gamma| = {residual:.3g} against terms of "
+                f"{size:.3g}; the posture is singular or not closed",
+                residual=residual,
+            )
+        return residual
+
+    def _solve(self, q: Array, v: Array, effort: Array) -> tuple[Array, Array]:
+        k = self._k
+        mass = pin.crba(k.model, k.data, q)
+        mass = np.triu(mass) + np.triu(mass, 1).T
+        bias = np.array(pin.nonLinearEffects(k.model, k.data, q, v))
+        pin.computeJointJacobiansTimeVariation(k.model, k.data, q, v)
+        jacobian, drift = k.closure.jacobian(k.data), k.closure.drift(k.data, v)
+        free = np.linalg.solve(mass, np.column_stack([effort - bias, jacobian.T]))
+        if not len(jacobian):
+            return free[:, 0], np.zeros(0)
+        compliance = jacobian @ free[:, 1:]
+        wanted = -(jacobian @ free[:, 0] + drift)
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(compliance), 1e-300))
+        scaled = scale[:, None] * compliance * scale
+        multipliers = scale * np.linalg.lstsq(scaled, scale * wanted, rcond=tolerances.RANK.value**1.5)[0]
+        return free[:, 0] + free[:, 1:] @ multipliers, multipliers
+
+    def _wrenches(self, q: Array, multipliers: Array) -> dict[str, Wrench]:
+        """Multipliers of the closure rows as wrenches on body B at frame b, world axes."""
+        k = self._k
+        found: dict[str, Wrench] = {}
+        row = 0
+        for cut, (_, a, b) in zip(k.closure.cuts, k.closure.placements(k.data), strict=True):
+            part = multipliers[row : row + cut.rows]
+            row += cut.rows
+            moment = np.zeros(3)
+            if cut.type is CutType.PRISMATIC:
+                force, moment = a.rotation[:, :2] @ part[:2], part[2:5]
+            else:
+                force = part[:3]
+            if cut.type is CutType.FIXED:
+                moment = part[3:6]
+            elif cut.type is CutType.REVOLUTE:
+                z = b.rotation[:, 2]
+                moment = part[3] * np.cross(z, a.rotation[:, 0]) + part[4] * np.cross(z, a.rotation[:, 1])
+            elif cut.type is CutType.UNIVERSAL:
+                moment = part[3] * np.cross(b.rotation[:, 1], a.rotation[:, 0])
+            found[cut.name] = Wrench(readonly(force), readonly(moment))
+        return found

@@ -1,0 +1,32 @@
+"""Every tolerance of cutjoint in one table, each with its reason.  docs/tolerances.md shows it to readers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """A number, its unit and why it is what it is."""
+
+    value: float
+    unit: str
+    reason: str
+
+
+CLOSURE = Tolerance(
+    1e-12, "m, rad", "a posture is closed to the rounding of coordinates of about a metre, times a thousand"
+)
+RANK = Tolerance(
+    1e-7,
+    "-",
+    "singular values below this fraction of the largest are redundancy; CAD rounding stays below, real motion above",
+)
+SINGULAR = Tolerance(1e-6, "-", "below this distance to a singularity accelerations lose more than six digits")
+STRIDE = Tolerance(
+    0.2, "rad or link lengths", "largest predicted joint motion of one continuation step; keeps Newton on its branch"
+)
+DYNAMICS = Tolerance(1e-7, "relative", "constraint residual of forward dynamics against the size of its terms")
+AGREEMENT = Tolerance(
+    1e-10, "relative", "two independent formulations of one robot; 2e-13 is typical, the rest is conditioning"
+)
