@@ -1,0 +1,50 @@
+"""What the tests of the project itself share: where it is, which files it tracks, its tools as modules."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="session")
+def root() -> Path:
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def tracked() -> list[Path]:
+    """The files of the project: those git knows, or in an unpacked archive those that lie there."""
+    if (ROOT / ".git").exists():
+        names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        files = [ROOT / name for name in names.split("\0") if name]
+    else:
+        parts = ("src", "tests", "tools", "docs", "urdf")
+        files = [*ROOT.glob("*.*"), ROOT / "Makefile", *(file for part in parts for file in (ROOT / part).rglob("*"))]
+    return [file for file in files if file.is_file() and "__pycache__" not in file.parts]
+
+
+@pytest.fixture(scope="session")
+def layers() -> ModuleType:
+    return _tool("layers")
+
+
+@pytest.fixture(scope="session")
+def pins() -> ModuleType:
+    return _tool("pins")
+
+
+def _tool(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"cutjoint_tools_{name}", ROOT / "tools" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
