@@ -44,6 +44,7 @@ class Erratum:
         printed: what stands there, in our own words.
         corrected: what holds and is used here.
         shown: how it was shown.
+        computed: whether the tests show it by computing (otherwise it is seen by reading).
     """
 
     key: str
@@ -51,3 +52,4 @@ class Erratum:
     printed: str
     corrected: str
     shown: str
+    computed: bool = True
