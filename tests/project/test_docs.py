@@ -124,7 +124,7 @@ def workplace(folder: Path) -> Path:
 
 
 def run_command(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run one `cutjoint ...` line through a shell; of a command that would stay open, look for the options in its help."""
+    """Run one `cutjoint ...` line in a shell; of one that would stay open, look for the options in its help."""
     words = shlex.split(line)
     program = Path(sys.executable).parent
     settings = os.environ | {"PATH": f"{program}{os.pathsep}{os.environ['PATH']}", "NO_COLOR": "1", "COLUMNS": "200"}
