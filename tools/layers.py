@@ -59,14 +59,26 @@ OUTSIDE: Mapping[str, frozenset[str]] = {
     PACKAGE: frozenset(),
 }
 
-# Package -> the only rooms that may import it.
+# Package from outside the standard library -> the only rooms that may import it.  One that is not here is not a
+# dependency of the project (docs/dependencies.md); numpy is everybody's.
 OWNERS: Mapping[str, frozenset[str]] = {
     "pinocchio": frozenset({"chain", "compile", "simulation"}),
+    "scipy": frozenset({"simulation", "crosscheck", "chain"}),
+    "yourdfpy": frozenset({"description"}),
+    "lxml": frozenset({"description"}),
+    "yaml": frozenset({"description"}),
+    "example_robot_data": frozenset({"description"}),
+    "trimesh": frozenset({"description", "viewer"}),
     "meshcat": frozenset({"viewer"}),
+    "tornado": frozenset({"viewer"}),
+    "umsgpack": frozenset({"viewer"}),
+    "zmq": frozenset({"viewer"}),
+    "IPython": frozenset({"viewer"}),
     "matplotlib": frozenset({"report"}),
     "casadi": frozenset({"compile"}),
     "numba": frozenset({"compile"}),
     "llvmlite": frozenset({"compile"}),
+    "mujoco": frozenset({"crosscheck"}),
     "typer": frozenset({"cli", "commands"}),
     "rich": frozenset({"cli", "commands"}),
 }
@@ -156,6 +168,8 @@ def _judge(one: Import, known: Mapping[str, Path]) -> Iterator[str]:
     elif package not in sys.stdlib_module_names:
         if here in OUTSIDE and package not in OUTSIDE[here]:
             yield f"{here} may not import {package}, only {', '.join(sorted(OUTSIDE[here])) or 'the standard library'}"
+        elif package not in OWNERS and package != "numpy":
+            yield f"{package} is not among the packages of tools/layers.py; is it a dependency of the project?"
         elif package in OWNERS and here not in OWNERS[package]:
             yield f"{here} may not import {package}; that is left to {', '.join(sorted(OWNERS[package]))}"
 

@@ -55,6 +55,7 @@ def test_sound_package_passes(layers: ModuleType, tmp_path: Path) -> None:
             "chain",
         ),
         ("chain/__init__.py", "import meshcat.geometry\n", "chain may not import meshcat"),
+        ("chain/__init__.py", "import click\n", "click is not among the packages"),
         ("chain/__init__.py", "import cutjoint.papers\n", "chain may not import papers"),
         ("mechanism/types.py", "from cutjoint.mechanism import T\n", "import cycle"),
         ("description/a.py", "import cutjoint.nowhere\n", "there is no module cutjoint.nowhere"),
