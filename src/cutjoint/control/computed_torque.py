@@ -6,12 +6,10 @@ kd = 2 sqrt(kp).
 
 from __future__ import annotations
 
-import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, positive
 from cutjoint.control.pd import PD
-from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired
 
@@ -29,10 +27,9 @@ class ComputedTorque(PD):
         """kp = kd^2 / 4 (equation 46): the fastest error without overshoot.
 
         Raises:
-            InputError: `kd` [1/s] is not a finite number >= 0.
+            InputError: `kd` [1/s] is not a finite number > 0.
         """
-        if not (np.isscalar(kd) and np.isfinite(kd)):
-            raise InputError(f"kd must be one finite number [1/s], found {kd!r}")
+        positive("kd", kd, "1/s")
         return cls(model, kd * kd / 4.0, kd)
 
     @property

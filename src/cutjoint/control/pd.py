@@ -1,4 +1,7 @@
-"""PD on actuator position and velocity: effort = kp e + kd e_dot, with e = q_d - q (Elkady et al. 2008, equation 40)."""
+"""PD on actuator position and velocity: effort = kp e + kd e_dot, with e = q_d - q.
+
+Elkady et al. 2008, equation 40.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""PD with the gravity of the desired posture fed forward: kp e + kd e_dot + g(q_d) (Elkady et al. 2008, equation 41)."""
+"""PD with the gravity of the desired posture fed forward: effort = kp e + kd e_dot + g(q_d).
+
+Elkady et al. 2008, equation 41.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 """Simulation: plants, integrators, the loop that runs them, and the result."""
 
+from cutjoint.simulation.constrained import ConstrainedPlant
+from cutjoint.simulation.files import load, save
 from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator, RungeKutta4
 from cutjoint.simulation.loop import run
 from cutjoint.simulation.plant import Observation, Plant, State
@@ -8,6 +10,7 @@ from cutjoint.simulation.result import Result, Rmse
 
 __all__ = [
     "Adaptive",
+    "ConstrainedPlant",
     "DormandPrince",
     "Integrator",
     "Observation",
@@ -17,5 +20,7 @@ __all__ = [
     "Rmse",
     "RungeKutta4",
     "State",
+    "load",
     "run",
+    "save",
 ]

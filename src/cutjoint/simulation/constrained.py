@@ -1,0 +1,143 @@
+"""A plant in full coordinates: every joint of the tree, held together by the constraint forces of the cut joints.
+
+Accelerations respect the constraints only to second order, so positions and velocities drift off.  Each accepted step
+is therefore put back: Newton's method moves the passive joints onto the loops while actuated coordinates and speeds
+stay as they are, and passive speeds follow from them.  No gain has to be chosen, and the order of the integrator is
+kept, because the correction is as small as its error.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import pinocchio as pin
+
+from cutjoint.arrays import Array
+from cutjoint.chain.closure import bind_frame
+from cutjoint.description.model import RobotDescription
+from cutjoint.errors import InputError
+from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.simulation.plant import Observation, State
+
+
+class FullChain(Mechanism, Protocol):
+    """What the plant needs of a closed robot beyond `Mechanism`; `ClosedChain` has it."""
+
+    @property
+    def description(self) -> RobotDescription:
+        """Where it was built from."""
+        ...
+
+    @property
+    def model(self) -> pin.Model:
+        """The open tree."""
+        ...
+
+    def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
+        """Constrained forward dynamics, shape (nv,)."""
+        ...
+
+    def full_effort(self, effort: Array) -> Array:
+        """Actuator efforts as generalised forces of all joints, shape (nv,)."""
+        ...
+
+    def full_velocity(self, at: Posture, v: Array) -> Array:
+        """Velocity of all joints, shape (nv,)."""
+        ...
+
+    def project(self, q_full: Array, v_full: Array) -> tuple[Array, Array]:
+        """Onto the loops, actuated coordinates and speeds kept."""
+        ...
+
+    def gap(self, q_full: Array) -> tuple[float, float]:
+        """Worst loop gap, ([m], [rad])."""
+        ...
+
+    def actuated(self, q_full: Array) -> Array:
+        """Actuated coordinates, shape (n,)."""
+        ...
+
+    def actuated_velocity(self, v_full: Array) -> Array:
+        """Actuated velocities, shape (n,)."""
+        ...
+
+
+class ConstrainedPlant:
+    """The robot in all joints of its tree, by `pin.constraintDynamics`.
+
+    Args:
+        chain: the closed robot.
+        project: put every accepted step back onto the loops.  Without it the loops drift; for measuring that.
+    """
+
+    def __init__(self, chain: FullChain, *, project: bool = True) -> None:
+        self.chain = chain
+        self.project = project
+        self._data = chain.model.createData()
+        self._flat = chain.model.nq == chain.model.nv
+        if chain.description.tool is None:
+            raise InputError(f"{chain.name} has no tool frame to simulate; name one under [tool] in its loops.toml")
+        self._tool_joint, self._tool_place = bind_frame(chain.model, chain.description.tool)
+
+    @property
+    def mechanism(self) -> FullChain:
+        """The closed robot."""
+        return self.chain
+
+    @property
+    def name(self) -> str:
+        """For messages and tables."""
+        return f"{self.chain.name}, constrained{'' if self.project else ', not projected'}"
+
+    def start(self, posture: Posture, v: Array) -> State:
+        """See `Plant.start`."""
+        return State(posture.q_full, np.asarray(self.chain.full_velocity(posture, v)))
+
+    def chart(self, state: State) -> Array:
+        """The configuration itself where it is a vector space, else exponential coordinates around it."""
+        return state.q if self._flat else np.zeros(self.chain.model.nv)
+
+    def moved(self, origin: State, u: Array, v: Array) -> State:
+        """On the manifold of the tree's joints."""
+        return State(u if self._flat else np.asarray(pin.integrate(self.chain.model, origin.q, u)), v)
+
+    def chart_rate(self, origin: State, state: State) -> Array:
+        """du/dt = v, on rotations times the inverse of the exponential's derivative."""
+        if self._flat:
+            return state.v
+        rate = pin.dDifference(self.chain.model, origin.q, state.q, pin.ArgumentPosition.ARG1) @ state.v
+        return np.asarray(rate)
+
+    def measured(self, state: State) -> tuple[Array, Array]:
+        """Sensors sit at the actuators."""
+        return self.chain.actuated(state.q), self.chain.actuated_velocity(state.v)
+
+    def acceleration(self, state: State, effort: Array) -> Array:
+        """Of all joints, shape (nv,)."""
+        return self.chain.full_acceleration(state.q, state.v, self.chain.full_effort(effort))
+
+    def settled(self, state: State) -> tuple[State, float]:
+        """Back onto the loops, and the gap that was found."""
+        gap = self.chain.gap(state.q)
+        if not self.project:
+            return state, 0.0
+        q, v = self.chain.project(state.q, state.v)
+        return State(np.asarray(q), np.asarray(v)), max(gap[0], np.finfo(float).tiny)
+
+    def observe(self, state: State) -> Observation:
+        """What to record.  Energies and tool come from the full state, drift and all."""
+        model, data = self.chain.model, self._data
+        kinetic = float(pin.computeKineticEnergy(model, data, state.q, state.v))
+        potential = float(pin.computePotentialEnergy(model, data, state.q))
+        joint, place = data.oMi[self._tool_joint], self._tool_place
+        velocity = (joint * place).rotation @ place.actInv(data.v[self._tool_joint]).linear
+        return Observation(
+            *self.measured(state),
+            np.array((joint * place).translation),
+            velocity,
+            kinetic,
+            potential,
+            self.chain.gap(state.q),
+            state.q,
+        )

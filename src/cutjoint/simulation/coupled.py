@@ -1,0 +1,115 @@
+"""Plant, law and reference as one set of equations for an integrator: y = (u, v, memory, work).
+
+u are coordinates in the plant's chart around the last accepted state, v its velocity, memory the law's own state, work
+the integral of effort times actuator speed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.control import Law
+from cutjoint.errors import CutjointError, InputError
+from cutjoint.motion import Desired, Reference
+from cutjoint.simulation.plant import Plant, State
+
+
+class Coupled:
+    """The closed loop from one accepted state to the next.
+
+    Attributes:
+        origin: last accepted state.
+        y: the same as a flat vector, shape (2 nv + memory + 1,).
+        held: effort that is held since the last sample, shape (n,), or None under continuous control.
+        failure: why the last evaluation was not a number, if it was not.
+        evaluations: of the right hand side so far.
+        strayed: worst loop gap that was found before a state was put back [m].
+    """
+
+    def __init__(self, plant: Plant, law: Law, reference: Reference, limits: Array | None, start: State) -> None:
+        self.plant, self.law, self.reference, self.limits = plant, law, reference, limits
+        memory = law.memory(plant.mechanism.n)
+        self.origin = start
+        self.y = np.concatenate([plant.chart(start), start.v, np.zeros(memory + 1)])
+        self.held: Array | None = None
+        self.failure: CutjointError | None = None
+        self.evaluations = 0
+        self.strayed = 0.0
+        self._nv = start.v.size
+        self._known: list[Desired] = []
+        self._given: tuple[Array, Array] | None = None
+
+    def desired(self, t: float) -> Desired:
+        """The reference at `t` [s].  Methods ask several times at one instant; the last two answers are kept."""
+        for known in self._known:
+            if known.t == t:
+                return known
+        self._known = [self.reference.at(t), *self._known[:1]]
+        return self._known[0]
+
+    def state(self, y: Array) -> State:
+        """The plant's state of a flat vector."""
+        return self.plant.moved(self.origin, y[: self._nv], y[self._nv : 2 * self._nv])
+
+    def control(self, t: float, state: State, y: Array) -> tuple[Array, Array]:
+        """Effort after saturation, shape (n,), and rate of the law's memory."""
+        q, v = self.plant.measured(state)
+        desired = self.desired(t)
+        asked = self.law.effort(desired, q, v, y[2 * self._nv : -1])
+        if not np.isfinite(asked).all():
+            raise InputError(f"controller '{self.law.name}' asks for an effort that is not finite: {asked.tolist()}")
+        given = asked if self.limits is None else np.clip(asked, -self.limits, self.limits)
+        return given, self.law.memory_rate(desired, q, v, asked, given)
+
+    def field(self, t: float, y: Array) -> Array:
+        """dy/dt; not a number where plant, law or reference cannot go, so that adaptive methods try a shorter step."""
+        self.evaluations += 1
+        nv = self._nv
+        out = np.empty(y.size)
+        try:
+            state = self.state(y)
+            if self.held is None:
+                effort, out[2 * nv : -1] = self.control(t, state, y)
+                self._given = (y, effort)
+            else:
+                effort, out[2 * nv : -1] = self.held, 0.0
+            out[:nv] = self.plant.chart_rate(self.origin, state)
+            out[nv : 2 * nv] = self.plant.acceleration(state, effort)
+            out[-1] = effort @ self.plant.measured(state)[1]
+        except CutjointError as error:
+            self.failure = error
+            out[:] = np.nan
+        except np.linalg.LinAlgError as error:
+            self.failure = InputError(f"the equations of motion are singular: {error}")
+            out[:] = np.nan
+        return out
+
+    def effort(self, t: float) -> Array:
+        """Effort from the accepted state at `t` on, shape (n,)."""
+        if self.held is not None:
+            return self.held
+        if self._given is not None and self._given[0] is self.y:
+            return self._given[1]
+        return self.control(t, self.origin, self.y)[0]
+
+    def sample(self, t: float, period: float) -> None:
+        """Read the sensors and hold the effort for a period [s]; the law's memory moves on by one period."""
+        self.held, memory_rate = self.control(t, self.origin, self.y)
+        if memory_rate.size:
+            self.y = self.y.copy()
+            self.y[2 * self._nv : -1] += period * memory_rate
+
+    def accept(self, y: Array) -> bool:
+        """Take `y` as the new state, put back on its loops.  True where dy/dt did not change by that.
+
+        Raises:
+            ClosureError, SingularError: it cannot be put back.
+        """
+        state, gap = self.plant.settled(self.state(y))
+        self.strayed = max(self.strayed, gap)
+        self.origin = state
+        u = self.plant.chart(state)
+        same = np.array_equal(u, y[: self._nv]) and np.array_equal(state.v, y[self._nv : 2 * self._nv])
+        self.y = y if same else np.concatenate([u, state.v, y[2 * self._nv :]])
+        return bool(same)
