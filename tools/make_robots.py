@@ -11,9 +11,9 @@ from pathlib import Path, PurePosixPath
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from robots import cpm, omega3, write
+from robots import cpm, fivebar, fourbar, omega3, redundant, stewart, underactuated, write
 
-ROBOTS = (cpm, omega3)
+ROBOTS = (cpm, omega3, fourbar, fivebar, stewart, redundant, underactuated)
 URDF = Path(__file__).resolve().parents[1] / "urdf"
 
 

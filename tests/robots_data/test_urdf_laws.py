@@ -14,6 +14,11 @@ import pytest
 EXPECTED = {
     "cpm": (12, 12, 9, 3, 9),
     "omega3": (18, 18, 15, 3, 15),
+    "fourbar": (3, 5, 2, 1, 2),
+    "fivebar": (4, 5, 2, 2, 2),
+    "stewart": (24, 18, 18, 6, 18),
+    "redundant": (6, 10, 4, 2, 3),
+    "underactuated": (4, 5, 2, 2, 2),
 }
 ROBOTS = sorted(EXPECTED)
 
