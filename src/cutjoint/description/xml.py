@@ -16,7 +16,8 @@ DEEPEST = 100
 """Levels of nested elements; robot files have about ten."""
 
 _NEVER_EXTENDED = frozenset(
-    "origin mass inertia inertial axis parent child box cylinder capsule sphere geometry color".split()
+    {"origin", "mass", "inertia", "inertial", "axis", "parent", "child", "color"}
+    | {"box", "cylinder", "capsule", "sphere"}
 )
 
 Element = Any
@@ -45,10 +46,11 @@ def parse_xml(data: bytes, findings: Findings, kind: str) -> Element | None:
 
 
 def _parse(data: bytes, findings: Findings, kind: str) -> Element | None:
+    parser = _parser()
     try:
-        return etree.fromstring(data, _parser())
+        return etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
-        log = error.error_log
+        log = parser.error_log  # the log of the exception holds those of earlier files too
         if log and all(entry.domain_name == "NAMESPACE" for entry in log):
             return etree.fromstring(data, _parser(recover=True))  # prefixes nobody declared; they carry no robot
         if b"<!DOCTYPE" in data or b"<!ENTITY" in data:

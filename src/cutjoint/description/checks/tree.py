@@ -1,4 +1,4 @@
-"""Links and joints form one tree: unique names, ends that exist, one root, one parent a link, no cycle, not too deep."""
+"""Links and joints form one tree: unique names, known ends, one root, one parent a link, no cycle, not too deep."""
 
 from __future__ import annotations
 

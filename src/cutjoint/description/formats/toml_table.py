@@ -51,7 +51,8 @@ def line_index(text: str) -> dict[Path, int]:
             if found.group(1) == "[[":
                 counts[header] = counts.get(header, -1) + 1
                 header = (*header, counts[header])
-            index.setdefault(header, number)
+            for size in range(1, len(header) + 1):
+                index.setdefault(header[:size], number)
             continue
         key = _KEY.match(line)
         if key:

@@ -58,7 +58,8 @@ def read_colours(root: Element, findings: Findings) -> dict[str, Colour | None]:
     for element in root.iter("material"):
         colour = _colour(element, Findings())
         name = str(element.get("name") or "")
-        if name and (colour is not None or name not in colours):
+        defined = element.getparent() is root or len(element) > 0
+        if name and defined and (colour is not None or name not in colours):
             colours[name] = colour
     return colours
 
@@ -147,7 +148,7 @@ def _shape(element: Element, link: str, path: Path, colours: Colours, findings: 
     if geometry is None:
         findings.error(f"{what} without <geometry>", "<geometry> with one shape", "", element.sourceline)
         return None
-    check_known(geometry, _NONE, frozenset(_SHAPES), _NONE, findings)
+    check_known(geometry, frozenset({"name"}), frozenset(_SHAPES), _NONE, findings)
     shapes = [one for one in children(geometry) if one.tag in _SHAPES]
     if len(shapes) != 1:
         expected = f"exactly one of {', '.join(sorted(_SHAPES))}"
@@ -194,8 +195,8 @@ def _mesh(shape: Element, what: str, path: Path, findings: Findings) -> Path | N
         if "://" in name and not name.startswith("file://"):
             package = name.split("://", 1)[1].split("/", 1)[0]
             remedy = f"add the folder that holds '{package}' to ROS_PACKAGE_PATH"
-        places = listing(map(str, dict.fromkeys(tried)), 3)
-        findings.doubt(f"mesh '{name}' in {what} not found", f"a file; looked for {places}", remedy, shape.sourceline)
+        places = ", ".join(map(str, list(dict.fromkeys(tried))[:2]))
+        findings.doubt(f"mesh '{name}' in {what} not found", f"a file, such as {places}", remedy, shape.sourceline)
     return found
 
 

@@ -1,0 +1,161 @@
+"""Placements and axes mean what others take them to mean: Pinocchio and yourdfpy put every link at the same place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cutjoint.description import JointType, RobotDescription, load_description
+from cutjoint.description.catalogue import resolve
+from cutjoint.description.transforms import (
+    frame_along,
+    inverse,
+    placement,
+    rotation_from_quaternion,
+    rotation_from_rpy,
+    rpy_from_rotation,
+)
+
+pin = pytest.importorskip("pinocchio")
+ROBOTS = ("cpm", "omega3", "ur5", "panda")
+
+
+def urdf_of(name: str) -> Path:
+    path = resolve(name)
+    return path if path.suffix == ".urdf" else path.parent / "robot.urdf"
+
+
+def turn(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Rodrigues' formula, (4, 4)."""
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] += np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return matrix
+
+
+def forward(robot: RobotDescription, values: dict[str, float]) -> dict[str, np.ndarray]:
+    """World placement of every link of the open tree, plain products of transforms."""
+    world = {robot.root: np.eye(4)}
+    below: dict[str, list] = {}
+    for joint in robot.joints:
+        below.setdefault(joint.parent, []).append(joint)
+    stack = [robot.root]
+    while stack:
+        parent = stack.pop()
+        for joint in below.get(parent, []):
+            value = values.get(joint.name, 0.0)
+            motion = np.eye(4)
+            if joint.type in (JointType.REVOLUTE, JointType.CONTINUOUS):
+                motion = turn(joint.axis, value)
+            elif joint.type is JointType.PRISMATIC:
+                motion[:3, 3] = value * joint.axis
+            world[joint.child] = world[parent] @ joint.placement @ motion
+            stack.append(joint.child)
+    return world
+
+
+def random_values(robot: RobotDescription, generator: np.random.Generator) -> dict[str, float]:
+    driven = {coupling.joint: coupling for coupling in robot.couplings}
+    one = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+    values = {joint.name: generator.uniform(-2, 2) for joint in robot.joints if joint.type in one}
+    for name, coupling in driven.items():
+        values[name] = coupling.ratio * values[coupling.driver] + coupling.offset
+    return values
+
+
+def configuration(model: pin.Model, values: dict[str, float]) -> np.ndarray:
+    q = pin.neutral(model)
+    for name, value in values.items():
+        joint = model.joints[model.getJointId(name)]
+        entry = [value] if joint.nq == 1 else [np.cos(value), np.sin(value)]
+        q[joint.idx_q : joint.idx_q + joint.nq] = entry
+    return q
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_link_is_where_pinocchio_has_it(name: str) -> None:
+    robot = load_description(urdf_of(name))
+    model = pin.buildModelFromUrdf(str(urdf_of(name)))
+    data = model.createData()
+    generator = np.random.default_rng(0)
+    for _ in range(20):
+        values = random_values(robot, generator)
+        pin.framesForwardKinematics(model, data, configuration(model, values))
+        world = forward(robot, values)
+        for link in robot.links:
+            frame = model.getFrameId(link.name, pin.FrameType.BODY)
+            np.testing.assert_allclose(world[link.name], data.oMf[frame].homogeneous, atol=1e-12, err_msg=link.name)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_link_is_where_yourdfpy_has_it(name: str) -> None:
+    yourdfpy = pytest.importorskip("yourdfpy")
+    robot = load_description(urdf_of(name))
+    other = yourdfpy.URDF.load(str(urdf_of(name)), load_meshes=False, build_scene_graph=True)
+    generator = np.random.default_rng(1)
+    for _ in range(5):
+        values = random_values(robot, generator)
+        other.update_cfg({joint: values[joint] for joint in other.actuated_joint_names if joint in values})
+        world = forward(robot, values)
+        for link in robot.links:
+            found = other.get_transform(link.name, robot.root)
+            np.testing.assert_allclose(world[link.name], found, atol=1e-12, err_msg=link.name)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_inertias_are_pinocchios(name: str) -> None:
+    robot = load_description(urdf_of(name))
+    model = pin.buildModelFromUrdf(str(urdf_of(name)), pin.JointModelFreeFlyer())
+    data = model.createData()
+    total = sum(link.inertial.mass for link in robot.links if link.inertial)
+    assert total == pytest.approx(pin.computeTotalMass(model), rel=1e-13)
+    values = random_values(robot, np.random.default_rng(2))
+    q = configuration(model, values)
+    pin.ccrba(model, data, q, np.zeros(model.nv))
+    world = forward(robot, values)
+    com = np.zeros(3)
+    for link in robot.links:
+        if link.inertial:
+            com += link.inertial.mass / total * (world[link.name] @ [*link.inertial.com, 1.0])[:3]
+    inertia = np.zeros((3, 3))
+    for link in robot.links:
+        if link.inertial:
+            rotation, arm = world[link.name][:3, :3], (world[link.name] @ [*link.inertial.com, 1.0])[:3] - com
+            inertia += rotation @ link.inertial.inertia @ rotation.T
+            inertia += link.inertial.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    np.testing.assert_allclose(com, pin.centerOfMass(model, data, q), atol=1e-12)
+    np.testing.assert_allclose(inertia, data.Ig.inertia, atol=1e-11)
+
+
+def test_roll_pitch_yaw_is_pinocchios_to_rounding() -> None:
+    generator = np.random.default_rng(3)
+    for _ in range(500):
+        rpy = generator.uniform(-4, 4, 3)
+        np.testing.assert_allclose(rotation_from_rpy(rpy), pin.rpy.rpyToMatrix(rpy), atol=1e-15, rtol=0)
+
+
+def test_rotations_come_back() -> None:
+    generator = np.random.default_rng(4)
+    pitches = [*generator.uniform(-1.5, 1.5, 200), np.pi / 2, -np.pi / 2]
+    for pitch in pitches:
+        rotation = rotation_from_rpy((generator.uniform(-3, 3), pitch, generator.uniform(-3, 3)))
+        np.testing.assert_allclose(rotation_from_rpy(rpy_from_rotation(rotation)), rotation, atol=1e-14)
+
+
+def test_placements_invert() -> None:
+    matrix = placement((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
+    np.testing.assert_allclose(matrix @ inverse(matrix), np.eye(4), atol=1e-15)
+    assert not matrix.flags.writeable
+    np.testing.assert_array_equal(rotation_from_quaternion((2.0, 0.0, 0.0, 0.0)), np.eye(3))
+
+
+def test_a_frame_along_an_axis_is_a_rotation_with_that_z() -> None:
+    generator = np.random.default_rng(5)
+    for axis in [*generator.normal(size=(50, 3)), np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0])]:
+        unit = axis / np.linalg.norm(axis)
+        rotation = frame_along(axis)
+        np.testing.assert_allclose(rotation[:, 2], unit, atol=1e-15)
+        np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
+        assert np.linalg.det(rotation) > 0
