@@ -57,7 +57,8 @@ ERRATA = (
         equation="table 3, limit of 120 N",
         printed="initial state not given",
         corrected="the robot starts at the first desired position, at rest",
-        shown="then K_D = 436 is the largest integer that keeps 120 N for three controllers: 436 x 0.2749 m/s = 119.9 N",
+        shown="then K_D = 436 is the largest integer that keeps 120 N for three controllers: 436 x 0.2749 m/s = "
+        "119.9 N",
     ),
     Erratum(
         key="elbow_branch",

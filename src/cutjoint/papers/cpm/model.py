@@ -110,7 +110,7 @@ class CpmModel:
         """The tool follows the sliders: the Jacobian is the identity, the drift zero (equation 10)."""
         if v is not None:
             three("v", v, "m/s")
-        return Tool(at.q, _IDENTITY, _STILL)
+        return Tool(np.array(self._full(at)[:3]), _IDENTITY, _STILL)
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
         """M, G v and K of equation (39)."""
@@ -161,13 +161,17 @@ class CpmModel:
             drift = equations.coriolis(k, gamma, equations.gamma_dot(self.parameters, limbs, velocity), velocity)
         return equations.mass(k, gamma), drift, equations.gravity(k, limbs, gamma)
 
-    def _limbs(self, at: Posture) -> Limbs:
+    def _full(self, at: Posture) -> tuple[float, float, float, float, float, float]:
         if at.q_full.shape != (6,):
             raise InputError(
                 f"a posture of {self.name} holds (x, y, z, theta_11, theta_21, theta_31), shape (6,); found shape "
                 f"{at.q_full.shape}: a posture belongs to the mechanism that made it"
             )
         x, y, z, one, two, three_ = at.q_full.tolist()
+        return x, y, z, one, two, three_
+
+    def _limbs(self, at: Posture) -> Limbs:
+        x, y, z, one, two, three_ = self._full(at)
         return equations.limbs(self.parameters, (x, y, z), (one, two, three_))
 
     def _place(self, tool: tuple[float, float, float], signs: tuple[int, int, int]) -> Posture:

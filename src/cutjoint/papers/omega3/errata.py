@@ -76,8 +76,8 @@ ERRATA = (
         key="open_arm",
         equation="(35)-(38)",
         printed="no centre of mass and no inertia of the semi-circular arm",
-        corrected="parameters `arm_com` and `arm_inertia`; default: uniform half-disc of radius L_A about its centre, d = "
-        "29.71 mm, I_o = 1.567e-4 kg m2, so I = 3.306e-4 kg m2",
+        corrected="parameters `arm_com` and `arm_inertia`; default: uniform half-disc of radius L_A about its centre, "
+        "d = 29.71 mm, I_o = 1.567e-4 kg m2, so I = 3.306e-4 kg m2",
         shown="other shapes move the torque along (43) by up to 8 % of its peak, an arm without mass by 14 %",
     ),
     Erratum(
