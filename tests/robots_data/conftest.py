@@ -3,11 +3,13 @@ cutjoint, so that a mistake in the library cannot hide one in the data."""
 
 from __future__ import annotations
 
+import importlib
 import sys
 import tomllib
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -124,3 +126,10 @@ def generator(monkeypatch: pytest.MonkeyPatch) -> Any:
     yield make_robots
     for name in [name for name in sys.modules if name == "make_robots" or name.split(".")[0] == "robots"]:
         del sys.modules[name]
+
+
+@pytest.fixture
+def oracles(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], ModuleType]:
+    """Imports a module of tests/oracles."""
+    monkeypatch.syspath_prepend(str(ROOT / "tests"))
+    return lambda name: importlib.import_module(f"oracles.{name}")
