@@ -1,1 +1,56 @@
-"""cutjoint: robots whose links form closed loops."""
+"""cutjoint: robots whose links form closed loops.
+
+A URDF of the open tree plus the cut joints, closed with Pinocchio.  `load` gives the closed chain, `published` the
+reduced model of a paper; both are a `Mechanism`.  What is heavy is imported on first use.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from cutjoint.errors import CutjointError
+from cutjoint.mechanism import Actuator, Mechanism, Posture, Terms, Tool, kinetic_energy
+
+if TYPE_CHECKING:
+    from cutjoint.chain import ClosedChain, FullMotion, MobilityReport
+    from cutjoint.description import RobotDescription, check, load_description
+    from cutjoint.robots import load, published
+
+__version__ = "0.1.0"
+
+_LAZY = {
+    "ClosedChain": "cutjoint.chain",
+    "FullMotion": "cutjoint.chain",
+    "MobilityReport": "cutjoint.chain",
+    "RobotDescription": "cutjoint.description",
+    "check": "cutjoint.description",
+    "load_description": "cutjoint.description",
+    "load": "cutjoint.robots",
+    "published": "cutjoint.robots",
+}
+
+__all__ = [
+    "Actuator",
+    "ClosedChain",
+    "CutjointError",
+    "FullMotion",
+    "Mechanism",
+    "MobilityReport",
+    "Posture",
+    "RobotDescription",
+    "Terms",
+    "Tool",
+    "__version__",
+    "check",
+    "kinetic_energy",
+    "load",
+    "load_description",
+    "published",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(import_module(_LAZY[name]), name)
+    raise AttributeError(f"module 'cutjoint' has no attribute '{name}'")

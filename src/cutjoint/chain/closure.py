@@ -20,7 +20,7 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
-from cutjoint.description.model import CutJoint, CutType, Frame, RobotDescription
+from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, RobotDescription
 
 _LOCKED = (CutType.FIXED, CutType.PRISMATIC)
 _DOTS: dict[CutType, tuple[tuple[int, int], ...]] = {
@@ -71,48 +71,24 @@ class Closure:
     """All cuts and couplings of a robot as one system of equations.
 
     Methods take a `pin.Data` on which `computeJointJacobians` (for `drift`: `computeJointJacobiansTimeVariation`) has
-    been called; they write nothing into it.
+    been called; they write nothing into it.  All cuts are worked on at once, as arrays over cuts.
     """
 
     def __init__(self, model: pin.Model, description: RobotDescription) -> None:
         self.nv = int(model.nv)
-        self.cuts = tuple(self._bind(model, cut) for cut in description.cuts)
-        self.ratios = tuple(
-            Ratio(
-                coupling.name,
-                model.idx_qs[model.getJointId(coupling.joint)],
-                model.idx_qs[model.getJointId(coupling.driver)],
-                model.idx_vs[model.getJointId(coupling.joint)],
-                model.idx_vs[model.getJointId(coupling.driver)],
-                coupling.ratio,
-                coupling.offset,
-            )
-            for coupling in description.couplings
-        )
+        self.cuts = tuple(_bind_cut(model, cut) for cut in description.cuts)
+        self.ratios = tuple(_bind_ratio(model, coupling) for coupling in description.couplings)
         self.rows = sum(cut.rows for cut in self.cuts) + len(self.ratios)
         names = [f"{cut.name}[{i}]" for cut in self.cuts for i in range(cut.rows)]
         self.row_names = (*names, *(ratio.name for ratio in self.ratios))
-        self.is_length = np.array(
-            [flag for cut in self.cuts for flag in _length_rows(cut.type)] + [False] * len(self.ratios)
-        )
+        lengths = [flag for cut in self.cuts for flag in _length_rows(cut.type)]
+        self.is_length = np.array(lengths + [False] * len(self.ratios), dtype=bool)
+        self._layout = _Layout(self.cuts)
+        self._on_a = np.array([cut.support_a for cut in self.cuts]).reshape(len(self.cuts), self.nv)
+        self._on_b = np.array([cut.support_b for cut in self.cuts]).reshape(len(self.cuts), self.nv)
         self._ratio_rows = np.zeros((len(self.ratios), self.nv))
         for row, ratio in zip(self._ratio_rows, self.ratios, strict=True):
             row[ratio.v_joint], row[ratio.v_driver] = 1.0, -ratio.ratio
-
-    @staticmethod
-    def _bind(model: pin.Model, cut: CutJoint) -> Cut:
-        joint_a, placement_a = bind_frame(model, cut.a)
-        joint_b, placement_b = bind_frame(model, cut.b)
-        return Cut(
-            cut.name,
-            cut.type,
-            joint_a,
-            placement_a,
-            joint_b,
-            placement_b,
-            support(model, joint_a),
-            support(model, joint_b),
-        )
 
     def placements(self, data: pin.Data) -> list[tuple[str, pin.SE3, pin.SE3]]:
         """Name and world placements of both frames of every cut."""
@@ -123,72 +99,78 @@ class Closure:
 
     def residual(self, data: pin.Data, q: Array) -> Array:
         """Residual of all rows, shape (rows,), [m] and [rad] (dot rows: sine of the angle)."""
-        parts: list[Array] = []
-        for cut, (_, a, b) in zip(self.cuts, self.placements(data), strict=True):
+        placed, rows = self.placements(data), self._layout
+        residual = np.empty(self.rows)
+        for (_, a, b), cut, start in zip(placed, self.cuts, rows.starts, strict=True):
             apart = b.translation - a.translation
             if cut.type is CutType.PRISMATIC:
-                parts.append(a.rotation[:, :2].T @ apart)
+                residual[start : start + 2] = a.rotation[:, :2].T @ apart
             else:
-                parts.append(apart)
+                residual[start : start + 3] = apart
             if cut.type in _LOCKED:
-                parts.append(a.rotation @ pin.log3(a.rotation.T @ b.rotation))
-            parts.extend(np.array([a.rotation[:, i] @ b.rotation[:, j]]) for i, j in _DOTS.get(cut.type, ()))
-        parts.extend(np.array([q[r.q_joint] - r.ratio * q[r.q_driver] - r.offset]) for r in self.ratios)
-        return np.concatenate(parts) if parts else np.zeros(0)
+                residual[start + cut.rows - 3 : start + cut.rows] = a.rotation @ pin.log3(a.rotation.T @ b.rotation)
+        for cut_index, row, i, j in rows.dots:
+            _, a, b = placed[cut_index]
+            residual[row] = a.rotation[:, i] @ b.rotation[:, j]
+        for row, r in enumerate(self.ratios, start=self.rows - len(self.ratios)):
+            residual[row] = q[r.q_joint] - r.ratio * q[r.q_driver] - r.offset
+        return residual
 
     def jacobian(self, data: pin.Data) -> Array:
         """Time derivative of the residual per velocity, shape (rows, nv); exact also while the loops are open, but for
         the lock rows, which are exact where they are closed."""
+        jacobian = np.empty((self.rows, self.nv))
+        jacobian[self.rows - len(self.ratios) :] = self._ratio_rows
+        if not self.cuts:
+            return jacobian
+        placed, rows = self.placements(data), self._layout
         twist = np.asarray(data.J)
-        blocks: list[Array] = []
-        for cut, (_, a, b) in zip(self.cuts, self.placements(data), strict=True):
-            on_a, on_b = twist * cut.support_a, twist * cut.support_b
-            pa, pb = a.translation, b.translation
-            velocity = on_b[:3] - _cross(pb, on_b[3:]) - on_a[:3] + _cross(pa, on_a[3:])
-            turning = on_b[3:] - on_a[3:]
-            if cut.type is CutType.PRISMATIC:
-                axes = a.rotation[:, :2].T
-                blocks.append(axes @ velocity - np.cross(axes, pb - pa) @ on_a[3:])
-            else:
-                blocks.append(velocity)
-            if cut.type in _LOCKED:
-                blocks.append(turning)
-            blocks.extend(
-                np.cross(b.rotation[:, j], a.rotation[:, i])[None, :] @ turning for i, j in _DOTS.get(cut.type, ())
-            )
-        blocks.append(self._ratio_rows)
-        return np.concatenate(blocks)
+        linear, angular = twist[:3], twist[3:]
+        pa, pb = _positions(placed)
+        velocity = (linear - _skew(pb) @ angular) * self._on_b[:, None] - (linear - _skew(pa) @ angular) * self._on_a[
+            :, None
+        ]
+        turning = angular * (self._on_b - self._on_a)[:, None]
+        jacobian[rows.point_rows] = velocity[rows.point_cuts].reshape(-1, self.nv)
+        jacobian[rows.lock_rows] = turning[rows.lock_cuts].reshape(-1, self.nv)
+        for cut_index, row, i, j in rows.dots:
+            _, a, b = placed[cut_index]
+            jacobian[row] = _cross(b.rotation[:, j], a.rotation[:, i]) @ turning[cut_index]
+        for cut_index, row, i in rows.slides:
+            _, a, b = placed[cut_index]
+            swing = _cross(a.rotation[:, i], b.translation - a.translation)
+            jacobian[row] = a.rotation[:, i] @ velocity[cut_index] - swing @ (angular * self._on_a[cut_index])
+        return jacobian
 
     def drift(self, data: pin.Data, v: Array) -> Array:
         """Time derivative of the Jacobian times v, shape (rows,), [m/s2] and [rad/s2], for a closed posture."""
+        drift = np.zeros(self.rows)
+        if not self.cuts:
+            return drift
+        placed, rows = self.placements(data), self._layout
         twist, rate = np.asarray(data.J), np.asarray(data.dJ)
-        parts: list[Array] = []
-        for cut, (_, a, b) in zip(self.cuts, self.placements(data), strict=True):
-            pa, pb = a.translation, b.translation
-            speed_a, accel_a = twist @ (cut.support_a * v), rate @ (cut.support_a * v)
-            speed_b, accel_b = twist @ (cut.support_b * v), rate @ (cut.support_b * v)
-            wa, wb = speed_a[3:], speed_b[3:]
-            va, vb = speed_a[:3] + np.cross(wa, pa), speed_b[:3] + np.cross(wb, pb)
-            point_a = accel_a[:3] + np.cross(accel_a[3:], pa) + np.cross(wa, va)
-            point_b = accel_b[:3] + np.cross(accel_b[3:], pb) + np.cross(wb, vb)
-            turning, spinning = wb - wa, accel_b[3:] - accel_a[3:]
-            if cut.type is CutType.PRISMATIC:
-                for axis in a.rotation[:, :2].T:
-                    swing = np.cross(wa, axis)
-                    bend = np.cross(accel_a[3:], axis) + np.cross(wa, swing)
-                    along = axis @ (point_b - point_a) + 2.0 * swing @ (vb - va) + bend @ (pb - pa)
-                    parts.append(np.array([along]))
-            else:
-                parts.append(point_b - point_a)
-            if cut.type in _LOCKED:
-                parts.append(spinning)
-            for i, j in _DOTS.get(cut.type, ()):
-                x, y = a.rotation[:, i], b.rotation[:, j]
-                normal = np.cross(y, x)
-                normal_rate = np.cross(np.cross(wb, y), x) + np.cross(y, np.cross(wa, x))
-                parts.append(np.array([normal_rate @ turning + normal @ spinning]))
-        parts.append(np.zeros(len(self.ratios)))
-        return np.concatenate(parts)
+        pa, pb = _positions(placed)
+        on_a, on_b = (self._on_a * v).T, (self._on_b * v).T
+        wa, va, alpha_a, point_a = _point_motion((twist @ on_a).T, (rate @ on_a).T, pa)
+        wb, vb, alpha_b, point_b = _point_motion((twist @ on_b).T, (rate @ on_b).T, pb)
+        drift[rows.point_rows] = (point_b - point_a)[rows.point_cuts].ravel()
+        drift[rows.lock_rows] = (alpha_b - alpha_a)[rows.lock_cuts].ravel()
+        for cut_index, row, i, j in rows.dots:
+            _, a, b = placed[cut_index]
+            x, y, w_a, w_b = a.rotation[:, i], b.rotation[:, j], wa[cut_index], wb[cut_index]
+            normal_rate = _cross(_cross(w_b, y), x) + _cross(y, _cross(w_a, x))
+            drift[row] = normal_rate @ (w_b - w_a) + _cross(y, x) @ (alpha_b[cut_index] - alpha_a[cut_index])
+        for cut_index, row, i in rows.slides:
+            _, a, b = placed[cut_index]
+            axis, w = a.rotation[:, i], wa[cut_index]
+            swing = _cross(w, axis)
+            bend = _cross(alpha_a[cut_index], axis) + _cross(w, swing)
+            drift[row] = (
+                axis @ (point_b[cut_index] - point_a[cut_index])
+                + 2.0 * swing @ (vb[cut_index] - va[cut_index])
+                + bend @ (pb[cut_index] - pa[cut_index])
+            )
+        return drift
 
     def gaps(self, data: pin.Data, q: Array) -> list[tuple[str, float, float]]:
         """Name, distance [m] and angle [rad] by which every cut and coupling is open."""
@@ -197,15 +179,60 @@ class Closure:
             apart = b.translation - a.translation
             if cut.type is CutType.PRISMATIC:
                 apart = a.rotation[:, :2].T @ apart
-            angle = float(np.linalg.norm(pin.log3(a.rotation.T @ b.rotation))) if cut.type in _LOCKED else 0.0
-            if cut.type is CutType.REVOLUTE:
-                cross = np.cross(a.rotation[:, 2], b.rotation[:, 2])
-                angle = float(np.arctan2(np.linalg.norm(cross), a.rotation[:, 2] @ b.rotation[:, 2]))
-            if cut.type is CutType.UNIVERSAL:
+            angle = 0.0
+            if cut.type in _LOCKED:
+                angle = float(np.linalg.norm(pin.log3(a.rotation.T @ b.rotation)))
+            elif cut.type is CutType.REVOLUTE:
+                sine = _cross(a.rotation[:, 2], b.rotation[:, 2])
+                angle = float(np.arctan2(np.linalg.norm(sine), a.rotation[:, 2] @ b.rotation[:, 2]))
+            elif cut.type is CutType.UNIVERSAL:
                 angle = abs(float(np.arcsin(np.clip(a.rotation[:, 0] @ b.rotation[:, 1], -1.0, 1.0))))
             found.append((cut.name, float(np.linalg.norm(apart)), angle))
         found.extend((r.name, 0.0, abs(float(q[r.q_joint] - r.ratio * q[r.q_driver] - r.offset))) for r in self.ratios)
         return found
+
+
+class _Layout:
+    """Which rows are of which kind: point and lock rows by cut, dot and slide rows one by one."""
+
+    def __init__(self, cuts: tuple[Cut, ...]) -> None:
+        self.starts = [sum(cut.rows for cut in cuts[:index]) for index in range(len(cuts))]
+        points = [i for i, cut in enumerate(cuts) if cut.type is not CutType.PRISMATIC]
+        locks = [i for i, cut in enumerate(cuts) if cut.type in _LOCKED]
+        self.point_cuts, self.lock_cuts = np.array(points, dtype=int), np.array(locks, dtype=int)
+        self.point_rows = np.array([self.starts[i] + k for i in points for k in range(3)], dtype=int)
+        self.lock_rows = np.array([self.starts[i] + cuts[i].rows - 3 + k for i in locks for k in range(3)], dtype=int)
+        self.dots = [
+            (index, self.starts[index] + 3 + k, i, j)
+            for index, cut in enumerate(cuts)
+            for k, (i, j) in enumerate(_DOTS.get(cut.type, ()))
+        ]
+        self.slides = [
+            (index, self.starts[index] + i, i)
+            for index, cut in enumerate(cuts)
+            if cut.type is CutType.PRISMATIC
+            for i in range(2)
+        ]
+
+
+def _bind_cut(model: pin.Model, cut: CutJoint) -> Cut:
+    joint_a, placement_a = bind_frame(model, cut.a)
+    joint_b, placement_b = bind_frame(model, cut.b)
+    supports = support(model, joint_a), support(model, joint_b)
+    return Cut(cut.name, cut.type, joint_a, placement_a, joint_b, placement_b, *supports)
+
+
+def _bind_ratio(model: pin.Model, coupling: Coupling) -> Ratio:
+    joint, driver = model.getJointId(coupling.joint), model.getJointId(coupling.driver)
+    return Ratio(
+        coupling.name,
+        model.idx_qs[joint],
+        model.idx_qs[driver],
+        model.idx_vs[joint],
+        model.idx_vs[driver],
+        coupling.ratio,
+        coupling.offset,
+    )
 
 
 def support(model: pin.Model, joint: int) -> Array:
@@ -224,7 +251,29 @@ def _length_rows(kind: CutType) -> list[bool]:
     return [True] * lengths + [False] * (kind.rows - lengths)
 
 
-def _cross(point: Array, columns: Array) -> Array:
-    """point x column for every column of a (3, nv) array."""
-    x, y, z = point
-    return np.stack([y * columns[2] - z * columns[1], z * columns[0] - x * columns[2], x * columns[1] - y * columns[0]])
+def _cross(x: Array, y: Array) -> Array:
+    """Cross product of vectors, shape (3,) or (k, 3); quicker than numpy's on arrays as small as these."""
+    x0, x1, x2 = x.T
+    y0, y1, y2 = y.T
+    return np.array([x1 * y2 - x2 * y1, x2 * y0 - x0 * y2, x0 * y1 - x1 * y0]).T
+
+
+def _skew(points: Array) -> Array:
+    """Matrices [p x] of points (k, 3), shape (k, 3, 3)."""
+    skew = np.zeros((len(points), 3, 3))
+    skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0] = points.T
+    skew[:, 1, 2], skew[:, 2, 0], skew[:, 0, 1] = -points.T
+    return skew
+
+
+def _positions(placed: list[tuple[str, pin.SE3, pin.SE3]]) -> tuple[Array, Array]:
+    """Origins of all frames a and b, shape (cuts, 3) each."""
+    return np.array([a.translation for _, a, _ in placed]), np.array([b.translation for _, _, b in placed])
+
+
+def _point_motion(speed: Array, rate: Array, points: Array) -> tuple[Array, Array, Array, Array]:
+    """From twists and their rates about the world origin (k, 6): angular velocity, velocity of the point, angular
+    acceleration and classical acceleration of the point, shape (k, 3) each."""
+    w, alpha = speed[:, 3:], rate[:, 3:]
+    velocity = speed[:, :3] + _cross(w, points)
+    return w, velocity, alpha, rate[:, :3] + _cross(alpha, points) + _cross(w, velocity)

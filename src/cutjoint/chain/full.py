@@ -1,0 +1,393 @@
+"""A closed robot in full coordinates: all joints of the tree, for any actuation.
+
+Closing from any configuration, mobility, constrained forward dynamics with loop forces, working modes, placements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+import pinocchio as pin
+
+from cutjoint import tolerances
+from cutjoint.arrays import Array, as_vector
+from cutjoint.chain.assembly import ActuatedDriver, Assembler
+from cutjoint.chain.build import build_model, coordinates_to_q
+from cutjoint.chain.closure import bind_frame
+from cutjoint.chain.dynamics import FullDynamics, FullMotion
+from cutjoint.chain.kinematics import Kinematics, ToolPoint
+from cutjoint.chain.mobility import MobilityReport, dependent_rows, null_space, rank_of, smallest
+from cutjoint.chain.modes import working_modes
+from cutjoint.description.model import Home, JointType, RobotDescription
+from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError, UnknownNameError
+from cutjoint.mechanism import Actuator, Posture
+
+
+class FullChain:
+    """A robot with loops in the coordinates of its open tree; `ClosedChain` adds the actuated ones.
+
+    Args:
+        description: the open tree, the cuts, the actuators.
+        home: name of the home posture; default the first one, or the zero configuration.
+
+    Raises:
+        UnknownNameError: there is no such home posture.
+        ClosureError: the loops cannot be closed at home.
+    """
+
+    def __init__(self, description: RobotDescription, home: str | None = None) -> None:
+        self.description = description
+        self.model = build_model(description)
+        self._k = Kinematics(self.model, description)
+        self._assembler = Assembler(self._k)
+        self._tool = ToolPoint(self.model, *bind_frame(self.model, description.tool)) if description.tool else None
+        ids = [self.model.getJointId(name) for name in description.actuators]
+        self._q_index = np.array([self.model.idx_qs[i] for i in ids], dtype=int)
+        self._v_index = np.array([self.model.idx_vs[i] for i in ids], dtype=int)
+        self._passive = np.setdiff1d(np.arange(self.model.nv), self._v_index)
+        self._selection = np.eye(self.model.nv)[self._v_index]
+        self._dynamics = FullDynamics(self._k)
+        self._home = self._close_home(description, home)
+
+    # ---- names and sizes -------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """Robot and variant."""
+        variant = self.description.variant_name
+        return f"{self.description.name} ({variant})" if variant else self.description.name
+
+    @property
+    def n(self) -> int:
+        """Number of actuated coordinates."""
+        return len(self._v_index)
+
+    @cached_property
+    def actuators(self) -> tuple[Actuator, ...]:
+        """The actuated joints in the order of the coordinates."""
+        types = {joint.name: joint.type for joint in self.description.joints}
+        return tuple(
+            Actuator(name, "translation" if types[name] is JointType.PRISMATIC else "rotation")
+            for name in self.description.actuators
+        )
+
+    @property
+    def home(self) -> Posture:
+        """The closed home posture."""
+        return self._home
+
+    @property
+    def length(self) -> float:
+        """Characteristic length [m] that scales singular values."""
+        return self._k.length
+
+    @property
+    def nq(self) -> int:
+        """Size of a full configuration."""
+        return int(self.model.nq)
+
+    @property
+    def nv(self) -> int:
+        """Number of velocities of the open tree."""
+        return int(self.model.nv)
+
+    # ---- closing ---------------------------------------------------------------------------------------------------
+
+    def posture(self, q_full: npt.ArrayLike) -> Posture:
+        """A configuration that is closed already, as a posture.
+
+        Raises:
+            ClosureError: it is open by more than the closure tolerance.
+        """
+        q = as_vector("q_full", q_full, self.nq)
+        self._k.update(q)
+        distance, angle, cut = self._k.gap(q)
+        if max(distance, angle) > tolerances.CLOSURE.value:
+            raise ClosureError(
+                f"{self.name}: cut '{cut}' is open by {distance:.3g} m, {angle:.3g} rad; use close(), reach() or "
+                "assemble()",
+                gap=(distance, angle),
+                cut=cut,
+            )
+        return self._posture(q)
+
+    def assemble(self, q_full: npt.ArrayLike, keep_actuators: bool = True) -> Posture:
+        """A closed posture from any configuration `q_full`, shape (nq,), loops open or not.
+
+        With `keep_actuators` the actuated coordinates stay as given; otherwise they may move too.
+
+        Raises:
+            InputError: wrong shape or not finite.
+            ClosureError: no closed posture was found from there.
+        """
+        start = self._normalised(as_vector("q_full", q_full, self.nq))
+        driver = None
+        if keep_actuators:
+            values = start[self._q_index]
+            driver = ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, values, values)
+        found = self._assembler.assemble(start, driver)
+        if found is None:
+            self._k.update(start)
+            distance, angle, cut = self._k.gap(start)
+            raise ClosureError(
+                f"{self.name}: no closed posture found from this configuration; at the start cut '{cut}' is the worst, "
+                f"the gaps are up to {distance:.3g} m and {angle:.3g} rad. Give a start nearer to a closed posture",
+                gap=(distance, angle),
+                cut=cut,
+            )
+        return self._posture(found)
+
+    def project(self, q_full: Array, v_full: Array) -> tuple[Array, Array]:
+        """Nearby closed configuration and velocity with the same actuated ones: removes the drift of an integrator.
+
+        Raises:
+            ClosureError: too far from closed for Newton's method.
+        """
+        values = q_full[self._q_index]
+        driver = ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, values, values)
+        found = self._assembler.settle(q_full, driver)
+        if found is None:
+            self._k.update(q_full)
+            distance, angle, cut = self._k.gap(q_full)
+            raise ClosureError(
+                f"{self.name} cannot be projected onto its loops: cut '{cut}' is open by {distance:.3g} m, "
+                f"{angle:.3g} rad",
+                gap=(distance, angle),
+                cut=cut,
+            )
+        return found, self._map(found)[0] @ v_full[self._v_index]
+
+    def working_modes(self, at: Posture | None = None, starts: int = 60, seed: int = 0) -> tuple[Posture, ...]:
+        """Closed postures that hold the tool in the pose of `at` (default home), `at` first.
+
+        The search is random (reproducible by `seed`): it proves what it finds, not that nothing else exists.
+
+        Raises:
+            InputError: the robot has no tool or no cuts.
+            ActuationError: holding the tool leaves the robot movable, so the modes are not discrete.
+        """
+        tool = self._need_tool()
+        if not self._k.closure.rows:
+            raise InputError(f"{self.name} has no cut joints; working modes are those of closed robots")
+        q = self._full(at)
+        self._k.update(q)
+        held = np.concatenate([self._k.scaled_jacobian(), tool.jacobian(self._k.data) * self._k.column_scale])
+        left = self.nv - rank_of(held)
+        if left:
+            raise ActuationError(
+                f"{self.name} still has {left} degrees of freedom with its tool held: its modes are not discrete",
+                mobility=left,
+                actuators=self.n,
+                free=self._joints_of(null_space(held)),
+            )
+        found = working_modes(self._k, self._assembler, tool, q, starts, seed)
+        return tuple(self._posture(one) for one in found)
+
+    # ---- mobility --------------------------------------------------------------------------------------------------
+
+    def mobility(self, at: Posture | None = None) -> MobilityReport:
+        """Mobility, redundancy and distance to singularities at a posture (default home)."""
+        q = self._full(at)
+        self._k.update(q)
+        matrix = self._k.scaled_jacobian()
+        rank = rank_of(matrix)
+        locked = null_space(np.concatenate([matrix, self._selection]))
+        mobility = self.nv - rank
+        determined = locked.shape[1] == 0 and self.n == mobility
+        type2 = self._type2(q) if determined else float("nan")
+        type1 = condition = float("nan")
+        if determined and self._tool is not None and type2 > tolerances.SINGULAR.value:
+            tangent = self._map(q)[0]
+            self._k.update(q)
+            jacobian = self._tool.jacobian(self._k.data)[:3] @ tangent
+            jacobian *= self._k.column_scale[self._v_index] / self._k.length
+            directions = rank_of(jacobian)
+            values = np.linalg.svd(jacobian, compute_uv=False)
+            type1 = smallest(jacobian, min(self._tool_directions, self.n))
+            condition = float(values[0] / values[directions - 1]) if directions else float("inf")
+        distance, angle, _ = self._k.gap(q)
+        return MobilityReport(
+            velocities=self.nv,
+            rows=len(matrix),
+            rank=rank,
+            mobility=mobility,
+            redundant_rows=tuple(self._k.closure.row_names[i] for i in dependent_rows(matrix)),
+            actuators=self.n,
+            determined=determined,
+            free=self._joints_of(locked),
+            type1=type1,
+            type2=type2,
+            condition=condition,
+            gap=(distance, angle),
+        )
+
+    def limit_violations(self, at: Posture) -> Mapping[str, tuple[float, float, float]]:
+        """Joints beyond their limits: name -> (value, lower, upper), [m] or [rad]."""
+        q, model = at.q_full, self.model
+        found: dict[str, tuple[float, float, float]] = {}
+        for joint in range(1, model.njoints):
+            if model.nqs[joint] == 1:
+                i = model.idx_qs[joint]
+                lower, upper = float(model.lowerPositionLimit[i]), float(model.upperPositionLimit[i])
+                if not lower <= q[i] <= upper:
+                    found[model.names[joint]] = (float(q[i]), lower, upper)
+        return found
+
+    # ---- in full coordinates ---------------------------------------------------------------------------------------
+
+    def full_forward_dynamics(self, q_full: Array, v_full: Array, effort_full: Array) -> FullMotion:
+        """Acceleration of all joints and loop forces at a closed configuration; all arguments in full coordinates.
+
+        Raises:
+            DynamicsError: the solution does not respect the cuts.
+        """
+        return self._dynamics.motion(np.asarray(q_full), np.asarray(v_full), np.asarray(effort_full))
+
+    def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
+        """As `full_forward_dynamics`, the acceleration alone and unchecked, for inner loops, shape (nv,)."""
+        return self._dynamics.acceleration(q_full, v_full, effort_full)
+
+    def full_effort(self, effort: npt.ArrayLike) -> Array:
+        """Actuator efforts (n,) as generalised forces of all joints, shape (nv,)."""
+        full = np.zeros(self.nv)
+        full[self._v_index] = as_vector("effort", effort, self.n)
+        return full
+
+    def actuated(self, q_full: Array) -> Array:
+        """Actuated coordinates of a full configuration, shape (n,)."""
+        return np.asarray(q_full[self._q_index])
+
+    def actuated_velocity(self, v_full: Array) -> Array:
+        """Actuated part of a full velocity or acceleration, shape (n,)."""
+        return np.asarray(v_full[self._v_index])
+
+    def integrate(self, q_full: Array, motion: Array) -> Array:
+        """Configuration after the tangent motion (nv,), on the manifold, shape (nq,)."""
+        return np.asarray(pin.integrate(self.model, q_full, motion))
+
+    def gap(self, q_full: Array) -> tuple[float, float]:
+        """Worst loop gap of a configuration, ([m], [rad])."""
+        self._k.update(np.asarray(q_full))
+        return self._k.gap(np.asarray(q_full))[:2]
+
+    def constraint_jacobian(self, q_full: Array) -> Array:
+        """Derivative of all constraint rows, unscaled, shape (rows, nv)."""
+        self._k.update(np.asarray(q_full))
+        return self._k.closure.jacobian(self._k.data)
+
+    def link_placements(self, q_full: Array) -> dict[str, Array]:
+        """World placement (4, 4) of every link."""
+        pin.forwardKinematics(self.model, self._k.data, np.asarray(q_full))
+        return {
+            frame.name: np.array((self._k.data.oMi[frame.parentJoint] * frame.placement).homogeneous)
+            for frame in self.model.frames
+            if frame.type == pin.FrameType.BODY and frame.name != "universe"
+        }
+
+    def cut_placements(self, q_full: Array) -> list[tuple[str, Array, Array]]:
+        """Name and world placements (4, 4) of both frames of every cut."""
+        self._k.update(np.asarray(q_full))
+        placed = self._k.closure.placements(self._k.data)
+        return [(name, np.array(a.homogeneous), np.array(b.homogeneous)) for name, a, b in placed]
+
+    def centre_of_mass(self, q_full: Array) -> Array:
+        """Centre of mass of all moving links, shape (3,) [m]."""
+        return np.array(pin.centerOfMass(self.model, self._k.data, np.asarray(q_full)))
+
+    # ---- inside ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _actuated_lengths(self) -> Array:
+        return np.array([actuator.kind == "translation" for actuator in self.actuators], dtype=bool)
+
+    @cached_property
+    def _tool_directions(self) -> int:
+        """Directions in which the tool point can move at home (2 for a planar robot)."""
+        if self._tool is None:
+            return 0
+        self._k.update(self._home.q_full)
+        free = null_space(self._k.scaled_jacobian())
+        return rank_of((self._tool.jacobian(self._k.data)[:3] * self._k.column_scale) @ free)
+
+    def _map(self, q: Array) -> tuple[Array, Array]:
+        """T (nv, n) and K_p^+ (passive, rows) at a configuration of a robot that its actuators determine."""
+        passive = len(self._passive)
+        if passive == 0:
+            return np.array(self._selection.T), np.zeros((0, self._k.closure.rows))
+        self._k.update(q)
+        matrix = self._k.scaled_jacobian()
+        left, values, right = np.linalg.svd(matrix[:, self._passive], full_matrices=False)
+        if values[passive - 1] < tolerances.SINGULAR.value:
+            raise SingularError(
+                f"{self.name} at {self._show(q[self._q_index])} is in a type-2 singularity: with the actuators "
+                f"locked it still moves (singular value {values[passive - 1]:.2g}, limit "
+                f"{tolerances.SINGULAR.value:.0e})",
+                kind="type-2",
+                measure=float(values[passive - 1]),
+                limit=tolerances.SINGULAR.value,
+            )
+        inverse = right[:passive].T @ (left[:, :passive].T / values[:passive, None])
+        scale = self._k.column_scale
+        inverse = scale[self._passive, None] * inverse * self._k.row_scale
+        actuated = matrix[:, self._v_index] / self._k.row_scale[:, None] / scale[self._v_index]
+        tangent = np.array(self._selection.T)
+        tangent[self._passive] = -inverse @ actuated
+        return tangent, inverse
+
+    def _need_tool(self) -> ToolPoint:
+        if self._tool is None:
+            raise InputError(f"{self.name} has no tool frame; name one under [tool] in its loops.toml")
+        return self._tool
+
+    def _full(self, at: Posture | None) -> Array:
+        q = self._home.q_full if at is None else at.q_full
+        if q.shape != (self.nq,):
+            raise InputError(
+                f"this posture has {q.size} coordinates, {self.name} has {self.nq}; make it with this robot's "
+                "close() or reach()"
+            )
+        return q
+
+    def _posture(self, q: Array) -> Posture:
+        self._k.update(q)
+        distance, angle, _ = self._k.gap(q)
+        return Posture(q[self._q_index], q, (distance, angle))
+
+    def _type2(self, q: Array) -> float:
+        self._k.update(q)
+        return smallest(self._k.scaled_jacobian()[:, self._passive], len(self._passive))
+
+    def _joints_of(self, motions: Array) -> tuple[str, ...]:
+        """Names of the joints that take part in any of the motions, shape (nv, k)."""
+        moving = np.abs(motions).max(axis=1, initial=0.0) > 1e-6
+        names = []
+        for joint in range(1, self.model.njoints):
+            start = self.model.idx_vs[joint]
+            if moving[start : start + self.model.nvs[joint]].any():
+                names.append(self.model.names[joint])
+        return tuple(names)
+
+    def _show(self, q: Array) -> str:
+        return ", ".join(
+            f"{actuator.name} {value:.6g} {actuator.unit}" for actuator, value in zip(self.actuators, q, strict=True)
+        )
+
+    def _normalised(self, q: Array) -> Array:
+        return np.asarray(pin.normalize(self.model, q))
+
+    def _close_home(self, description: RobotDescription, name: str | None) -> Posture:
+        homes = {home.name: home for home in description.homes}
+        if name is not None and name not in homes:
+            raise UnknownNameError("home posture", name, list(homes))
+        home = homes[name] if name is not None else next(iter(homes.values()), Home("zero"))
+        q = np.array(pin.neutral(self.model))
+        joints = {joint.name: joint for joint in description.joints}
+        for joint, value in {**home.passive, **home.actuated}.items():
+            index = self.model.getJointId(joint)
+            q[self.model.idx_qs[index] : self.model.idx_qs[index] + self.model.nqs[index]] = coordinates_to_q(
+                joints[joint], value
+            )
+        return self.assemble(q, keep_actuators=bool(home.actuated))

@@ -1,0 +1,152 @@
+"""`cutjoint crosscheck`: closed chains against the published models."""
+
+from __future__ import annotations
+
+import json as json_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cutjoint.commands.output import console, print_json, table
+
+if TYPE_CHECKING:
+    from cutjoint.crosscheck import Comparison, Cost
+
+
+def command(
+    robot: Annotated[
+        str | None, typer.Argument(metavar="[ROBOT]", help="A robot with a published model; default all of them.")
+    ] = None,
+    samples: Annotated[int, typer.Option(min=1, help="Random reachable states per robot.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    variant: Annotated[
+        str | None,
+        typer.Option(
+            help="Inertias of the chain; default the paper's hypothesis. With `distributed` the hypothesis' cost."
+        ),
+    ] = None,
+    json: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Also write the figures as JSON; - for stdout.")
+    ] = None,
+) -> None:
+    """Compare the closed chain in Pinocchio with the model that the robot's paper derives by hand.
+
+    Random reachable postures, velocities and accelerations; tool position, Jacobian, J_dot v, mass matrix, Coriolis
+    vector, gravity, inverse and forward dynamics of both.  The two share no code and no data, so agreement is evidence.
+    With `--variant distributed` the rods are uniform, which the papers' models are not: what their hypothesis costs
+    along the paper's own trajectory is shown instead.  Exit status 1 where a tolerance is exceeded.
+    """
+    from cutjoint.robots import PUBLISHED, load, published
+
+    if robot is not None:
+        published(robot)
+    quiet = json is not None and str(json) == "-"
+    data: dict[str, Any] = {}
+    passes = True
+    for name in [robot] if robot else list(PUBLISHED):
+        row = PUBLISHED[name]
+        if variant == row.physical:
+            cost = _cost(name)
+            data[name] = _cost_data(cost)
+            if not quiet:
+                _show_cost(name, cost)
+            continue
+        comparison = _compare(load(name, variant or row.variant), published(name), samples, seed)
+        passes = passes and comparison.passes
+        data[name] = _comparison_data(comparison, seed)
+        if not quiet:
+            _show(comparison)
+    if quiet:
+        print_json(data)
+    elif json is not None:
+        _write(json, data)
+    raise typer.Exit(0 if passes else 1)
+
+
+def _compare(chain: Any, reference: Any, samples: int, seed: int) -> Comparison:
+    from rich.progress import Progress
+
+    from cutjoint.crosscheck import compare, sample_states
+
+    with Progress(transient=True) as bar:
+        task = bar.add_task(f"{chain.name}: {samples} states", total=samples)
+        states = sample_states(reference, samples, seed)
+        return compare(chain, reference, states, lambda done: bar.update(task, completed=done))
+
+
+def _show(comparison: Comparison) -> None:
+    title = f"{comparison.checked}, Pinocchio closed chain, against {comparison.reference}: {comparison.samples} states"
+    shown = table(
+        title, ("quantity", "worst relative error", "tolerance", ""), right=("worst relative error", "tolerance")
+    )
+    for row in comparison.rows:
+        verdict = "[green]agrees[/]" if row.passes else "[bold red]DISAGREES[/]"
+        shown.add_row(row.quantity, f"{row.error:.1e}", f"{row.tolerance:.0e}", verdict)
+    shown.print()
+    if comparison.refused:
+        console().print(
+            f"[bold red]{comparison.refused} states could not be taken up by the chain[/]: {comparison.reason}"
+        )
+
+
+def _comparison_data(comparison: Comparison, seed: int) -> dict[str, Any]:
+    return {
+        "checked": comparison.checked,
+        "reference": comparison.reference,
+        "samples": comparison.samples,
+        "seed": seed,
+        "passes": comparison.passes,
+        "refused": comparison.refused,
+        "quantities": {
+            row.quantity: {"worst_relative_error": row.error, "tolerance": row.tolerance, "passes": row.passes}
+            for row in comparison.rows
+        },
+    }
+
+
+def _cost(name: str) -> Cost:
+    import numpy as np
+
+    from cutjoint.crosscheck import hypothesis_cost
+    from cutjoint.robots import PUBLISHED, load, published
+
+    row = PUBLISHED[name]
+    trajectory = row.trajectory()
+    motions = [trajectory.at(float(t)) for t in np.linspace(0.0, trajectory.duration, 401)]
+    path = [(motion.position, motion.velocity, motion.acceleration) for motion in motions]
+    return hypothesis_cost(published(name), load(name, row.physical), path)
+
+
+def _show_cost(name: str, cost: Cost) -> None:
+    columns = ("actuator", "peak effort", "error", "of peak", "of inertial peak")
+    shown = table(f"{name}: what the paper's lumped rods cost along its own trajectory", columns, right=columns[1:])
+    for i, actuator in enumerate(cost.actuators):
+        shown.add_row(
+            actuator,
+            f"{cost.peak[i]:.4g} {cost.units[i]}",
+            f"{cost.error[i]:.3g} {cost.units[i]}",
+            f"{cost.percent[i]:.2f} %",
+            f"{cost.percent_inertial[i]:.2f} %",
+        )
+    shown.print()
+
+
+def _cost_data(cost: Cost) -> dict[str, Any]:
+    return {
+        actuator: {
+            "unit": cost.units[i],
+            "peak_effort": cost.peak[i],
+            "error": cost.error[i],
+            "percent_of_peak": cost.percent[i],
+            "percent_of_inertial_peak": cost.percent_inertial[i],
+        }
+        for i, actuator in enumerate(cost.actuators)
+    }
+
+
+def _write(path: Path, data: dict[str, Any]) -> None:
+    from cutjoint.commands.output import plain
+    from cutjoint.files import write_whole
+
+    write_whole(path, json_module.dumps(plain(data), indent=2) + "\n")

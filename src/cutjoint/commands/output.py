@@ -1,0 +1,69 @@
+"""How commands print: one look for tables, plain JSON for machines."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import typer
+
+
+class Table:
+    """A table that a terminal shows well and a pipe keeps readable."""
+
+    def __init__(self, title: str, columns: Sequence[str], right: Sequence[str] = ()) -> None:
+        from rich import box
+        from rich.table import Table as RichTable
+
+        self._table = RichTable(
+            title=title, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold", pad_edge=False
+        )
+        for column in columns:
+            self._table.add_column(column, justify="right" if column in right else "left", overflow="fold")
+
+    def add_row(self, *cells: str) -> None:
+        """Append a row; cells may hold rich's markup."""
+        self._table.add_row(*cells)
+
+    def print(self) -> None:
+        """Write the table to standard output."""
+        out = console()
+        out.print(f"[bold]{self._title}[/]")
+        out.print(self._table)
+
+
+def table(title: str, columns: Sequence[str], right: Sequence[str] = ()) -> Table:
+    """An empty table; columns named in `right` are flush right."""
+    return Table(title, columns, right)
+
+
+def console() -> Any:
+    """Standard output; a pipe gets lines of 120 columns."""
+    import sys
+
+    from rich.console import Console
+
+    return Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+
+
+def print_json(value: Any) -> None:
+    """Print `value` as JSON; arrays become lists, numbers that are not finite become null."""
+    typer.echo(json.dumps(plain(value), indent=2))
+
+
+def plain(value: Any) -> Any:
+    """`value` as JSON knows it: arrays as lists, numbers that are not finite as None."""
+    if isinstance(value, dict):
+        return {str(key): plain(one) for key, one in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

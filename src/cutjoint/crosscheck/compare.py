@@ -1,0 +1,154 @@
+"""Every quantity of one model against the same quantity of another, at the same states.
+
+The error of a sample is the largest difference of any entry, relative to the largest entry of that quantity in that
+sample.  Three quantities may vanish while their terms do not (J_dot v of a robot whose Jacobian is constant, C v, and
+gravity at balance); they are measured against the accelerations or efforts of the same sample where those are larger.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cutjoint import tolerances
+from cutjoint.arrays import Array
+from cutjoint.crosscheck.sampling import REFUSED, State
+from cutjoint.errors import ToleranceError
+from cutjoint.mechanism import Mechanism, Posture
+
+QUANTITIES = (
+    "actuated coordinates",
+    "tool position",
+    "Jacobian",
+    "J_dot v",
+    "mass matrix",
+    "Coriolis C v",
+    "gravity",
+    "inverse dynamics",
+    "forward dynamics",
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """Worst relative error of one quantity over all samples, its tolerance, and the sample where it was found."""
+
+    quantity: str
+    error: float
+    tolerance: float
+    sample: int
+
+    @property
+    def passes(self) -> bool:
+        """Whether the error is within the tolerance (a NaN is not)."""
+        return self.error <= self.tolerance
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What came out of comparing `checked` with `reference`.
+
+    Attributes:
+        refused: states that `checked` could not take up although the reference could, with the reason of the first.
+    """
+
+    checked: str
+    reference: str
+    samples: int
+    rows: tuple[Row, ...]
+    refused: int = 0
+    reason: str = ""
+
+    @property
+    def passes(self) -> bool:
+        """Whether every quantity agrees and no state was refused."""
+        return self.refused == 0 and all(row.passes for row in self.rows)
+
+    def require(self) -> None:
+        """Raise where the models do not agree.
+
+        Raises:
+            ToleranceError: names every quantity that is off, with its error and tolerance.
+        """
+        if self.passes:
+            return
+        worst = {row.quantity: (row.error, row.tolerance) for row in self.rows if not row.passes}
+        text = ", ".join(f"{name} {error:.2e} (allowed {allowed:.0e})" for name, (error, allowed) in worst.items())
+        if self.refused:
+            text = f"{self.refused} of {self.samples} states refused ({self.reason}); {text}".rstrip("; ")
+        raise ToleranceError(f"{self.checked} and {self.reference} disagree: {text}", worst=worst)
+
+
+def compare(
+    checked: Mechanism,
+    reference: Mechanism,
+    states: Iterable[State],
+    progress: Callable[[int], None] | None = None,
+) -> Comparison:
+    """Compare two models of one robot at `states`, which were sampled from `reference`."""
+    errors: list[dict[str, tuple[float, float]]] = []
+    refused, reason, count = 0, "", 0
+    known: list[tuple[Array, Posture]] = [(checked.tool(checked.home).position, checked.home)]
+    for count, state in enumerate(states, start=1):
+        try:
+            near = min(known, key=lambda one: float(np.sum(np.square(one[0] - state.position))))[1]
+            at = checked.reach(state.position, near)
+            known.append((state.position, at))
+            found = _evaluate(checked, at, state)
+        except REFUSED as error:
+            refused, reason = refused + 1, reason or str(error)
+            continue
+        wanted = _evaluate(reference, state.at, state)
+        natural = _natural_sizes(reference, state)
+        errors.append(
+            {
+                name: (
+                    float(np.abs(found[name] - wanted[name]).max()),
+                    max(float(np.abs(wanted[name]).max()), natural.get(name, 0.0)),
+                )
+                for name in QUANTITIES
+            }
+        )
+        if progress is not None:
+            progress(count)
+    return Comparison(checked.name, reference.name, count, _rows(errors), refused, reason)
+
+
+def _rows(errors: list[dict[str, tuple[float, float]]]) -> tuple[Row, ...]:
+    rows = []
+    for name in QUANTITIES if errors else ():
+        table = np.array([sample[name] for sample in errors])
+        relative = table[:, 0] / np.maximum(table[:, 1], 1e-300)
+        relative[np.isnan(relative)] = np.inf
+        worst = int(np.argmax(relative))
+        rows.append(Row(name, float(relative[worst]), tolerances.AGREEMENT.value, worst))
+    return tuple(rows)
+
+
+def _evaluate(mechanism: Mechanism, at: Posture, state: State) -> dict[str, Array]:
+    tool, terms = mechanism.tool(at, state.v), mechanism.terms(at, state.v)
+    return {
+        "actuated coordinates": at.q,
+        "tool position": tool.position,
+        "Jacobian": tool.jacobian,
+        "J_dot v": tool.drift,
+        "mass matrix": terms.mass,
+        "Coriolis C v": terms.coriolis,
+        "gravity": terms.gravity,
+        "inverse dynamics": mechanism.inverse_dynamics(at, state.v, state.a),
+        "forward dynamics": mechanism.forward_dynamics(at, state.v, state.effort),
+    }
+
+
+def _natural_sizes(reference: Mechanism, state: State) -> dict[str, float]:
+    """Sizes that vanishing quantities are measured against: accelerations of the tool, inertial efforts."""
+    tool, terms = reference.tool(state.at), reference.terms(state.at, state.v)
+    inertial = float(np.abs(terms.mass @ state.a).max())
+    turning = tool.jacobian @ np.linalg.solve(terms.mass, terms.coriolis)
+    return {
+        "J_dot v": max(float(np.abs(tool.jacobian @ state.a).max()), float(np.abs(turning).max())),
+        "Coriolis C v": inertial,
+        "gravity": inertial,
+    }
