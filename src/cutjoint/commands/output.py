@@ -18,9 +18,8 @@ class Table:
         from rich import box
         from rich.table import Table as RichTable
 
-        self._table = RichTable(
-            title=title, box=box.SIMPLE_HEAD, title_justify="left", title_style="bold", pad_edge=False
-        )
+        self._title = title
+        self._table = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, show_header=any(columns))
         for column in columns:
             self._table.add_column(column, justify="right" if column in right else "left", overflow="fold")
 
