@@ -1,0 +1,31 @@
+"""What holds for every test: the same inputs in every run, no clock in any verdict, no cache of the user touched."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+# Reproducible, and not failed by a busy machine: hypothesis would count an example of 0.2 s as a failure.
+settings.register_profile("cutjoint", deadline=None, derandomize=True, print_blob=True)
+settings.load_profile("cutjoint")
+
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_caches(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Compiled robots and matplotlib's fonts go to a folder of this run, in this process and those that it starts."""
+    folder: Path = tmp_path_factory.mktemp("cache")
+    before = {name: os.environ.get(name) for name in ("XDG_CACHE_HOME", "MPLCONFIGDIR")}
+    os.environ["XDG_CACHE_HOME"] = str(folder)
+    os.environ["MPLCONFIGDIR"] = str(folder / "matplotlib")
+    yield
+    for name, value in before.items():
+        if value is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = value
