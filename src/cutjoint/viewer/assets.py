@@ -1,0 +1,47 @@
+"""The files of the viewer's pages: meshcat's own bundle from its package, and ours beside this module."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import resources
+
+from cutjoint.errors import ViewerError
+from cutjoint.viewer.bridge import File
+
+LIVE_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+    "connect-src 'self' ws://{host}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""No `unsafe-eval`: text that reaches the page is never run.  Styles must be allowed because meshcat adds its own."""
+
+
+@cache
+def page(name: str) -> str:
+    """A file of our own pages."""
+    return (resources.files("cutjoint.viewer") / "page" / name).read_text(encoding="utf-8")
+
+
+@cache
+def bundle() -> str:
+    """meshcat's viewer, one script.
+
+    Raises:
+        ViewerError: meshcat is not installed, or its bundle is not where 0.3.2 has it.
+    """
+    try:
+        return (resources.files("meshcat") / "viewer" / "dist" / "main.min.js").read_text(encoding="utf-8")
+    except (ModuleNotFoundError, OSError) as error:
+        raise ViewerError("the viewer needs meshcat: pip install 'cutjoint[viewer]'") from error
+
+
+def live_files() -> dict[str, File]:
+    """What the live viewer's server answers."""
+    script, style = "text/javascript; charset=utf-8", "text/css; charset=utf-8"
+    return {
+        "/": File(page("live.html").encode(), "text/html; charset=utf-8", LIVE_POLICY),
+        "/meshcat.js": File(bundle().encode(), script),
+        "/stage.js": File(page("stage.js").encode(), script),
+        "/live.js": File(page("live.js").encode(), script),
+        "/page.css": File(page("page.css").encode(), style),
+        "/favicon.ico": File(b"", "image/x-icon"),
+    }

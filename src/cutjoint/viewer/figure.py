@@ -1,0 +1,278 @@
+"""A robot as a scene: its links, and what can be shown over them.
+
+The scene's root turns the robot so that gravity points down on screen whatever the world frame of the description,
+puts its middle into the point that the camera turns about, and scales it to radius 1, so that camera, lights and floor
+suit a robot of any size.  Everything below the root is in the world frame of the description, in metres.
+
+Colours are the description's own; a link without one gets the colour of its limb, from the palette of Okabe and Ito
+(distinguishable for the colour-blind), limbs being the subtrees that the actuators move.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from meshcat import geometry as g
+
+from cutjoint.arrays import Array
+from cutjoint.chain import ClosedChain
+from cutjoint.description.model import Link, RobotDescription
+from cutjoint.mechanism import Posture
+from cutjoint.viewer import shapes
+from cutjoint.viewer.scene import Scene
+from cutjoint.viewer.shapes import Colour
+
+ROOT = "robot"
+PALETTE: tuple[Colour, ...] = (
+    (0.0, 0.447, 0.698, 1.0),
+    (0.902, 0.624, 0.0, 1.0),
+    (0.0, 0.62, 0.451, 1.0),
+    (0.8, 0.475, 0.655, 1.0),
+    (0.835, 0.369, 0.0, 1.0),
+    (0.337, 0.706, 0.914, 1.0),
+)
+GREY: Colour = (0.62, 0.64, 0.67, 1.0)
+COLLISION: Colour = (0.9, 0.2, 0.5, 0.35)
+PURPLE: Colour = (0.42, 0.24, 0.6, 1.0)
+GRAVITY: Colour = (0.15, 0.15, 0.18, 1.0)
+WORKSPACE = 0x7A5195
+GAP = 0xD81B60
+FRAME = 0.12
+CAMERA: tuple[float, float, float] = (2.1, -2.5, 1.35)
+FIELD_OF_VIEW = 34.0
+
+
+class Figure:
+    """The scene of one robot; `pose` moves it.
+
+    Attributes:
+        scene: what a tab is sent.
+        radius: half the robot's extent [m].
+        toggles: what can be shown or hidden: title -> (paths, shown at the start).
+    """
+
+    def __init__(self, chain: ClosedChain, at: Posture) -> None:
+        self.chain = chain
+        self.scene = Scene()
+        self.toggles: dict[str, tuple[list[str], bool]] = {}
+        description = chain.description
+        placements = chain.link_placements(at.q_full)
+        self._paths = {link.name: f"{ROOT}/links/{_safe(i, link.name)}" for i, link in enumerate(description.links)}
+        self.colours = limb_colours(description)
+        low, high = _bounds(description, placements)
+        self.radius = max(float(np.linalg.norm(high - low)) / 2, 1e-6)
+        self._stage(np.asarray(description.gravity), low, high)
+        self._links(description)
+        self._overlays(description)
+        self.pose(at)
+
+    def link_path(self, link: str) -> str:
+        """Scene path of a link."""
+        return self._paths[link]
+
+    def pose(self, at: Posture) -> None:
+        """Show posture `at`, in one batch."""
+        with self.scene.batch():
+            for name, placement in self.chain.link_placements(at.q_full).items():
+                self.scene.set_transform(self._paths[name], placement)
+            for path, placement in self.overlay_placements(at).items():
+                self.scene.set_transform(path, placement)
+
+    def overlay_placements(self, at: Posture) -> dict[str, Array]:
+        """Placements of what follows the posture but is no link: path -> (4, 4), scale included."""
+        found: dict[str, Array] = {}
+        for i, (name, a, b) in enumerate(self.chain.cut_placements(at.q_full)):
+            path = f"{ROOT}/loops/{_safe(i, name)}"
+            found[f"{path}/a"], found[f"{path}/b"] = np.asarray(a), np.asarray(b)
+            found[f"{path}/gap"] = _between(np.asarray(a)[:3, 3], np.asarray(b)[:3, 3])
+        tool = self.chain.description.tool
+        if tool is not None:
+            found[f"{ROOT}/tool"] = self.chain.link_placements(at.q_full)[tool.link] @ tool.placement
+        centre = shapes.translation(self.chain.centre_of_mass(at.q_full))
+        found[f"{ROOT}/mass"] = centre
+        down = np.asarray(self.chain.description.gravity)
+        if np.linalg.norm(down) > 0:
+            found[f"{ROOT}/gravity"] = centre @ along(down)
+        return found
+
+    def show_box(self, title: str, low: Array, high: Array) -> None:
+        """Draw the edges of a box in the world frame [m] under a toggle."""
+        path = f"{ROOT}/workspace"
+        corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+        edges = [(a, b) for a in range(8) for b in range(a) if np.abs(corners[a] - corners[b]).sum() == 1]
+        points = (low + corners * (high - low))[np.array(edges).ravel()]
+        with self.scene.batch():
+            self.scene.set_object(path, shapes.lines(points, WORKSPACE, pairs=True))
+            self.scene.set_property(path, "visible", self.toggles.get(title, ([], False))[1])
+        self.toggles[title] = ([path], False)
+
+    def _stage(self, gravity: Array, low: Array, high: Array) -> None:
+        scene = self.scene
+        with scene.batch():
+            scene.set_property("Background", "top_color", [0.93, 0.95, 0.98])
+            scene.set_property("Background", "bottom_color", [0.99, 0.99, 0.99])
+            for path in ("Grid", "Axes", "Lights/FillLight"):
+                scene.set_property(path, "visible", path.startswith("Lights"))
+            camera = g.PerspectiveCamera(fov=FIELD_OF_VIEW, near=0.01, far=100)
+            scene.set_object("Cameras/default/rotated", camera)
+            x, y, z = CAMERA
+            scene.set_property("Cameras/default/rotated/<object>", "position", [x, z, -y])
+            turn = turn_down(gravity)
+            scale = 1.0 / self.radius
+            root = np.eye(4)
+            root[:3, :3] = scale * turn
+            root[:3, 3] = -scale * turn @ (low + high) / 2
+            scene.set_transform(ROOT, root)
+            box = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (high - low) + low
+            bottom = float((box @ turn.T * scale + root[:3, 3])[:, 2].min())
+            scene.set_object("floor", _grid(1.6, 16))
+            scene.set_transform("floor", shapes.translation([0, 0, bottom - 0.02]))
+
+    def _links(self, description: RobotDescription) -> None:
+        frames, collisions = [], []
+        owners = limb_of(description)
+        for link in description.links:
+            path = self._paths[link.name]
+            limb = owners.get(link.name)
+            default = GREY if limb is None else self.colours[limb]
+            self._draw(f"{path}/visual", link.visuals, default)
+            if link.collisions:
+                self._draw(f"{path}/collision", link.collisions, COLLISION, own=False)
+                collisions.append(f"{path}/collision")
+            self.scene.set_object(f"{path}/frame", g.triad(FRAME * self.radius))
+            frames.append(f"{path}/frame")
+        self.toggle("Link frames", frames, False)
+        if collisions:
+            self.toggle("Collision shapes", collisions, False)
+
+    def _draw(self, path: str, visuals: tuple[shapes.Shape, ...], default: Colour, own: bool = True) -> None:
+        for i, shape in enumerate(visuals):
+            colour = shape.colour if own and shape.colour is not None else default
+            for j, part in enumerate(shapes.parts(shape, colour)):
+                self.scene.set_object(f"{path}/{i}_{j}", part.thing)
+                self.scene.set_transform(f"{path}/{i}_{j}", part.placement)
+
+    def _overlays(self, description: RobotDescription) -> None:
+        size = FRAME * self.radius
+        for i, cut in enumerate(description.cuts):
+            path = f"{ROOT}/loops/{_safe(i, cut.name)}"
+            self.scene.set_object(f"{path}/a", g.triad(1.3 * size))
+            for axis, colour in enumerate(((0.8, 0.1, 0.1, 1.0), (0.1, 0.6, 0.1, 1.0), (0.1, 0.2, 0.8, 1.0))):
+                end = 0.8 * size * np.eye(3)[axis]
+                self.scene.set_object(f"{path}/b/{axis}", shapes.tube(np.array([0 * end, end]), 0.07 * size, shapes.material(colour)))
+            self.scene.set_object(f"{path}/gap", shapes.lines(np.array([[0.0, 0, 0], [0, 0, 1.0]]), GAP))
+        if description.cuts:
+            self.toggle("Loop closures", [f"{ROOT}/loops"], False)
+        if description.tool is not None:
+            self.scene.set_transform(f"{ROOT}/tool", np.eye(4))
+        ball = g.Mesh(g.Sphere(0.03 * self.radius), shapes.over(PURPLE))
+        self.scene.set_object(f"{ROOT}/mass", ball)
+        self.toggle("Centre of mass", [f"{ROOT}/mass"], False)
+        if np.linalg.norm(description.gravity) > 0:
+            for i, part in enumerate(shapes.arrow(0.45 * self.radius, 0.012 * self.radius, shapes.over(GRAVITY))):
+                self.scene.set_object(f"{ROOT}/gravity/{i}", part.thing)
+                self.scene.set_transform(f"{ROOT}/gravity/{i}", part.placement)
+            self.toggle("Gravity", [f"{ROOT}/gravity"], False)
+
+    def toggle(self, title: str, paths: list[str], shown: bool) -> None:
+        """Let `paths` be shown and hidden under `title`."""
+        self.toggles[title] = (paths, shown)
+        for path in paths:
+            self.scene.set_property(path, "visible", shown)
+
+
+def along(direction: Array) -> Array:
+    """A (4, 4) rotation that takes z to `direction` (any length > 0)."""
+    z = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
+    x /= np.linalg.norm(x)
+    placement = np.eye(4)
+    placement[:3, :3] = np.column_stack([x, np.cross(z, x), z])
+    return placement
+
+
+def turn_down(gravity: Array) -> Array:
+    """The smallest rotation (3, 3) that takes `gravity` to -z; identity where there is no gravity."""
+    size = float(np.linalg.norm(gravity))
+    if size == 0.0:
+        return np.eye(3)
+    down, wanted = gravity / size, np.array([0.0, 0.0, -1.0])
+    axis, cosine = np.cross(down, wanted), float(down @ wanted)
+    if cosine < -1 + 1e-12:
+        return np.diag([1.0, -1.0, -1.0])
+    skew = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0.0]])
+    return np.asarray(np.eye(3) + skew + skew @ skew / (1.0 + cosine))
+
+
+def limb_colours(description: RobotDescription) -> dict[str, Colour]:
+    """Actuator -> colour of its limb: the most frequent bright colour of the links that it moves, else the palette's."""
+    limbs: dict[str, Counter[Colour]] = {name: Counter() for name in description.actuators}
+    owners = limb_of(description)
+    for link in description.links:
+        if (limb := owners.get(link.name)) is not None:
+            limbs[limb].update(shape.colour for shape in link.visuals if shape.colour and _bright(shape.colour))
+    return {
+        name: counts.most_common(1)[0][0] if counts else PALETTE[i % len(PALETTE)]
+        for i, (name, counts) in enumerate(limbs.items())
+    }
+
+
+def limb_of(description: RobotDescription) -> dict[str, str]:
+    """Link -> the first actuator on its way from the root."""
+    children: dict[str, list[Any]] = {}
+    for joint in description.joints:
+        children.setdefault(joint.parent, []).append(joint)
+    found: dict[str, str] = {}
+    stack: list[tuple[str, str | None]] = [(description.root, None)]
+    while stack:
+        link, limb = stack.pop()
+        if limb is not None:
+            found[link] = limb
+        for joint in children.get(link, []):
+            stack.append((joint.child, limb or (joint.name if joint.name in description.actuators else None)))
+    return found
+
+
+def css(colour: Colour) -> str:
+    """A colour for a page; opacity as over white."""
+    return "#" + "".join(f"{round(255 * (colour[3] * channel + 1.0 - colour[3])):02x}" for channel in colour[:3])
+
+
+def _bright(colour: Colour) -> bool:
+    return max(colour[:3]) - min(colour[:3]) > 0.25
+
+
+def _bounds(description: RobotDescription, placements: Mapping[str, Array]) -> tuple[Array, Array]:
+    points = [placement[:3, 3][None, :] for placement in placements.values()]
+    for link in description.links:
+        points += [_placed(link, shape, placements) for shape in (link.visuals or link.collisions)]
+    cloud = np.concatenate(points)
+    return cloud.min(axis=0), cloud.max(axis=0)
+
+
+def _placed(link: Link, shape: shapes.Shape, placements: Mapping[str, Array]) -> Array:
+    placement = placements[link.name]
+    return np.asarray(shapes.corners(shape) @ placement[:3, :3].T + placement[:3, 3])
+
+
+def _between(start: Array, end: Array) -> Array:
+    """Placement and length that turn a unit line along z into the line from `start` to `end`."""
+    length = float(np.linalg.norm(end - start))
+    placement = along(end - start) if length > 0 else np.eye(4)
+    placement[:3, :3] *= max(length, 1e-12)
+    placement[:3, 3] = start
+    return placement
+
+
+def _grid(half: float, cells: int) -> Any:
+    ticks = np.linspace(-half, half, cells + 1)
+    ends = [[[t, -half, 0], [t, half, 0], [-half, t, 0], [half, t, 0]] for t in ticks]
+    return shapes.lines(np.array(ends).reshape(-1, 3), 0xD5D8DD, pairs=True)
+
+
+def _safe(index: int, name: str) -> str:
+    """A path element: unique by its number, readable by its name."""
+    return f"{index}_" + "".join(c if c.isalnum() or c in "-_." else "_" for c in name)

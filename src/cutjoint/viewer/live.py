@@ -1,0 +1,162 @@
+"""The live viewer: a page with the robot beside a control panel, kept in step with one `Puppet`.
+
+Three threads: the caller's, the server's (`Bridge`), and one that alone touches the robot, so that a long search does
+not keep the page from loading.  Commands of the page wait in a short queue; when the same tab moves the same slider
+again, the older value is forgotten.
+"""
+
+from __future__ import annotations
+
+import math
+import secrets
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from cutjoint.chain import ClosedChain
+from cutjoint.errors import CutjointError
+from cutjoint.viewer.assets import live_files
+from cutjoint.viewer.bridge import LOOPBACK, PORT, Bridge
+from cutjoint.viewer.figure import Figure
+from cutjoint.viewer.puppet import Puppet
+
+Kind = Literal["actuated", "tool", "mode", "modes", "home"]
+WORKSPACE = "Workspace box"
+WAITING = 64
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the page asks for; `number` is the page's own count, given back with the answer."""
+
+    tab: int
+    number: int
+    kind: Kind
+    index: int = 0
+    value: float = 0.0
+
+
+def parse(tab: int, message: Mapping[str, Any]) -> Command | None:
+    """A message of the page as a command, None where it makes no sense."""
+    kind, number = message.get("move"), message.get("number")
+    if kind not in ("actuated", "tool", "mode", "modes", "home") or not _is_count(number):
+        return None
+    index, value = message.get("index", 0), message.get("value", 0.0)
+    if not _is_count(index) or isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    if not math.isfinite(value) or abs(value) > 1e6 or set(message) - {"move", "number", "index", "value"}:
+        return None
+    return Command(tab, number, kind, index, float(value))
+
+
+class LiveView:
+    """Serves the robot until `stop()`.
+
+    Raises:
+        ViewerError: no port is free.
+    """
+
+    def __init__(self, chain: ClosedChain, *, host: str = LOOPBACK, port: int = PORT) -> None:
+        self.figure = Figure(chain, chain.home)
+        self.puppet = Puppet(chain, self.figure)
+        self._session = secrets.token_hex(8)
+        self._queue: list[Command] = []
+        self._wake = threading.Condition()
+        self._stopped = False
+        self._sampler = self.puppet.sample_workspace()
+        self._controls, self._state = self.puppet.controls(), self.puppet.state()
+        self.bridge = Bridge(
+            live_files(), self.figure.scene, handler=self._take, greeting=self._greet, host=host, port=port
+        )
+        self._worker = threading.Thread(target=self._work, name="cutjoint-robot", daemon=True)
+        self._worker.start()
+
+    @property
+    def url(self) -> str:
+        """Address of the page."""
+        return self.bridge.url
+
+    def wait(self) -> None:
+        """Block until interrupted or stopped."""
+        self.bridge.wait()
+
+    def stop(self) -> None:
+        """Close the port and end both threads."""
+        with self._wake:
+            self._stopped = True
+            self._wake.notify()
+        self.bridge.stop()
+        self._worker.join(5.0)
+
+    def __enter__(self) -> LiveView:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def _greet(self, tab: int) -> list[Mapping[str, Any]]:
+        return [{"type": "hello", "tab": tab, "session": self._session}, self._controls, self._state]
+
+    def _take(self, tab: int, message: Mapping[str, Any]) -> bool:
+        command = parse(tab, message)
+        if command is None:
+            return False
+        with self._wake:
+            same = [c for c in self._queue if (c.tab, c.kind, c.index) == (tab, command.kind, command.index)]
+            for older in same:
+                self._queue.remove(older)
+            if len(self._queue) < WAITING:
+                self._queue.append(command)
+            self._wake.notify()
+        return True
+
+    def _work(self) -> None:
+        sampling, grown = True, False
+        while True:
+            with self._wake:
+                if not self._queue and not sampling:
+                    self._wake.wait()
+                if self._stopped:
+                    return
+                command = self._queue.pop(0) if self._queue else None
+            if command is not None:
+                self._obey(command)
+                continue
+            try:
+                grown = next(self._sampler) or grown
+            except StopIteration:
+                sampling = False
+                if grown and self.puppet.box is not None:
+                    self.figure.show_box(WORKSPACE, *self.puppet.box)
+                    self._publish_controls()
+
+    def _obey(self, command: Command) -> None:
+        puppet, trouble = self.puppet, ""
+        try:
+            match command.kind:
+                case "actuated":
+                    puppet.actuate(command.index, command.value)
+                case "tool":
+                    puppet.pull(command.index, command.value)
+                case "mode":
+                    puppet.choose(command.index)
+                case "home":
+                    puppet.go_home()
+                case "modes":
+                    puppet.find_modes()
+                    self._publish_controls()
+            self.figure.pose(puppet.at)
+            self._state = puppet.state()
+        except CutjointError as error:
+            trouble = str(error)
+        answer = {"tab": command.tab, "number": command.number, "trouble": trouble}
+        self.bridge.broadcast({**self._state, "answer": answer})
+
+    def _publish_controls(self) -> None:
+        self._controls = self.puppet.controls()
+        self.bridge.broadcast(self._controls)
+
+
+def _is_count(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53

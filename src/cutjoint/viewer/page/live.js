@@ -1,0 +1,200 @@
+// The live page: sliders send what is asked for, one request at a time; the robot comes back as it really stands.
+"use strict";
+
+const byId = (id) => document.getElementById(id);
+const stage = new Stage(byId("scene"));
+const state = { tab: 0, session: null, number: 0, inFlight: null, wanted: null, socket: null, held: null, last: null };
+const ANSWER_SECONDS = 20;
+window.cutjoint = { stage, state };
+
+// ---- trail of the tool
+
+const TRAIL = 2000;
+const trail = (() => {
+  const geometry = new MeshCat.THREE.BufferGeometry();
+  geometry.setAttribute("position", new MeshCat.THREE.BufferAttribute(new Float32Array(3 * TRAIL), 3));
+  geometry.setDrawRange(0, 0);
+  const line = new MeshCat.THREE.Line(geometry, new MeshCat.THREE.LineBasicMaterial({ color: 0xd55e00 }));
+  line.frustumCulled = false;
+  line.visible = false;
+  return { line, count: 0 };
+})();
+
+function extendTrail(point) {
+  const positions = trail.line.geometry.attributes.position;
+  if (trail.count) {
+    const i = trail.count - 1;
+    if (point.every((value, axis) => Math.abs(value - positions.array[3 * i + axis]) < 1e-7)) return;
+  }
+  if (trail.count === TRAIL) {
+    positions.array.copyWithin(0, 3);
+    trail.count -= 1;
+  }
+  positions.array.set(point, 3 * trail.count);
+  trail.count += 1;
+  positions.needsUpdate = true;
+  trail.line.geometry.setDrawRange(0, trail.count);
+}
+
+// ---- messages
+
+function say(kind, text) {
+  byId("message").className = kind;
+  byId("message").textContent = text;
+}
+
+function send() {
+  if (state.inFlight || !state.wanted || !state.socket || state.socket.readyState !== WebSocket.OPEN) return;
+  state.number += 1;
+  const number = state.number;
+  state.inFlight = number;
+  state.socket.send(JSON.stringify({ ...state.wanted, number }));
+  state.wanted = null;
+  setTimeout(() => {
+    if (state.inFlight !== number) return;
+    state.inFlight = null;
+    say("trouble", `No answer within ${ANSWER_SECONDS} s.`);
+    send();
+  }, 1000 * ANSWER_SECONDS);
+}
+
+function ask(message) {
+  state.wanted = message;
+  send();
+}
+
+function connect(delay) {
+  const socket = new WebSocket(`ws://${location.host}/scene`);
+  socket.binaryType = "arraybuffer";
+  state.socket = socket;
+  let opened = false;
+  socket.onmessage = ({ data }) => {
+    opened = true;
+    if (typeof data !== "string") stage.take(data);
+    else receive(JSON.parse(data));
+  };
+  socket.onclose = () => {
+    state.inFlight = null;
+    say("trouble", "The connection is lost. Is the program still running? Trying again…");
+    const next = opened ? 1 : Math.min(2 * delay, 10);
+    setTimeout(() => connect(next), 1000 * next);
+  };
+}
+
+function receive(message) {
+  if (message.type === "hello") {
+    if (state.session && state.session !== message.session) location.reload();
+    state.session = message.session;
+    state.tab = message.tab;
+    stage.node("robot").add(trail.line);
+    say("", "");
+  } else if (message.type === "controls") {
+    build(message);
+  } else if (message.type === "state") {
+    update(message);
+  }
+}
+
+// ---- panel
+
+const sliders = { actuated: [], tool: [] };
+
+function build(controls) {
+  document.title = `${controls.title} · cutjoint`;
+  byId("title").textContent = controls.title;
+  byId("source").textContent = controls.source;
+  for (const kind of ["actuated", "tool"]) {
+    if (sliders[kind].length !== controls[kind].length) {
+      sliders[kind] = controls[kind].map((spec, index) => makeSlider(kind, index, spec));
+      byId(kind).replaceChildren(...sliders[kind].map((slider) => slider.box));
+    }
+    controls[kind].forEach((spec, index) => {
+      const { range, number } = sliders[kind][index], value = number.value;
+      for (const input of [range, number]) { input.min = spec.lower; input.max = spec.upper; }
+      if (value !== "") range.value = value;
+    });
+  }
+  byId("tool-section").hidden = controls.tool.length === 0;
+  byId("mode").replaceChildren(...controls.modes.map((name, index) => new Option(name, index)));
+  state.controls = controls;
+  fillToggles(byId("toggles"), [...controls.toggles, { title: "Tool trail", shown: false }], stage, (title, shown) => {
+    trail.line.visible = shown;
+    if (!shown) { trail.count = 0; trail.line.geometry.setDrawRange(0, 0); }
+    stage.viewer.set_dirty();
+  });
+  if (state.last) update(state.last);
+}
+
+function makeSlider(kind, index, spec) {
+  const box = document.createElement("div"), name = document.createElement("label");
+  const range = document.createElement("input"), number = document.createElement("input"), unit = document.createElement("span");
+  box.className = "slider";
+  name.className = "name";
+  name.htmlFor = `${kind}-${index}`;
+  if (spec.colour) name.append(swatch(spec.colour));
+  name.append(spec.name);
+  range.type = "range";
+  range.id = `${kind}-${index}`;
+  range.step = "any";
+  number.type = "number";
+  number.step = "any";
+  number.setAttribute("aria-label", `${spec.name} [${spec.unit}]`);
+  unit.className = "unit";
+  unit.textContent = spec.unit;
+  const moved = (value) => {
+    if (Number.isFinite(value)) ask({ move: kind, index, value });
+  };
+  range.addEventListener("input", () => { number.value = fixed(+range.value); moved(+range.value); });
+  range.addEventListener("pointerdown", () => { state.held = range; });
+  number.addEventListener("change", () => moved(number.value === "" ? NaN : +number.value));
+  box.append(name, range, number, unit);
+  return { box, range, number };
+}
+
+window.addEventListener("pointerup", () => {
+  state.held = null;
+  if (state.last) update(state.last);
+});
+
+function update(message) {
+  state.last = message;
+  const { answer } = message;
+  if (answer && answer.tab === state.tab && answer.number === state.inFlight) {
+    state.inFlight = null;
+    if (answer.trouble) say("trouble", answer.trouble);
+    else if (message.stop) say(`stop ${message.stop.kind}`, message.stop.text);
+    else say("", "");
+  }
+  const settled = !state.wanted && !state.inFlight;
+  for (const [kind, values] of [["actuated", message.q], ["tool", message.tool || []]]) {
+    sliders[kind].forEach(({ range, number }, index) => {
+      if (values[index] === undefined) return;
+      const own = range === state.held || document.activeElement === number;
+      if (own && !(settled && message.stop) && !(settled && range !== state.held)) return;
+      range.value = values[index];
+      number.value = fixed(values[index]);
+    });
+  }
+  byId("mode").value = message.mode;
+  const efforts = (message.effort || []).map((effort, i) => {
+    const spec = state.controls ? state.controls.actuated[i] : { name: "", colour: "" };
+    return [`${spec.name} holds`, `${figure(effort)} ${message.effort_units[i]}`, spec.colour];
+  });
+  fillTable(byId("figures"), [
+    ["Loop gap", `${figure(message.gap[0])} m, ${figure(message.gap[1])} rad`],
+    ["Mobility", `${message.mobility} (rank ${message.rank} of ${message.rows} rows)`],
+    ["Condition number", figure(message.condition)],
+    ["Distance to type-1 singularity", figure(message.type1)],
+    ["Distance to type-2 singularity", figure(message.type2)],
+    ...(efforts.length ? efforts : [["Effort against gravity", "not defined"]]),
+  ]);
+  if (message.tool) extendTrail(message.tool);
+  stage.viewer.set_dirty();
+  document.documentElement.dataset.ready = "yes";
+  send();
+}
+
+byId("mode").addEventListener("change", () => ask({ move: "mode", index: +byId("mode").value }));
+byId("home").addEventListener("click", () => ask({ move: "home" }));
+byId("modes").addEventListener("click", () => { say("busy", "Searching the working modes…"); ask({ move: "modes" }); });
+connect(1);
