@@ -8,7 +8,7 @@ along the local z at theta = 0 and turns about the local y, equation (7).
 
 from __future__ import annotations
 
-from math import acos, atan2, cos, hypot, pi, sin
+from math import acos, atan2, cos, hypot, pi, radians, sin
 
 from robots.parts import (
     Cut,
@@ -130,6 +130,10 @@ def _home() -> Home:
     )
 
 
+ROD_SWING = radians(85.0)
+"""How far a rod swings on its hinge [rad]; it would have to pass through the cross bar to swing further."""
+
+
 def _chain_joints(i: int) -> list[Joint]:
     phi = 2.0 * pi * (i - 1) / 3.0
     turn: Vector = (0.0, 1.0, 0.0)
@@ -144,14 +148,32 @@ def _chain_joints(i: int) -> list[Joint]:
             xyz=turned(i, (0.0, 0.0, RA)),
             rpy=(phi, 0.0, 0.0),
             axis=turn,
-            lower=-0.5 * pi,
-            upper=0.5 * pi,
+            lower=-pi,
+            upper=pi,
             effort=EFFORT,
             velocity=50.0,
         ),
         Joint(f"bar{i}", "revolute", f"arm{i}_link", f"bar{i}_link", xyz=(0.0, 0.0, LA), axis=turn),
-        Joint(f"rod{i}a", "revolute", f"bar{i}_link", f"rod{i}a_link", xyz=(0.0, half, 0.0), axis=side),
-        Joint(f"rod{i}b", "revolute", f"bar{i}_link", f"rod{i}b_link", xyz=(0.0, -half, 0.0), axis=side),
+        Joint(
+            f"rod{i}a",
+            "revolute",
+            f"bar{i}_link",
+            f"rod{i}a_link",
+            xyz=(0.0, half, 0.0),
+            axis=side,
+            lower=-ROD_SWING,
+            upper=ROD_SWING,
+        ),
+        Joint(
+            f"rod{i}b",
+            "revolute",
+            f"bar{i}_link",
+            f"rod{i}b_link",
+            xyz=(0.0, -half, 0.0),
+            axis=side,
+            lower=-ROD_SWING,
+            upper=ROD_SWING,
+        ),
     ]
 
 

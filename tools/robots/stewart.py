@@ -35,6 +35,7 @@ CYLINDER_RADIUS, PISTON_RADIUS = 0.022, 0.012
 MASS_CROSS, MASS_CYLINDER, MASS_PISTON, MASS_PLATFORM = 0.2, 1.2, 0.5, 4.0
 CROSS, THICKNESS = 0.035, 0.02  # half the cross's length, the platform
 SHORTEST, LONGEST = 0.38, 0.66
+TILT = radians(75.0)  # how far a universal joint bends
 HOME: Vector = (0.0, 0.0, 0.48)
 COLOUR = ("blue", "sky", "vermilion", "orange", "green", "yellow")
 
@@ -102,8 +103,20 @@ def _home() -> Home:
 def _leg_joints(i: int) -> list[Joint]:
     leg, turn = f"leg{i + 1}", (0.0, 0.0, radians(BASE_ANGLES[i]))
     return [
-        Joint(f"{leg}_swing", "revolute", "base", f"{leg}_cross", on_base(i), turn, axis=(1.0, 0.0, 0.0)),
-        Joint(f"{leg}_tilt", "revolute", f"{leg}_cross", f"{leg}_cylinder", axis=(0.0, 1.0, 0.0)),
+        Joint(
+            f"{leg}_swing",
+            "revolute",
+            "base",
+            f"{leg}_cross",
+            on_base(i),
+            turn,
+            axis=(1.0, 0.0, 0.0),
+            lower=-TILT,
+            upper=TILT,
+        ),
+        Joint(
+            f"{leg}_tilt", "revolute", f"{leg}_cross", f"{leg}_cylinder", axis=(0.0, 1.0, 0.0), lower=-TILT, upper=TILT
+        ),
         Joint(
             f"{leg}_slide",
             "prismatic",

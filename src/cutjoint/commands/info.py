@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, MobilityReport
     from cutjoint.mechanism import Posture
 
+MOST_MODES = 16
+
 
 def command(
     robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")],
@@ -126,13 +128,15 @@ def _show_modes(chain: ClosedChain, modes: tuple[Posture, ...]) -> None:
         for joint, name in enumerate(model.names)
         if joint > 0 and model.nqs[joint] == 1 and name not in chain.description.actuators
     ]
-    for number, mode in enumerate(modes, start=1):
+    for number, mode in enumerate(modes[:MOST_MODES], start=1):
         moved = [
             f"{name} {mode.q_full[i]:+.3f}" for name, i in passive if abs(mode.q_full[i] - chain.home.q_full[i]) > 1e-6
         ]
         label = f"{number} (home)" if number == 1 else str(number)
         shown.add_row(label, *(f"{value:.6f}" for value in mode.q), f"[dim]{', '.join(moved)}[/]")
     shown.print()
+    if len(modes) > MOST_MODES:
+        console().print(f"and {len(modes) - MOST_MODES} more; --json lists all of them")
 
 
 def _verdict(report: MobilityReport) -> str:
