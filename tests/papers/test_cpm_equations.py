@@ -152,7 +152,7 @@ def test_eight_working_modes():
     assert len({tuple(np.round(mode.q_full[3:], 6)) for mode in modes}) == 8
     for mode, sign in zip(modes, signs, strict=True):
         moved = m.close(m.home.q + np.array([-0.05, 0.02, 0.03]), mode)
-        assert m.branch(moved) == sign
+        assert m.branch(moved) == m.branch(m.reach(moved.q, mode)) == sign
         assert CpmModel(signs=sign).close(moved.q).q_full == pytest.approx(moved.q_full, abs=0)
     assert m.branch(m.home) == m.signs == (1, -1, 1)
 

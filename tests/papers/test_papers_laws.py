@@ -130,7 +130,9 @@ def test_an_impossible_payload_is_refused(case, mass):
         case.model.with_payload(mass)
 
 
-@pytest.mark.parametrize("bad", [[0.1, 0.2], [[0.1, 0.2, 0.3]], [0.1, np.nan, 0.2], ["a", 0, 0], [np.inf, 0, 0]])
+@pytest.mark.parametrize(
+    "bad", [[0.1, 0.2], [[0.1, 0.2, 0.3]], [0.1, np.nan, 0.2], ["a", 0, 0], np.array([0, np.inf, 0])]
+)
 def test_bad_numbers_are_refused_by_name(case, bad):
     m, at = case.model, case.model.home
     still = np.zeros(3)
