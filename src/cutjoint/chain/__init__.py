@@ -1,7 +1,8 @@
 """Closed chains in Pinocchio: the tree's model, the cut joints as constraints, and all that follows from them."""
 
+from cutjoint.chain.actuation import ActuatorEfforts
 from cutjoint.chain.closed_chain import ClosedChain
 from cutjoint.chain.dynamics import FullMotion
 from cutjoint.chain.mobility import MobilityReport
 
-__all__ = ["ClosedChain", "FullMotion", "MobilityReport"]
+__all__ = ["ActuatorEfforts", "ClosedChain", "FullMotion", "MobilityReport"]

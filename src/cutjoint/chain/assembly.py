@@ -154,7 +154,7 @@ class Assembler:
             damping = max(damping * 0.2, 1e-12)
         return None
 
-    def settle(self, q: Array, driver: Driver) -> Array | None:
+    def settle(self, q: Array, driver: Driver | None) -> Array | None:
         """The closed configuration next to `q`, shape (nq,), or None where Newton's method does not find one."""
         return self._newton(q, driver, 1.0, tolerances.STRIDE.value)
 

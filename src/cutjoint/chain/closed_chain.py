@@ -12,8 +12,6 @@ values as there are passive velocities, so redundant rows do no harm and a singu
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -22,19 +20,10 @@ import pinocchio as pin
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.chain.assembly import ActuatedDriver, Driver, Stopped, ToolDriver
 from cutjoint.chain.full import FullChain
-from cutjoint.chain.mobility import MobilityReport
+from cutjoint.chain.tangent import TangentMap
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import ActuationError, ClosureError, UnreachableError
 from cutjoint.mechanism import Posture, Terms, Tool
-
-
-@dataclass(frozen=True, eq=False)
-class _Tangent:
-    """Tangent map of one posture: T (nv, n) and K_p^+ (passive, rows)."""
-
-    posture: Posture
-    map: Array
-    inverse: Array
 
 
 class ClosedChain(FullChain):
@@ -51,7 +40,7 @@ class ClosedChain(FullChain):
 
     def __init__(self, description: RobotDescription, home: str | None = None) -> None:
         super().__init__(description, home)
-        self._tangent_memo: _Tangent | None = None
+        self._last: tuple[Posture, TangentMap] | None = None
 
     def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The closed posture with actuated coordinates `q`, shape (n,) [m] or [rad], on the branch of `near`.
@@ -123,7 +112,7 @@ class ClosedChain(FullChain):
             ActuationError: the actuators do not determine the motion.
             SingularError: type-2 singularity.
         """
-        return self._tangent(at).map
+        return readonly(self._tangent(at).map)
 
     def full_velocity(self, at: Posture, v: npt.ArrayLike) -> Array:
         """Velocity of all joints, shape (nv,)."""
@@ -213,17 +202,13 @@ class ClosedChain(FullChain):
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
-    @cached_property
-    def _determined(self) -> MobilityReport:
-        return self.mobility(self._home)
-
-    def _tangent(self, at: Posture) -> _Tangent:
-        if self._tangent_memo is None or self._tangent_memo.posture is not at:
+    def _tangent(self, at: Posture) -> TangentMap:
+        """Tangent map of a posture; that of the last one is kept, since several calls at one posture are the rule."""
+        if self._last is None or self._last[0] is not at:
             q = self._full(at)
             self._need_determined()
-            tangent, inverse = self._map(q)
-            self._tangent_memo = _Tangent(at, readonly(tangent), inverse)
-        return self._tangent_memo
+            self._last = (at, self._map(q))
+        return self._last[1]
 
     def _need_determined(self) -> None:
         report = self._determined

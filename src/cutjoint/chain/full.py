@@ -14,13 +14,15 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector
+from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts
 from cutjoint.chain.assembly import ActuatedDriver, Assembler
 from cutjoint.chain.build import build_model, coordinates_to_q
 from cutjoint.chain.closure import bind_frame
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.kinematics import Kinematics, ToolPoint
-from cutjoint.chain.mobility import MobilityReport, dependent_rows, null_space, rank_of, smallest
+from cutjoint.chain.mobility import MobilityReport, joints_of, mobility_report, null_space, rank_of, smallest
 from cutjoint.chain.modes import working_modes
+from cutjoint.chain.tangent import TangentMap, tangent_map
 from cutjoint.description.model import Home, JointType, RobotDescription
 from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError, UnknownNameError
 from cutjoint.mechanism import Actuator, Posture
@@ -126,8 +128,7 @@ class FullChain:
         start = self._normalised(as_vector("q_full", q_full, self.nq))
         driver = None
         if keep_actuators:
-            values = start[self._q_index]
-            driver = ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, values, values)
+            driver = self._hold(start)
         found = self._assembler.assemble(start, driver)
         if found is None:
             self._k.update(start)
@@ -141,14 +142,16 @@ class FullChain:
         return self._posture(found)
 
     def project(self, q_full: Array, v_full: Array) -> tuple[Array, Array]:
-        """Nearby closed configuration and velocity with the same actuated ones: removes the drift of an integrator.
+        """Nearby closed configuration and velocity: removes the drift of an integrator.
+
+        The actuated coordinates stay where they determine the motion; otherwise the correction is the least one.
 
         Raises:
             ClosureError: too far from closed for Newton's method.
+            SingularError: type-2 singularity.
         """
-        values = q_full[self._q_index]
-        driver = ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, values, values)
-        found = self._assembler.settle(q_full, driver)
+        determined = self._determined.determined
+        found = self._assembler.settle(q_full, self._hold(q_full) if determined else None)
         if found is None:
             self._k.update(q_full)
             distance, angle, cut = self._k.gap(q_full)
@@ -158,7 +161,12 @@ class FullChain:
                 gap=(distance, angle),
                 cut=cut,
             )
-        return found, self._map(found)[0] @ v_full[self._v_index]
+        if determined:
+            return found, self._map(found).map @ v_full[self._v_index]
+        self._k.update(found)
+        free = null_space(self._k.scaled_jacobian())
+        scale = self._k.column_scale
+        return found, scale * (free @ (free.T @ (v_full / scale)))
 
     def working_modes(self, at: Posture | None = None, starts: int = 60, seed: int = 0) -> tuple[Posture, ...]:
         """Closed postures that hold the tool in the pose of `at` (default home), `at` first.
@@ -181,7 +189,7 @@ class FullChain:
                 f"{self.name} still has {left} degrees of freedom with its tool held: its modes are not discrete",
                 mobility=left,
                 actuators=self.n,
-                free=self._joints_of(null_space(held)),
+                free=joints_of(self.model, null_space(held)),
             )
         found = working_modes(self._k, self._assembler, tool, q, starts, seed)
         return tuple(self._posture(one) for one in found)
@@ -190,39 +198,7 @@ class FullChain:
 
     def mobility(self, at: Posture | None = None) -> MobilityReport:
         """Mobility, redundancy and distance to singularities at a posture (default home)."""
-        q = self._full(at)
-        self._k.update(q)
-        matrix = self._k.scaled_jacobian()
-        rank = rank_of(matrix)
-        locked = null_space(np.concatenate([matrix, self._selection]))
-        mobility = self.nv - rank
-        determined = locked.shape[1] == 0 and self.n == mobility
-        type2 = self._type2(q) if determined else float("nan")
-        type1 = condition = float("nan")
-        if determined and self._tool is not None and type2 > tolerances.SINGULAR.value:
-            tangent = self._map(q)[0]
-            self._k.update(q)
-            jacobian = self._tool.jacobian(self._k.data)[:3] @ tangent
-            jacobian *= self._k.column_scale[self._v_index] / self._k.length
-            directions = rank_of(jacobian)
-            values = np.linalg.svd(jacobian, compute_uv=False)
-            type1 = smallest(jacobian, min(self._tool_directions, self.n))
-            condition = float(values[0] / values[directions - 1]) if directions else float("inf")
-        distance, angle, _ = self._k.gap(q)
-        return MobilityReport(
-            velocities=self.nv,
-            rows=len(matrix),
-            rank=rank,
-            mobility=mobility,
-            redundant_rows=tuple(self._k.closure.row_names[i] for i in dependent_rows(matrix)),
-            actuators=self.n,
-            determined=determined,
-            free=self._joints_of(locked),
-            type1=type1,
-            type2=type2,
-            condition=condition,
-            gap=(distance, angle),
-        )
+        return mobility_report(self._k, self._v_index, self._tool, self._tool_directions, self._full(at))
 
     def limit_violations(self, at: Posture) -> Mapping[str, tuple[float, float, float]]:
         """Joints beyond their limits: name -> (value, lower, upper), [m] or [rad]."""
@@ -249,6 +225,42 @@ class FullChain:
     def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
         """As `full_forward_dynamics`, the acceleration alone and unchecked, for inner loops, shape (nv,)."""
         return self._dynamics.acceleration(q_full, v_full, effort_full)
+
+    def full_inverse_dynamics(self, q_full: Array, v_full: Array, a_full: Array) -> ActuatorEfforts:
+        """Least actuator efforts for a motion of all joints that the loops allow, and the space of internal preload.
+
+        For any number of actuators; `full_motion` makes such a motion from that of the tool.
+
+        Raises:
+            ActuationError: the actuators cannot produce the motion; it names the joints that would need a motor.
+        """
+        q, v, a = np.asarray(q_full), np.asarray(v_full), np.asarray(a_full)
+        return actuator_efforts(self.name, self._k, self._v_index, q, v, a)
+
+    def full_motion(self, at: Posture, velocity: npt.ArrayLike, acceleration: npt.ArrayLike) -> tuple[Array, Array]:
+        """Least motion of all joints, v and a (nv,) each, with which the tool point moves as asked, (3,) each.
+
+        Raises:
+            InputError: the robot has no tool, or the tool cannot move like that here.
+        """
+        tool, k, q = self._need_tool(), self._k, self._full(at)
+        wanted = as_vector("velocity", velocity, 3, "m/s"), as_vector("acceleration", acceleration, 3, "m/s2")
+        k.update(q)
+        scale = k.column_scale
+        rows = np.concatenate([k.closure.jacobian(k.data), tool.jacobian(k.data)[:3]])
+
+        def least(name: str, right: Array) -> Array:
+            motion = scale * np.linalg.lstsq(rows * scale, right, rcond=tolerances.RANK.value)[0]
+            miss = float(np.abs(rows @ motion - right).max())
+            if miss > tolerances.DYNAMICS.value * max(float(np.abs(right).max()), 1.0):
+                raise InputError(f"the tool of {self.name} cannot have this {name} here: it would be off by {miss:.3g}")
+            return np.asarray(motion)
+
+        v = least("velocity", np.concatenate([np.zeros(k.closure.rows), wanted[0]]))
+        pin.computeJointJacobiansTimeVariation(self.model, k.data, q, v)
+        drift = np.concatenate([k.closure.drift(k.data, v), tool.drift(k.data, v)])
+        a = least("acceleration", np.concatenate([np.zeros(k.closure.rows), wanted[1]]) - drift)
+        return v, a
 
     def full_effort(self, effort: npt.ArrayLike) -> Array:
         """Actuator efforts (n,) as generalised forces of all joints, shape (nv,)."""
@@ -312,30 +324,31 @@ class FullChain:
         free = null_space(self._k.scaled_jacobian())
         return rank_of((self._tool.jacobian(self._k.data)[:3] * self._k.column_scale) @ free)
 
-    def _map(self, q: Array) -> tuple[Array, Array]:
-        """T (nv, n) and K_p^+ (passive, rows) at a configuration of a robot that its actuators determine."""
-        passive = len(self._passive)
-        if passive == 0:
-            return np.array(self._selection.T), np.zeros((0, self._k.closure.rows))
-        self._k.update(q)
-        matrix = self._k.scaled_jacobian()
-        left, values, right = np.linalg.svd(matrix[:, self._passive], full_matrices=False)
-        if values[passive - 1] < tolerances.SINGULAR.value:
+    @cached_property
+    def _determined(self) -> MobilityReport:
+        return self.mobility(self._home)
+
+    def _map(self, q: Array) -> TangentMap:
+        """Tangent map at a configuration of a robot that its actuators determine.
+
+        Raises:
+            SingularError: type-2 singularity.
+        """
+        found = tangent_map(self._k, self._v_index, self._passive, q)
+        if found.type2 < tolerances.SINGULAR.value:
             raise SingularError(
                 f"{self.name} at {self._show(q[self._q_index])} is in a type-2 singularity: with the actuators "
-                f"locked it still moves (singular value {values[passive - 1]:.2g}, limit "
-                f"{tolerances.SINGULAR.value:.0e})",
+                f"locked it still moves (singular value {found.type2:.2g}, limit {tolerances.SINGULAR.value:.0e})",
                 kind="type-2",
-                measure=float(values[passive - 1]),
+                measure=found.type2,
                 limit=tolerances.SINGULAR.value,
             )
-        inverse = right[:passive].T @ (left[:, :passive].T / values[:passive, None])
-        scale = self._k.column_scale
-        inverse = scale[self._passive, None] * inverse * self._k.row_scale
-        actuated = matrix[:, self._v_index] / self._k.row_scale[:, None] / scale[self._v_index]
-        tangent = np.array(self._selection.T)
-        tangent[self._passive] = -inverse @ actuated
-        return tangent, inverse
+        return found
+
+    def _hold(self, q: Array) -> ActuatedDriver:
+        """Keeps the actuated coordinates where they are."""
+        values = q[self._q_index]
+        return ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, values, values)
 
     def _need_tool(self) -> ToolPoint:
         if self._tool is None:
@@ -359,16 +372,6 @@ class FullChain:
     def _type2(self, q: Array) -> float:
         self._k.update(q)
         return smallest(self._k.scaled_jacobian()[:, self._passive], len(self._passive))
-
-    def _joints_of(self, motions: Array) -> tuple[str, ...]:
-        """Names of the joints that take part in any of the motions, shape (nv, k)."""
-        moving = np.abs(motions).max(axis=1, initial=0.0) > 1e-6
-        names = []
-        for joint in range(1, self.model.njoints):
-            start = self.model.idx_vs[joint]
-            if moving[start : start + self.model.nvs[joint]].any():
-                names.append(self.model.names[joint])
-        return tuple(names)
 
     def _show(self, q: Array) -> str:
         return ", ".join(

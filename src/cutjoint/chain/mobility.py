@@ -16,9 +16,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
+from cutjoint.chain.kinematics import Kinematics, ToolPoint
+from cutjoint.chain.tangent import tangent_map
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,7 @@ class MobilityReport:
         actuators: number of actuated coordinates.
         determined: whether the actuators determine the motion, and are as many as the mobility.
         free: passive joints that move with all actuators locked.
+        idle: those of them that do so without moving the tool, such as a rod that spins about itself.
         type1, type2: distance to type-1 and type-2 singularities, dimensionless, 0 = singular; NaN where undefined
             (no tool; motion not determined).
         condition: condition number of the scaled tool Jacobian; NaN where undefined.
@@ -47,10 +51,67 @@ class MobilityReport:
     actuators: int
     determined: bool
     free: tuple[str, ...]
+    idle: tuple[str, ...]
     type1: float
     type2: float
     condition: float
     gap: tuple[float, float]
+
+
+def mobility_report(
+    kinematics: Kinematics, actuated: Array, tool: ToolPoint | None, directions: int, q: Array
+) -> MobilityReport:
+    """Mobility at the configuration `q` (nq,).
+
+    Args:
+        actuated: velocity indices of the actuated joints, shape (n,).
+        tool: the tool point, if there is one, and in how many directions it can move where the robot is regular.
+    """
+    k, n, nv = kinematics, len(actuated), kinematics.model.nv
+    passive = np.setdiff1d(np.arange(nv), actuated)
+    k.update(q)
+    matrix = k.scaled_jacobian()
+    distance, angle, _ = k.gap(q)
+    rank = rank_of(matrix)
+    locked = null_space(np.concatenate([matrix, np.eye(nv)[actuated]]))
+    idle = locked
+    if tool is not None and locked.shape[1]:
+        idle = locked @ null_space(tool.jacobian(k.data) * k.column_scale @ locked)
+    determined = locked.shape[1] == 0 and n == nv - rank
+    type1 = type2 = condition = float("nan")
+    if determined:
+        tangent = tangent_map(k, actuated, passive, q)
+        type2 = tangent.type2
+        if tool is not None and directions:
+            jacobian = tool.jacobian(k.data)[:3] @ tangent.map * k.column_scale[actuated] / k.length
+            values = np.linalg.svd(jacobian, compute_uv=False)
+            type1 = smallest(jacobian, directions)
+            condition = float(values[0] / type1) if type1 > 0.0 else float("inf")
+    return MobilityReport(
+        velocities=nv,
+        rows=len(matrix),
+        rank=rank,
+        mobility=nv - rank,
+        redundant_rows=tuple(k.closure.row_names[i] for i in dependent_rows(matrix)),
+        actuators=n,
+        determined=determined,
+        free=joints_of(k.model, locked),
+        idle=joints_of(k.model, idle),
+        type1=type1,
+        type2=type2,
+        condition=condition,
+        gap=(distance, angle),
+    )
+
+
+def joints_of(model: pin.Model, motions: Array) -> tuple[str, ...]:
+    """Names of the joints that take part in any of the motions, shape (nv, k)."""
+    moving = np.abs(motions).max(axis=1, initial=0.0) > 1e-6
+    return tuple(
+        model.names[joint]
+        for joint in range(1, model.njoints)
+        if moving[model.idx_vs[joint] : model.idx_vs[joint] + model.nvs[joint]].any()
+    )
 
 
 def rank_of(matrix: Array) -> int:
