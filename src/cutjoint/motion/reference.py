@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array, positive, readonly
-from cutjoint.errors import ClosureError, CutjointError, SingularError, UnreachableError
+from cutjoint.errors import ClosureError, CutjointError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Mechanism, Posture
 from cutjoint.motion.trajectory import ToolMotion, Trajectory
 
@@ -67,9 +67,14 @@ class Reference:
         """Walk the way.
 
         Raises:
-            InputError: a duration that is not > 0.
+            InputError: a duration that is not > 0, or more than three actuators.
             UnreachableError: the trajectory leaves the workspace; the message tells when and where.
         """
+        if mechanism.n > 3:
+            raise InputError(
+                f"a trajectory of the tool point cannot tell the {mechanism.n} actuators of {mechanism.name} what to do; "
+                "three are the most"
+            )
         self.trajectory = trajectory
         self.mechanism = mechanism
         self.duration = positive("duration", trajectory.duration if duration is None else duration, "s")
@@ -93,10 +98,9 @@ class Reference:
         away = self._places - tool.position
         nearest = self._postures[int(np.argmin(np.einsum("ij,ij->i", away, away)))]
         posture = self._reach(t, tool, nearest)
-        still = self.mechanism.tool(posture)
-        v = np.linalg.solve(still.jacobian, tool.velocity)
-        drift = self.mechanism.tool(posture, v).drift
-        a = np.linalg.solve(still.jacobian, tool.acceleration - drift)
+        jacobian = self.mechanism.tool(posture).jacobian
+        v = _actuator_rates(jacobian, tool.velocity)
+        a = _actuator_rates(jacobian, tool.acceleration - self.mechanism.tool(posture, v).drift)
         return Desired(t, posture.q, v, a, tool, posture, self.mechanism)
 
     def _reach(self, t: float, tool: ToolMotion, near: Posture | None) -> Posture:
@@ -106,6 +110,13 @@ class Reference:
             raise _left_workspace(self.trajectory, self.mechanism, t, tool, error) from error
 
 
+def _actuator_rates(jacobian: Array, tool: Array) -> Array:
+    """The x with jacobian @ x = tool, shape (n,), for one to three actuators."""
+    if jacobian.shape == (3, 3):
+        return np.asarray(np.linalg.solve(jacobian, tool))
+    return np.asarray(np.linalg.lstsq(jacobian, tool, rcond=None)[0])
+
+
 def _left_workspace(
     trajectory: Trajectory, mechanism: Mechanism, t: float, tool: ToolMotion, error: CutjointError
 ) -> UnreachableError:
@@ -113,7 +124,7 @@ def _left_workspace(
     reached = getattr(error, "reached", None)
     return UnreachableError(
         f"trajectory '{trajectory.name}' leaves the workspace of {mechanism.name} at t = {t:.4g} s, "
-        f"tool at ({where}) m: {error}  (make it smaller, move its centre or start from another branch)",
+        f"tool at ({where}) m: {error}. Make it smaller or move it",
         target=readonly(tool.position),
         reached=reached,
         progress=0.0,

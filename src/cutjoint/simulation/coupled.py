@@ -66,7 +66,9 @@ class Coupled:
         """dy/dt; not a number where plant, law or reference cannot go, so that adaptive methods try a shorter step."""
         self.evaluations += 1
         nv = self._nv
-        out = np.empty(y.size)
+        out = np.full(y.size, np.nan)
+        if not np.isfinite(y).all():
+            return out
         try:
             state = self.state(y)
             if self.held is None:

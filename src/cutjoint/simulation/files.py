@@ -78,17 +78,17 @@ def load(path: str | Path) -> Result:
     source = Path(path)
     try:
         with np.load(source, allow_pickle=False) as stored:
-            content = {name: stored[name] for name in stored.files}
+            content = {name: np.asarray(stored[name]) for name in stored.files}
     except FileNotFoundError as error:
         raise ResultFileError(f"{source}: no such file", path=str(source)) from error
     except IsADirectoryError as error:
         raise ResultFileError(f"{source} is a folder, expected a result file", path=str(source)) from error
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, KeyError, AttributeError) as error:
+    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, KeyError) as error:
         raise ResultFileError(
             f"{source} is not a whole result file ({error}); run `cutjoint simulate --save` again", path=str(source)
         ) from error
     schema = content.get("schema")
-    if schema is None or schema.shape != () or int(schema) != SCHEMA:
+    if schema is None or schema.tolist() != SCHEMA:
         found = "none" if schema is None else schema.tolist()
         raise ResultFileError(
             f"{source} has result schema {found}, this version reads {SCHEMA}; simulate again or use the version of "
@@ -100,7 +100,7 @@ def load(path: str | Path) -> Result:
         raise ResultFileError(f"{source} lacks {', '.join(missing)}", path=str(source))
     try:
         return Result(**{name: content[name] for name in ARRAYS}, about=json.loads(str(content["about"])))
-    except (InputError, TypeError, json.JSONDecodeError) as error:
+    except (ValueError, TypeError) as error:
         raise ResultFileError(f"{source} does not hold a result: {error}", path=str(source)) from error
 
 
@@ -112,10 +112,8 @@ def _npz(result: Result) -> bytes:
 
 
 def _csv(result: Result) -> str:
-    names = [str(row[0]) for row in result.about.get("actuators", [])] or [
-        f"q{i + 1}" for i in range(result.q.shape[1])
-    ]
-    kinds = [str(row[1]) for row in result.about.get("actuators", [])] or [""] * len(names)
+    rows = result.about.get("actuators") or [(f"q{i + 1}", "rotation") for i in range(result.q.shape[1])]
+    names, kinds = [str(row[0]) for row in rows], [str(row[1]) for row in rows]
     columns = list(_columns(result, names, kinds))
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")

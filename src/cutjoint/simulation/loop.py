@@ -34,7 +34,7 @@ def run(
     rate: float | None = None,
     limits: npt.ArrayLike | None = None,
     every: float | None = None,
-    start: Posture | None = None,
+    start: Posture | State | None = None,
     start_velocity: npt.ArrayLike | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
@@ -49,8 +49,8 @@ def run(
         rate: of the controller [Hz], whose effort is held in between (zero-order hold); default continuous control.
         limits: largest |effort|, scalar or one an actuator, [N] or [N m]; default none.
         every: distance of the samples in the result [s]; default the integrator's own steps.
-        start: posture of the plant's mechanism; default the desired one at time 0.
-        start_velocity: of the actuators, shape (n,); default at rest.
+        start: posture of the plant's mechanism, or a whole state of the plant; default the desired posture at time 0.
+        start_velocity: of the actuators at a posture, shape (n,); default at rest.
         progress: called with the time [s] after every step.
 
     Raises:
@@ -63,8 +63,11 @@ def run(
     period = math.inf if rate is None else 1.0 / positive("rate", rate, "Hz")
     spacing = math.inf if every is None else positive("every", every, "s")
     bounds = None if limits is None else _limits(limits, n)
-    at = reference.at(0.0).posture_of(plant.mechanism) if start is None else start
     v = np.zeros(n) if start_velocity is None else as_vector("start_velocity", start_velocity, n)
+    if isinstance(start, State):
+        first = start
+    else:
+        first = plant.start(reference.at(0.0).posture_of(plant.mechanism) if start is None else start, v)
     method = Adaptive() if integrator is None else integrator
     about = {
         "robot": plant.mechanism.name,
@@ -78,7 +81,7 @@ def run(
         "limits": None if bounds is None else bounds.tolist(),
         "actuators": [[one.name, one.kind] for one in plant.mechanism.actuators],
     }
-    coupled = Coupled(plant, law, reference, bounds, plant.start(at, v))
+    coupled = Coupled(plant, law, reference, bounds, first)
     return _Run(coupled, method, span, period, spacing, every is None, about).go(progress)
 
 
@@ -130,6 +133,7 @@ class _Run:
     def advance(self) -> None:
         """One accepted step, and what falls due at its end."""
         coupled = self.coupled
+        coupled.failure = None
         end = min(self.span, (self.samples + 1) * self.period)
         stop = end if self.method.interpolates else min(end, self.next_record())
         if self.slope is None:

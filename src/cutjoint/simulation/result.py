@@ -156,4 +156,4 @@ ARRAYS = tuple(one.name for one in fields(Result) if one.name != "about")
 
 
 def _squares(error: Array) -> Array:
-    return np.einsum("ij,ij->i", error, error)
+    return np.asarray(np.einsum("ij,ij->i", error, error))

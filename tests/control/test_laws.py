@@ -1,0 +1,129 @@
+"""Control laws, by what they promise of the closed loop."""
+
+import numpy as np
+import pytest
+
+from cutjoint.control import LAWS, PD, PID, ComputedTorque, Feedforward, Law, NoControl, PDGravity, law
+from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.motion import Circle, Hold, Reference
+from cutjoint.papers.cpm import CpmModel
+from cutjoint.papers.omega3 import Omega3Model
+
+NONE = np.zeros(0)
+
+
+@pytest.fixture(params=["cpm", "omega3"])
+def case(request):
+    """A model, a desired motion and a state beside it."""
+    if request.param == "cpm":
+        model = CpmModel()
+        now = Reference(Circle([0.425, 0.425, 0.3], 0.175, 1.5), model).at(0.7)
+        return model, now, now.q + [0.01, -0.02, 0.015], now.v + [0.1, 0.2, -0.1]
+    model = Omega3Model()
+    now = Reference(Circle([0.1, 0.0, 0.0], 0.04, 4.0, [0, 1, 0], [0, 0, 1]), model).at(0.3)
+    return model, now, now.q + [0.02, -0.01, 0.03], now.v + [0.5, -0.2, 0.1]
+
+
+def test_gains_as_number_list_or_matrix_mean_the_same(case):
+    _, now, q, v = case
+    laws = [PD(7.0, 3.0), PD([7.0] * 3, [3.0] * 3), PD(7.0 * np.eye(3), 3.0 * np.eye(3))]
+    efforts = [one.effort(now, q, v, NONE) for one in laws]
+    assert np.allclose(efforts[0], efforts[1], rtol=1e-15)
+    assert np.allclose(efforts[0], efforts[2], rtol=1e-15)
+    assert np.allclose(efforts[0], 7.0 * (now.q - q) + 3.0 * (now.v - v))
+
+
+def test_full_matrix_gain_couples_the_actuators(case):
+    _, now, q, v = case
+    coupled = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    assert np.allclose(PD(coupled, 0.0).effort(now, q, v, NONE), coupled @ (now.q - q))
+
+
+def test_gravity_compensation_holds_the_desired_posture_at_rest(case):
+    model, now, _, _ = case
+    still = Reference(Hold(now.tool.position), model).at(0.0)
+    effort = PDGravity(model, 100.0, 10.0).effort(still, still.q, np.zeros(3), NONE)
+    assert np.allclose(model.forward_dynamics(still.posture, np.zeros(3), effort), 0.0, atol=1e-9)
+
+
+def test_feedforward_on_the_path_gives_the_desired_acceleration(case):
+    model, now, _, _ = case
+    effort = Feedforward(model, 100.0, 10.0).effort(now, now.q, now.v, NONE)
+    assert np.allclose(model.forward_dynamics(now.posture, now.v, effort), now.a, atol=1e-9)
+
+
+def test_computed_torque_makes_the_error_linear(case):
+    model, now, q, v = case
+    kp, kd = np.diag([300.0, 400.0, 500.0]), [30.0, 40.0, 50.0]
+    effort = ComputedTorque(model, kp, kd).effort(now, q, v, NONE)
+    found = model.forward_dynamics(model.close(q), v, effort)
+    assert np.allclose(found - now.a, kp @ (now.q - q) + kd * (now.v - v), rtol=1e-9)
+
+
+def test_critical_damping():
+    made = ComputedTorque.critically_damped(CpmModel(), 101.0)
+    assert made.gains == {"kp": [[2550.25]], "kd": [[101.0]]}
+    with pytest.raises(InputError, match="kd"):
+        ComputedTorque.critically_damped(CpmModel(), -1.0)
+
+
+def test_pid_is_pd_and_the_integral(case):
+    _, now, q, v = case
+    memory = np.array([0.1, -0.2, 0.3])
+    one = PID(7.0, 5.0, 3.0)
+    assert one.memory(3) == 3
+    assert np.allclose(one.effort(now, q, v, memory), PD(7.0, 3.0).effort(now, q, v, NONE) + 5.0 * memory)
+
+
+def test_integral_stands_still_only_where_saturation_would_be_pushed_further(case):
+    _, now, q, v = case
+    one = PID(7.0, 5.0, 3.0)
+    error = now.q - q
+    asked = 10.0 * np.sign(error)
+    free = one.memory_rate(now, q, v, asked, asked)
+    wound = one.memory_rate(now, q, v, asked, 0.5 * asked)
+    released = one.memory_rate(now, q, v, -asked, -0.5 * asked)
+    assert np.array_equal(free, error)
+    assert np.array_equal(wound, np.zeros(3))
+    assert np.array_equal(released, error)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_every_row_of_the_catalogue_makes_a_law(name, case):
+    model, now, q, v = case
+    made = law(name, model, dict.fromkeys(LAWS[name].gains, 2.0))
+    assert isinstance(made, Law)
+    effort = made.effort(now, q, v, np.zeros(made.memory(3)))
+    assert effort.shape == (3,)
+    assert np.isfinite(effort).all()
+    assert set(made.gains) == set(LAWS[name].gains)
+
+
+def test_no_control_is_no_effort(case):
+    _, now, q, v = case
+    assert np.array_equal(NoControl().effort(now, q, v, NONE), np.zeros(3))
+
+
+def test_unknown_controller_names_the_nearest():
+    with pytest.raises(UnknownNameError, match="'computed-torque'"):
+        law("computed-torqe", CpmModel(), {"kp": 1.0, "kd": 1.0})
+
+
+@pytest.mark.parametrize(
+    ("name", "gains", "about"),
+    [
+        ("pd", {"kp": 1.0}, "kp, kd; found kp"),
+        ("pd", {"kp": 1.0, "kd": 1.0, "ki": 1.0}, "found kd, ki, kp"),
+        ("pd", {"kp": [1.0, 2.0], "kd": 1.0}, r"gain kp has shape \(2,\) but the robot has 3 actuators"),
+        ("pd", {"kp": 1.0, "kd": np.eye(4)}, r"gain kd has shape \(4, 4\)"),
+        ("pd", {"kp": np.ones((2, 3)), "kd": 1.0}, "square"),
+        ("pd", {"kp": np.ones((1, 1, 1)), "kd": 1.0}, "square"),
+        ("pd", {"kp": -1.0, "kd": 1.0}, ">= 0"),
+        ("pd", {"kp": np.nan, "kd": 1.0}, "finite"),
+        ("pd", {"kp": "stiff", "kd": 1.0}, "kp"),
+        ("pid", {"kp": 1.0, "ki": [1.0, 2.0], "kd": 1.0}, "gain ki"),
+    ],
+)
+def test_gains_that_do_not_fit_are_refused(name, gains, about):
+    with pytest.raises(InputError, match=about):
+        law(name, CpmModel(), gains)
