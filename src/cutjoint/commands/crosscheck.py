@@ -15,9 +15,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    robot: Annotated[
-        str | None, typer.Argument(metavar="[ROBOT]", help="A robot with a published model; default all of them.")
-    ] = None,
+    robot: Annotated[str, typer.Argument(metavar="[ROBOT]", help="A robot with a published model, or all.")] = "all",
     samples: Annotated[int, typer.Option(min=1, help="Random reachable states per robot.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
     variant: Annotated[
@@ -39,12 +37,12 @@ def command(
     """
     from cutjoint.robots import PUBLISHED, load, published
 
-    if robot is not None:
-        published(robot)
+    names = list(PUBLISHED) if robot == "all" else [robot]
+    models = {name: published(name) for name in names}
     quiet = json is not None and str(json) == "-"
     data: dict[str, Any] = {}
     passes = True
-    for name in [robot] if robot else list(PUBLISHED):
+    for name, model in models.items():
         row = PUBLISHED[name]
         if variant == row.physical:
             cost = _cost(name)
@@ -52,7 +50,7 @@ def command(
             if not quiet:
                 _show_cost(name, cost)
             continue
-        comparison = _compare(load(name, variant or row.variant), published(name), samples, seed)
+        comparison = _compare(load(name, variant or row.variant), model, samples, seed)
         passes = passes and comparison.passes
         data[name] = _comparison_data(comparison, seed)
         if not quiet:
