@@ -24,7 +24,10 @@ class InputError(CutjointError, ValueError):
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong in a description: where, what was found, what was expected, how to mend it."""
+    """One thing that is wrong in a description: where, what was found, what was expected, how to mend it.
+
+    An error is `tolerable` where it does not prevent computing; a lenient reader makes a warning of it.
+    """
 
     found: str
     expected: str = ""
@@ -32,6 +35,7 @@ class Problem:
     file: str = ""
     line: int | None = None
     severity: Literal["error", "warning"] = "error"
+    tolerable: bool = False
 
     def __str__(self) -> str:
         place = f"{self.file}:{self.line}" if self.line else self.file
@@ -61,7 +65,7 @@ class UnknownNameError(CutjointError, KeyError):
 
         self.kind, self.name, self.known = kind, name, tuple(known)
         near = difflib.get_close_matches(name, self.known, n=1)
-        hint = f"; did you mean '{near[0]}'?" if near else ""
+        hint = f"; did you mean '{near[0]}'?" if near else "."
         self.message = f"unknown {kind} '{name}'{hint} Known: {', '.join(self.known) or 'none'}"
         super().__init__(self.message)
 
