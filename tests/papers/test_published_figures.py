@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,7 +12,7 @@ from cutjoint.papers.cpm import CpmModel
 from cutjoint.papers.cpm.published import CIRCLE, TABLE_3
 from cutjoint.papers.omega3 import Omega3Model
 from cutjoint.papers.omega3.published import PATH
-from cutjoint.papers.publication import Figure
+from cutjoint.papers.publication import Figure, errata_table
 
 
 @pytest.mark.parametrize(
@@ -47,3 +50,10 @@ def test_the_paths_lie_in_the_workspaces():
         eight = omega3.reach([PATH.x, PATH.y * np.cos(turn), PATH.z * np.sin(2 * turn)], eight)
     assert cpm.branch(circle) == (1, -1, 1)
     assert omega3.branch(eight) == ((-1, -1, -1), 1)
+
+
+@pytest.mark.parametrize("robot", ["cpm", "omega3"])
+def test_the_documented_errata_are_the_data(robot):
+    rows = importlib.import_module(f"cutjoint.papers.{robot}.errata").ERRATA
+    document = (Path(__file__).parents[2] / "docs/errata.md").read_text()
+    assert errata_table(rows) in document

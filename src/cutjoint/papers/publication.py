@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 
@@ -53,3 +54,12 @@ class Erratum:
     corrected: str
     shown: str
     computed: bool = True
+
+
+def errata_table(rows: Sequence[Erratum]) -> str:
+    """The rows as a Markdown table: where, as printed, what holds, how it was shown."""
+    lines = ["| where | as printed | what holds | shown by |", "|---|---|---|---|"]
+    for row in rows:
+        cells = (row.equation, row.printed, row.corrected, row.shown)
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines) + "\n"

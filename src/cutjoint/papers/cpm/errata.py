@@ -65,8 +65,8 @@ ERRATA = (
         equation="table 3",
         printed="elbow branch not given",
         corrected="limb signs (+, -, +)",
-        shown="limb 1: the other sign needs more than 120 N; limb 2: the other sign breaks the PD error bound; limb 3: "
-        "both keep the claims, but with the other sign a much smaller K_P than 8507 would have done",
+        shown="limb 1: the other sign needs more than 120 N; limbs 2 and 3 with the inferred code: the other sign of "
+        "limb 2 breaks the PD error bound, that of limb 3 would have needed a much smaller K_P than 8507",
     ),
     Erratum(
         key="sudden_change",
@@ -88,6 +88,6 @@ ERRATA = (
         printed="figures said to come from (39)",
         corrected="a different model gives them: inertia 2 A + B Gamma' Gamma, Coriolis 2 B Gamma' dGamma/dt, weight "
         "without m3 (after the fact: evidence, not proof)",
-        shown="it alone explains all four K_D to the integer; it breaks the skew symmetry that (39) has",
+        shown="it gives all four K_D to the integer, (39) only three; it breaks the skew symmetry that (39) has",
     ),
 )
