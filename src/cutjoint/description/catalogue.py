@@ -72,6 +72,11 @@ def example_names() -> tuple[str, ...]:
     return tuple(sorted(_example_files()))
 
 
+def is_example(file: Path) -> bool:
+    """Whether a file is one of example-robot-data."""
+    return file in _example_files().values()
+
+
 def resolve(name_or_path: str | os.PathLike[str]) -> Path:
     """The file that a name or a path means: an existing path first, a shipped robot, one of example-robot-data.
 

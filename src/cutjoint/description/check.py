@@ -6,8 +6,10 @@ What needs the closed chain (do the loops close, how mobile is the robot) is not
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
+from dataclasses import replace
 
-from cutjoint.description.catalogue import resolve
+from cutjoint.description.catalogue import is_example, resolve
 from cutjoint.description.checks.inertias import check_inertias, check_moved_mass
 from cutjoint.description.checks.joints import check_joints
 from cutjoint.description.checks.loops import check_loops
@@ -18,13 +20,16 @@ from cutjoint.description.model import RobotDescription
 from cutjoint.errors import DescriptionError, Problem, UnknownNameError
 
 
-def check(robot: RobotDescription | str | os.PathLike[str]) -> tuple[Problem, ...]:
+def check(robot: RobotDescription | str | os.PathLike[str], lenient: bool = False) -> tuple[Problem, ...]:
     """All problems of a description, or of the files that a name or path means; errors first, then warnings.
 
     Args:
         robot: a description, a path (a file, or a folder with a loops.toml) or the name of a robot in the catalogue.
+        lenient: see `load_description`.
     """
-    return check_description(robot) if isinstance(robot, RobotDescription) else read_checked(robot).problems
+    if isinstance(robot, RobotDescription):
+        return _sorted(_tolerated(check_description(robot)) if lenient else check_description(robot))
+    return read_checked(robot, lenient).problems
 
 
 def check_description(robot: RobotDescription) -> tuple[Problem, ...]:
@@ -40,7 +45,7 @@ def check_description(robot: RobotDescription) -> tuple[Problem, ...]:
     return _sorted(findings.problems)
 
 
-def read_checked(source: str | os.PathLike[str]) -> Reading:
+def read_checked(source: str | os.PathLike[str], lenient: bool = False) -> Reading:
     """Read and check a robot.  The description is None where there is an error; problems hold the warnings too."""
     try:
         path = resolve(source)
@@ -50,28 +55,38 @@ def read_checked(source: str | os.PathLike[str]) -> Reading:
     problems = list(reading.problems)
     if reading.description is not None:
         problems += [one for one in check_description(reading.description) if one not in problems]
+    if lenient or is_example(path):
+        problems = _tolerated(problems)
     ordered = _sorted(problems)
     failed = reading.description is None or any(one.severity == "error" for one in ordered)
     return Reading(None if failed else reading.description, ordered)
 
 
-def load_description(source: str | os.PathLike[str], variant: str | None = None) -> RobotDescription:
+def load_description(
+    source: str | os.PathLike[str], variant: str | None = None, lenient: bool = False
+) -> RobotDescription:
     """The robot that a path or a name means, checked.
 
     Args:
         source: a folder with a loops.toml, a file of any known format, or the name of a robot in the catalogue.
         variant: name of a variant of its inertias; None for those of the tree's own file.
+        lenient: accept flaws that do not prevent computing: inertias that no body can have, missing meshes (the shape
+            is left out), joints named like links.  Robots of example-robot-data are always read leniently.
 
     Raises:
         UnknownNameError: no robot or no variant of that name.
         DescriptionError: the files are wrong; its `problems` holds everything that was found, warnings included.
     """
-    reading = read_checked(resolve(source))
+    reading = read_checked(resolve(source), lenient)
     if reading.description is None:
         raise DescriptionError(reading.problems)
     description = reading.description
     return description if variant is None else description.variant(variant)
 
 
-def _sorted(problems: list[Problem]) -> tuple[Problem, ...]:
+def _tolerated(problems: Iterable[Problem]) -> list[Problem]:
+    return [replace(one, severity="warning") if one.tolerable else one for one in problems]
+
+
+def _sorted(problems: Iterable[Problem]) -> tuple[Problem, ...]:
     return tuple(sorted(problems, key=lambda problem: problem.severity != "error"))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import Literal
 
 from cutjoint.description.model import Place
-from cutjoint.description.packages import is_example
 from cutjoint.errors import Problem
 
 
@@ -21,23 +21,25 @@ class Findings:
         """Note an error at a place (or at a line of `file`)."""
         self._add("error", found, expected, mend, at)
 
+    def doubt(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
+        """Note an error that does not prevent computing: published files have such flaws, lenient readers pass them."""
+        self._add("error", found, expected, mend, at, tolerable=True)
+
     def warn(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
         """Note something odd that does not prevent loading."""
         self._add("warning", found, expected, mend, at)
 
-    def doubt(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
-        """Note an error that does not prevent computing.
-
-        In the published files of example-robot-data, some of which have such flaws, it is only a warning.
-        """
+    def _add(
+        self,
+        severity: Literal["error", "warning"],
+        found: str,
+        expected: str,
+        mend: str,
+        at: Place | int | None,
+        tolerable: bool = False,
+    ) -> None:
         place = at if isinstance(at, Place) else Place(self.file, at)
-        note = self.warn if is_example(place.file or self.file) else self.error
-        note(found, expected, mend, place)
-
-    def _add(self, severity: str, found: str, expected: str, mend: str, at: Place | int | None) -> None:
-        place = at if isinstance(at, Place) else Place(self.file, at)
-        kind = "error" if severity == "error" else "warning"
-        problem = Problem(found, expected, mend, place.file or self.file, place.line, kind)  # type: ignore[arg-type]
+        problem = Problem(found, expected, mend, place.file or self.file, place.line, severity, tolerable)
         if problem not in self.problems:
             self.problems.append(problem)
 

@@ -26,12 +26,6 @@ def example_robot_data() -> Path | None:
     return None
 
 
-def is_example(file: str) -> bool:
-    """Whether a file is one of example-robot-data."""
-    share = example_robot_data()
-    return share is not None and bool(file) and Path(file).resolve().is_relative_to(share.resolve())
-
-
 def search_folders(near: Path) -> list[Path]:
     """Folders that may hold a package named in a file at `near`, in the order in which they are tried."""
     folders: list[Path] = []
@@ -51,18 +45,21 @@ def find_mesh(name: str, near: Path) -> tuple[Path | None, list[Path]]:
         if name.startswith(scheme):
             inside = unquote(name[len(scheme) :])
             package, _, rest = inside.partition("/")
+            if not package:
+                return _first([near.parent / rest, near.parent.parent / rest, near.parent.parent / "meshes" / rest])
             tried: list[Path] = []
             for folder in search_folders(near):
                 candidates = [folder / inside]
                 if folder.name == package:
                     candidates.append(folder / rest)
                 tried += candidates
-                for candidate in candidates:
-                    if _is_file(candidate):
-                        return candidate, tried
-            return None, tried
+            return _first(tried)
     path = Path(unquote(name[len("file://") :])) if name.startswith("file://") else near.parent / name
-    return (path, [path]) if _is_file(path) else (None, [path])
+    return _first([path])
+
+
+def _first(candidates: list[Path]) -> tuple[Path | None, list[Path]]:
+    return next((path for path in candidates if _is_file(path)), None), candidates
 
 
 def _is_file(path: Path) -> bool:

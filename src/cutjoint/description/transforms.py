@@ -71,6 +71,11 @@ def from_rotation(rotation: npt.ArrayLike, xyz: npt.ArrayLike) -> Array:
     return readonly(matrix)
 
 
+def turned(transform: npt.NDArray[np.float64], rotation: npt.NDArray[np.float64]) -> Array:
+    """A placement (4, 4) whose axes are turned by a rotation (3, 3) about its own origin."""
+    return from_rotation(transform[:3, :3] @ rotation, transform[:3, 3])
+
+
 def inverse(transform: npt.NDArray[np.float64]) -> Array:
     """The inverse of a placement (4, 4)."""
     rotation = transform[:3, :3].T

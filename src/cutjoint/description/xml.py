@@ -17,6 +17,7 @@ DEEPEST = 100
 
 _NEVER_EXTENDED = frozenset(
     {"origin", "mass", "inertia", "inertial", "axis", "parent", "child", "color"}
+    | {"parent_origin", "child_origin", "parent_axis", "child_axis", "predecessor", "successor"}
     | {"box", "cylinder", "capsule", "sphere"}
 )
 

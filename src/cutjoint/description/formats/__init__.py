@@ -9,8 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from cutjoint.description.files import LARGEST_FILE
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats import loops_toml, urdf
+from cutjoint.description.formats import gepetto, loops_toml, urdf, urdf_constraint, urdf_plus
 from cutjoint.description.formats.reading import Reading
 
 __all__ = ["FORMATS", "Format", "Reading", "format_of", "read"]
@@ -28,11 +29,12 @@ class Format:
 
 FORMATS: tuple[Format, ...] = (
     Format("loops.toml", (".toml",), (b"schema",), loops_toml.read),
+    Format("Gepetto robot.yaml", (".yaml", ".yml"), (b"closed_loop", b"name_mot"), gepetto.read),
+    Format("URDF+", (".urdf", ".xml"), (b"<loop", b"<coupling", b"<predecessor", b"independent="), urdf_plus.read),
+    Format("URDF with <constraint>", (".urdf", ".xml"), (b"<constraint", b"<cutjoint"), urdf_constraint.read),
     Format("URDF", (".urdf", ".xml"), (b"<robot",), urdf.read),
 )
-"""The first whose suffix and mark both fit is taken, then the first whose suffix fits."""
-
-_HEAD = 2**20
+"""The first whose suffix and mark both fit is taken, then the last whose suffix fits."""
 
 
 def read(path: Path) -> Reading:
@@ -50,7 +52,7 @@ def format_of(path: Path) -> Format:
     """The format of a file by suffix and content.  A file that cannot be read counts by its suffix alone."""
     try:
         with path.open("rb") as file:
-            head = file.read(_HEAD)
+            head = file.read(LARGEST_FILE)
     except (OSError, ValueError):
         head = b""
     suffix = path.suffix.lower()
@@ -58,7 +60,7 @@ def format_of(path: Path) -> Format:
     for one in fitting or FORMATS:
         if any(mark in head for mark in one.marks):
             return one
-    return fitting[0] if fitting else FORMATS[-1]
+    return fitting[-1] if fitting else FORMATS[-1]
 
 
 def _inside(path: Path) -> str:

@@ -23,9 +23,10 @@ class Reading:
 
 @dataclass
 class Tree:
-    """Links and joints as a reader gathers them, before cuts and actuators are known."""
+    """Links and joints as a reader gathers them, and the actuators where the tree's own file names some."""
 
     name: str
     links: list[Link] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
     couplings: list[Coupling] = field(default_factory=list)
+    actuators: tuple[str, ...] = ()

@@ -8,19 +8,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cutjoint.description.defaults import actuated_by_default, tool_by_default
 from cutjoint.description.findings import Findings
+from cutjoint.description.formats.extras import described
 from cutjoint.description.formats.reading import Reading, Tree
 from cutjoint.description.formats.urdf_joint import read_joint
 from cutjoint.description.formats.urdf_link import Colours, read_colours, read_link
-from cutjoint.description.model import RobotDescription
 from cutjoint.description.xml import Element, check_known, children, read_xml, refuse_xacro
 
 ROBOT_ATTRIBUTES = frozenset({"name", "version"})
 ROBOT_TAGS = frozenset({"link", "joint", "material"})
-ROBOT_IGNORED = frozenset(
-    {"transmission", "gazebo", "sensor", "ros2_control", "mujoco", "visual_mesh", "loop", "coupling", "constraint"}
-)
+ROBOT_IGNORED = frozenset({"transmission", "gazebo", "sensor", "ros2_control", "mujoco"})
+LOOP_TAGS = frozenset({"loop", "coupling", "constraint", "cutjoint"})
+"""What dialects with loops add to a `<robot>`."""
 
 
 def read(path: Path) -> Reading:
@@ -30,16 +29,7 @@ def read(path: Path) -> Reading:
     if root is None:
         return Reading(None, tuple(findings.problems))
     tree = read_tree(root, path, findings)
-    description = RobotDescription(
-        name=tree.name,
-        links=tuple(tree.links),
-        joints=tuple(tree.joints),
-        couplings=tuple(tree.couplings),
-        actuators=actuated_by_default(tree.joints, tree.couplings),
-        tool=tool_by_default(tree.links, tree.joints),
-        path=path,
-    )
-    return Reading(description, tuple(findings.problems))
+    return Reading(described(tree, (), None, path, findings), tuple(findings.problems))
 
 
 def read_robot(path: Path, findings: Findings) -> Element | None:
@@ -54,15 +44,22 @@ def read_robot(path: Path, findings: Findings) -> Element | None:
     return root
 
 
-def read_tree(root: Element, path: Path, findings: Findings) -> Tree:
-    """Links, joints and mimic couplings of a `<robot>` element; what cannot be read is noted and left out."""
-    check_known(root, ROBOT_ATTRIBUTES, ROBOT_TAGS, ROBOT_IGNORED, findings)
+def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[str] = frozenset()) -> Tree:
+    """Links, joints and mimic couplings of a `<robot>` element; what cannot be read is noted and left out.
+
+    `loops` names the elements that the caller reads itself.
+    """
+    check_known(root, ROBOT_ATTRIBUTES, ROBOT_TAGS, ROBOT_IGNORED | LOOP_TAGS, findings)
+    for element in children(root):
+        if element.tag in LOOP_TAGS - loops:
+            found = f"<{element.tag}> in a URDF that is read without it"
+            findings.error(found, "one dialect", "move it to where the other loops are described", element.sourceline)
     name = str(root.get("name") or "").strip()
     if not name:
         findings.error("<robot> without a name", '<robot name="...">', "", root.sourceline)
         name = path.stem
     colours: Colours = read_colours(root, findings)
-    tree = Tree(name)
+    tree = Tree(name, actuators=_transmissions(root))
     for element in children(root, "link"):
         link = read_link(element, path, colours, findings)
         if link is not None:
@@ -76,3 +73,13 @@ def read_tree(root: Element, path: Path, findings: Findings) -> Tree:
     if not tree.links:
         findings.error("a robot without links", "at least one <link>", "", root.sourceline)
     return tree
+
+
+def _transmissions(root: Element) -> tuple[str, ...]:
+    """The joints that a `<transmission>` drives or a `<ros2_control>` commands, each once."""
+    names = [
+        one.get("name") for transmission in children(root, "transmission") for one in children(transmission, "joint")
+    ]
+    for control in children(root, "ros2_control"):
+        names += [one.get("name") for one in children(control, "joint") if list(children(one, "command_interface"))]
+    return tuple(dict.fromkeys(str(name) for name in names if name))

@@ -36,13 +36,13 @@ _SHAPES: Mapping[str, frozenset[str]] = {
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
-def read_origin(element: Element, findings: Findings) -> Array:
+def read_origin(element: Element | None, findings: Findings, tag: str = "origin") -> Array:
     """The placement (4, 4) of the `<origin>` in `element`; the identity where there is none."""
-    origin = only_child(element, "origin", findings)
-    if origin is None:
+    origin = None if element is None else only_child(element, tag, findings)
+    if element is None or origin is None:
         return IDENTITY
     check_known(origin, frozenset({"xyz", "rpy", "quat_xyzw"}), _NONE, _NONE, findings)
-    what, line = f"<origin> of <{element.tag}>", origin.sourceline
+    what, line = f"<{tag}> of <{element.tag}>", origin.sourceline
     xyz = read_numbers(origin.get("xyz", "0 0 0"), 3, f"{what}: xyz", findings, line)
     rpy = read_numbers(origin.get("rpy", "0 0 0"), 3, f"{what}: rpy", findings, line)
     if origin.get("quat_xyzw") is not None:

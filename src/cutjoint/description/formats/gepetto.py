@@ -1,0 +1,141 @@
+"""Gepetto's robot.yaml beside a URDF, as in example-parallel-robots (https://github.com/Gepetto/example-parallel-robots).
+
+`closed_loop` lists pairs of frames (names of links, or of joints, which mean the frame that the joint moves); `type`
+gives 3d (spherical) or 6d (fixed) for each, 6d where it is missing; `name_mot` the actuated joints; `joint_name` and
+`joint_type` joints of the URDF that another joint replaces: SPHERICAL, FIXED or UJOINT_XY, a universal joint about two
+axes of the joint's frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from cutjoint.arrays import readonly
+from cutjoint.description.findings import Findings, listing, nearest
+from cutjoint.description.formats import urdf
+from cutjoint.description.formats.reading import Reading, Tree
+from cutjoint.description.formats.yaml_lists import Entry, read_yaml
+from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Place, RobotDescription
+
+KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
+CUTS = {"3d": CutType.SPHERICAL, "6d": CutType.FIXED}
+_AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
+_JOINTS = ("SPHERICAL", "FIXED", "UJOINT_XY", "UJOINT_YX", "UJOINT_XZ", "UJOINT_ZX", "UJOINT_YZ", "UJOINT_ZY")
+
+
+def read(path: Path) -> Reading:
+    """A robot.yaml and the URDF beside it (of the same stem, or the only one there)."""
+    findings = Findings(str(path))
+    keys = read_yaml(path, findings)
+    tree = None if keys is None else _tree(path, findings)
+    if keys is None or tree is None:
+        return Reading(None, tuple(findings.problems))
+    for key, entry in keys.items():
+        if key not in KEYS:
+            findings.error(f"unknown key '{key}'", f"one of {', '.join(KEYS)}", nearest(key, KEYS), entry.line)
+    _replace_joints(tree, keys, findings)
+    motors = _strings(keys, "name_mot", findings)
+    if "name_mot" not in keys:
+        findings.error("no key 'name_mot'", "the actuated joints", "add name_mot: [...]")
+    description = RobotDescription(
+        name=tree.name,
+        links=tuple(tree.links),
+        joints=tuple(tree.joints),
+        cuts=_cuts(tree, keys, findings),
+        couplings=tuple(tree.couplings),
+        actuators=tuple(entry.text for entry in motors),
+        path=path,
+        places={"actuators": Place(str(path), keys["name_mot"].line)} if "name_mot" in keys else {},
+    )
+    return Reading(description, tuple(findings.problems))
+
+
+def _tree(path: Path, findings: Findings) -> Tree | None:
+    beside = path.with_suffix(".urdf")
+    if not beside.is_file():
+        others = sorted(path.parent.glob("*.urdf"))
+        if len(others) != 1:
+            found = f"{len(others)} URDF files beside robot.yaml, none called {beside.name}"
+            findings.error(found, "one URDF", f"rename it to {beside.name}")
+            return None
+        beside = others[0]
+    own = Findings(str(beside))
+    root = urdf.read_robot(beside, own)
+    tree = None if root is None else urdf.read_tree(root, beside, own)
+    findings.problems.extend(own.problems)
+    return tree
+
+
+def _strings(keys: Mapping[str, Entry], key: str, findings: Findings) -> tuple[Entry, ...]:
+    entry = keys.get(key)
+    if entry is None:
+        return ()
+    if entry.items is None or any(item.items is not None for item in entry.items):
+        findings.error(f"{key} is not a list of names", f"{key}: [a, b]", "", entry.line)
+        return ()
+    return entry.items
+
+
+def _cuts(tree: Tree, keys: Mapping[str, Entry], findings: Findings) -> tuple[CutJoint, ...]:
+    loops = keys.get("closed_loop")
+    pairs = () if loops is None or loops.items is None else loops.items
+    if loops is not None and loops.items is None:
+        findings.error("closed_loop is not a list of pairs", "closed_loop: [[a, b], [c, d]]", "", loops.line)
+    types = _strings(keys, "type", findings)
+    if types and len(types) != len(pairs):
+        found = f"{len(types)} types for {len(pairs)} closed loops"
+        findings.error(found, "a type for each loop, or no key 'type' (then 6d)", "", keys["type"].line)
+    cuts = []
+    for number, pair in enumerate(pairs):
+        kind = types[number] if number < len(types) else None
+        if kind is not None and kind.text.lower() not in CUTS:
+            found = f"type '{kind.text}' of closed loop {number + 1}"
+            findings.error(found, "3d (spherical) or 6d (fixed)", nearest(kind.text, CUTS), kind.line)
+            continue
+        if pair.items is None or len(pair.items) != 2 or any(item.items is not None for item in pair.items):
+            findings.error(f"closed loop {number + 1} is not a pair of names", "[frame_a, frame_b]", "", pair.line)
+            continue
+        a, b = (item.text for item in pair.items)
+        cut_type = CutType.FIXED if kind is None else CUTS[kind.text.lower()]
+        place = Place(findings.file, pair.line)
+        cuts.append(CutJoint(f"{a}_{b}", cut_type, _frame(a, tree), _frame(b, tree), place))
+    return tuple(cuts)
+
+
+def _frame(name: str, tree: Tree) -> Frame:
+    """The frame of a link, or of the link that the joint of that name moves."""
+    moved = {joint.name: joint.child for joint in tree.joints}
+    links = {link.name for link in tree.links}
+    return Frame(name if name in links else moved.get(name, name))
+
+
+def _replace_joints(tree: Tree, keys: Mapping[str, Entry], findings: Findings) -> None:
+    names, types = _strings(keys, "joint_name", findings), _strings(keys, "joint_type", findings)
+    if len(names) != len(types):
+        line = keys["joint_name" if "joint_name" in keys else "joint_type"].line
+        findings.error(f"{len(names)} names in joint_name for {len(types)} in joint_type", "as many", "", line)
+    known = {joint.name: index for index, joint in enumerate(tree.joints)}
+    for name, kind in zip(names, types, strict=False):
+        if name.text not in known:
+            expected = f"a joint of the URDF ({listing(known, 6)})"
+            findings.error(f"unknown joint '{name.text}' in joint_name", expected, nearest(name.text, known), name.line)
+        elif kind.text not in _JOINTS:
+            found = f"type '{kind.text}' of joint '{name.text}'"
+            findings.error(found, f"one of {', '.join(_JOINTS)}", nearest(kind.text, _JOINTS), kind.line)
+        else:
+            index = known[name.text]
+            tree.joints[index] = _other_type(tree.joints[index], kind.text)
+
+
+def _other_type(joint: Joint, kind: str) -> Joint:
+    """The same joint with another type; limits of one axis mean nothing there."""
+    if kind == "FIXED":
+        return replace(joint, type=JointType.FIXED, limits=Limits())
+    if kind == "SPHERICAL":
+        return replace(joint, type=JointType.SPHERICAL, limits=Limits())
+    axis, axis2 = (readonly(np.array(_AXES[letter])) for letter in kind[-2:])
+    return replace(joint, type=JointType.UNIVERSAL, axis=axis, axis2=axis2, limits=Limits())

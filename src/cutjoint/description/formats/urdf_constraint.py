@@ -1,0 +1,108 @@
+"""URDF with `<constraint>`, the cut joints proposed in urdfdom_headers pull request 108 (and urdfdom 264).
+
+    <constraint name="tip" type="revolute">
+      <parent link="a"/> <parent_origin xyz="..." rpy="..."/> <parent_axis xyz="0 0 1"/>
+      <child link="b"/>  <child_origin xyz="..." rpy="..."/>  <child_axis xyz="..."/>
+    </constraint>
+
+Types are revolute, prismatic, universal, spherical (each also with `_joint` behind it) and link, which joins rigidly.
+Axes are in the frames that the origins give; a universal joint turns about both, the others need the parent's only.
+What the proposal cannot say (actuators, tool, homes, ...) may stand in a `<cutjoint>` element, as in a loops.toml.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.formats import urdf
+from cutjoint.description.formats.extras import described, read_extras
+from cutjoint.description.formats.reading import Reading
+from cutjoint.description.formats.urdf_joint import unit_axis
+from cutjoint.description.formats.urdf_link import read_origin
+from cutjoint.description.model import CutJoint, CutType, Frame, Place
+from cutjoint.description.numbers import read_numbers
+from cutjoint.description.transforms import frame_along, turned
+from cutjoint.description.xml import Element, check_known, children, name_of, only_child
+
+TYPES = {
+    "revolute": CutType.REVOLUTE,
+    "prismatic": CutType.PRISMATIC,
+    "universal": CutType.UNIVERSAL,
+    "spherical": CutType.SPHERICAL,
+    "link": CutType.FIXED,
+}
+_NONE: frozenset[str] = frozenset()
+_TAGS = frozenset({"parent", "parent_origin", "parent_axis", "child", "child_origin", "child_axis"})
+
+
+def read(path: Path) -> Reading:
+    """A URDF with constraints."""
+    findings = Findings(str(path))
+    root = urdf.read_robot(path, findings)
+    if root is None:
+        return Reading(None, tuple(findings.problems))
+    tree = urdf.read_tree(root, path, findings, frozenset({"constraint", "cutjoint"}))
+    cuts = [_constraint(element, findings) for element in children(root, "constraint")]
+    element = only_child(root, "cutjoint", findings)
+    extras = None if element is None else read_extras(str(element.text or ""), findings, element.sourceline)
+    sound = [cut for cut in cuts if cut is not None]
+    description = described(tree, sound, extras, path, findings)
+    return Reading(description, tuple(findings.problems))
+
+
+def _constraint(element: Element, findings: Findings) -> CutJoint | None:
+    check_known(element, frozenset({"name", "type"}), _TAGS, _NONE, findings)
+    name = name_of(element, findings)
+    text = str(element.get("type") or "").strip()
+    kind = TYPES.get(text.removesuffix("_joint"))
+    if kind is None:
+        found = f"type '{text}' of <constraint> '{name}'"
+        findings.error(found, f"one of {', '.join(TYPES)}", nearest(text, TYPES), element.sourceline)
+    frames = [_end(element, side, name or "?", findings) for side in ("parent", "child")]
+    axes = [_axis(element, side, name or "?", kind, findings) for side in ("parent", "child")]
+    if name is None or kind is None or None in frames or axes[0] is None or axes[1] is None:
+        return None
+    align = _alignment(kind, axes[0], axes[1], name, findings, element.sourceline)
+    a, b = (Frame(frame.link, turned(frame.placement, align)) for frame in frames if frame is not None)
+    return CutJoint(name, kind, a, b, Place(findings.file, element.sourceline))
+
+
+def _end(element: Element, side: str, name: str, findings: Findings) -> Frame | None:
+    end = only_child(element, side, findings)
+    link = str(end.get("link") or "").strip() if end is not None else ""
+    if not link:
+        findings.error(f"<constraint> '{name}' without {side} link", f'<{side} link="..."/>', "", element.sourceline)
+        return None
+    check_known(end, frozenset({"link"}), _NONE, _NONE, findings)
+    return Frame(link, read_origin(element, findings, f"{side}_origin"))
+
+
+def _axis(element: Element, side: str, name: str, kind: CutType | None, findings: Findings) -> Array | None:
+    axis = only_child(element, f"{side}_axis", findings)
+    text = "1 0 0" if axis is None else axis.get("xyz")
+    line = element.sourceline if axis is None else axis.sourceline
+    values = read_numbers(text, 3, f"{side}_axis of <constraint> '{name}'", findings, line)
+    if values is None:
+        return None
+    if axis is None and kind is CutType.UNIVERSAL:
+        found = f"universal <constraint> '{name}' without {side}_axis"
+        findings.error(found, "two perpendicular axes", f'add <{side}_axis xyz="..."/>', line)
+        return None
+    return unit_axis(values, name, findings, line)
+
+
+def _alignment(kind: CutType, first: Array, second: Array, name: str, findings: Findings, line: int) -> Array:
+    """The rotation (3, 3) that turns the constraint's frames into those of a cut joint."""
+    if kind in (CutType.REVOLUTE, CutType.PRISMATIC):
+        return frame_along(first)
+    if kind is CutType.UNIVERSAL:
+        if abs(float(first @ second)) > 1e-6:
+            found = f"the axes of universal <constraint> '{name}' are not perpendicular"
+            findings.error(found, "two perpendicular axes", "", line)
+            return np.eye(3)
+        return np.column_stack([first, second, np.cross(first, second)])
+    return np.eye(3)
