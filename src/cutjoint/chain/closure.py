@@ -5,7 +5,8 @@ Each cut joins frame A on one body to frame B on another.  Its rows are built fr
 - point (all but prismatic): the three components of p_B - p_A vanish
 - slide (prismatic): x_A . (p_B - p_A) = 0 and y_A . (p_B - p_A) = 0
 - lock (fixed, prismatic): the rotation vector log(R_A' R_B) vanishes
-- dot: an axis of A stays perpendicular to one of B (revolute: x_A and y_A to z_B; universal: x_A to y_B)
+- dot: an axis of A stays perpendicular to one of B (revolute: x_A and y_A to z_B; universal: x_A to y_B).  A revolute
+  cut's two are stretched from the sine to the angle between z_A and z_B, so that opposite axes do not count as closed.
 
 Jacobians come from Pinocchio's joint Jacobians in world axes (`data.J`, twist about the world origin): the relative
 twist of two bodies is the difference of the columns that support them.  The drift (Jacobian's time derivative times v)
@@ -98,7 +99,7 @@ class Closure:
         ]
 
     def residual(self, data: pin.Data, q: Array) -> Array:
-        """Residual of all rows, shape (rows,), [m] and [rad] (dot rows: sine of the angle)."""
+        """Residual of all rows, shape (rows,), [m] and [rad] (universal: sine of the angle)."""
         placed, rows = self.placements(data), self._layout
         residual = np.empty(self.rows)
         for (_, a, b), cut, start in zip(placed, self.cuts, rows.starts, strict=True):
@@ -112,13 +113,17 @@ class Closure:
         for cut_index, row, i, j in rows.dots:
             _, a, b = placed[cut_index]
             residual[row] = a.rotation[:, i] @ b.rotation[:, j]
+        for cut_index, row in rows.hinges:
+            _, a, b = placed[cut_index]
+            residual[row : row + 2] = _turned(residual[row : row + 2], a.rotation[:, 2] @ b.rotation[:, 2])
         for row, r in enumerate(self.ratios, start=self.rows - len(self.ratios)):
             residual[row] = q[r.q_joint] - r.ratio * q[r.q_driver] - r.offset
         return residual
 
     def jacobian(self, data: pin.Data) -> Array:
         """Time derivative of the residual per velocity, shape (rows, nv); exact also while the loops are open, but for
-        the lock rows, which are exact where they are closed."""
+        the lock rows and those of revolute cuts, which are exact where they are closed and elsewhere still have the
+        exact gradient of their sum of squares."""
         jacobian = np.empty((self.rows, self.nv))
         jacobian[self.rows - len(self.ratios) :] = self._ratio_rows
         if not self.cuts:
@@ -135,7 +140,8 @@ class Closure:
         jacobian[rows.lock_rows] = turning[rows.lock_cuts].reshape(-1, self.nv)
         for cut_index, row, i, j in rows.dots:
             _, a, b = placed[cut_index]
-            jacobian[row] = _cross(b.rotation[:, j], a.rotation[:, i]) @ turning[cut_index]
+            axis = (a if self.cuts[cut_index].type is CutType.REVOLUTE else b).rotation[:, j]
+            jacobian[row] = _cross(axis, a.rotation[:, i]) @ turning[cut_index]
         for cut_index, row, i in rows.slides:
             _, a, b = placed[cut_index]
             swing = _cross(a.rotation[:, i], b.translation - a.translation)
@@ -207,6 +213,7 @@ class _Layout:
             for index, cut in enumerate(cuts)
             for k, (i, j) in enumerate(_DOTS.get(cut.type, ()))
         ]
+        self.hinges = [(i, self.starts[i] + 3) for i, cut in enumerate(cuts) if cut.type is CutType.REVOLUTE]
         self.slides = [
             (index, self.starts[index] + i, i)
             for index, cut in enumerate(cuts)
@@ -249,6 +256,14 @@ def _length_rows(kind: CutType) -> list[bool]:
     """Whether each row of a cut of this type is a length (else an angle)."""
     lengths = 2 if kind is CutType.PRISMATIC else 3
     return [True] * lengths + [False] * (kind.rows - lengths)
+
+
+def _turned(sines: Array, cosine: float) -> Array:
+    """The two components of the sine of the angle between two unit vectors, stretched to the angle, shape (2,)."""
+    sine = float(np.hypot(sines[0], sines[1]))
+    if sine > 1e-12:
+        return sines * (float(np.arctan2(sine, cosine)) / sine)
+    return sines if cosine > 0.0 else np.array([np.pi, 0.0])
 
 
 def _cross(x: Array, y: Array) -> Array:
