@@ -1,8 +1,8 @@
 """Closing the loops: Newton on the closure equations together with what drives them.
 
 A driver says what is prescribed: the actuated coordinates, the tool point or the tool's pose.  `follow` walks from a
-closed posture to the target with predictor steps that are short against the links, each corrected by Newton, so it
-stays on the branch it started from.  `assemble` takes any start (Levenberg-Marquardt) and makes no promise about the
+closed posture to the target with predictor steps that are short against the links, each corrected by Newton, and does
+not step across a posture where the equations are singular, so it stays on the branch it started from.  `assemble` takes any start (Levenberg-Marquardt) and makes no promise about the
 branch.  Steps are minimum-norm solutions with the rank cut off, so redundant rows do no harm; configurations move on
 their manifold (`pin.integrate`), so free-flying and spherical joints need no special case.
 """
@@ -21,6 +21,7 @@ from cutjoint.chain.kinematics import Kinematics, ToolPoint
 
 NEWTON_STEPS = 12
 SMALLEST_STEP = 1e-6
+MOST_STEPS = 2000
 
 
 class Driver(Protocol):
@@ -89,11 +90,43 @@ class PoseDriver:
 
 @dataclass(frozen=True)
 class Stopped:
-    """How far `follow` came: fraction of the way, the last closed configuration, and why it stopped."""
+    """How far `follow` came: fraction of the way, the last closed configuration, and why it stopped.
+
+    Attributes:
+        singular: whether the way could go on, but only through a posture where branches meet.
+        far: whether it was given up for its length.
+    """
 
     fraction: float
     q: Array
     why: str
+    singular: bool = False
+    far: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class _Linear:
+    """Scaled equations at one configuration by their singular values: left (m, k), values (k,), right (k, nv)."""
+
+    left: Array
+    values: Array
+    right: Array
+
+    @staticmethod
+    def of(matrix: Array) -> _Linear:
+        return _Linear(*np.linalg.svd(matrix, full_matrices=False))
+
+    def solve(self, error: Array) -> Array:
+        """Minimum-norm step that removes the error to first order, shape (nv,)."""
+        kept = self.values > tolerances.RANK.value * self.values.max(initial=0.0)
+        return np.asarray(-self.right[kept].T @ ((self.left[:, kept].T @ error) / self.values[kept]))
+
+    def change(self, matrix: Array) -> float:
+        """Determinant of the equations `matrix` a step further on, relative to here: negative where a singular posture
+        lies between; 1 where the equations leave the robot free, so that nothing can be told."""
+        if len(self.values) < self.right.shape[1] or self.values[-1] <= tolerances.RANK.value * self.values[0]:
+            return 1.0
+        return float(np.linalg.det((self.left.T / self.values[:, None]) @ matrix @ self.right.T))
 
 
 class Assembler:
@@ -104,27 +137,46 @@ class Assembler:
 
     def follow(self, q: Array, driver: Driver) -> Array | Stopped:
         """Walk from the closed configuration `q`, shape (nq,), to the driver's target on the same branch."""
-        fraction, step = 0.0, 1.0
-        while fraction < 1.0:
+        fraction, step, singular = 0.0, 1.0, False
+        self._k.update(q)
+        here = _Linear.of(self._system(q, driver, 0.0)[0])
+        for _ in range(MOST_STEPS):
             step = min(step, 1.0 - fraction)
             end = 1.0 if fraction + step > 1.0 - 1e-12 else fraction + step
             self._k.update(q)
-            motion = self._step(q, driver, end)
+            motion = here.solve(self._error(q, driver, end)) * self._k.column_scale
             size = float(np.abs(motion / self._k.column_scale).max(initial=0.0))
             if not np.isfinite(size):
                 return Stopped(fraction, q, "the equations are singular")
             if size > 1.01 * tolerances.STRIDE.value:
                 step *= max(tolerances.STRIDE.value / size, 0.1)
+                singular = False
             else:
                 corrected = self._newton(pin.integrate(self._k.model, q, motion), driver, end, 0.5 * size + 1e-9)
-                if corrected is not None:
+                matrix = None if corrected is None else self._system(corrected, driver, end)[0]
+                singular = matrix is not None and not self._passable(here, matrix)
+                if corrected is not None and matrix is not None and not singular:
                     q, fraction = corrected, end
+                    if fraction == 1.0:
+                        return q
+                    here = _Linear.of(matrix)
                     step *= 2.0
                     continue
                 step *= 0.5
             if step < SMALLEST_STEP:
-                return Stopped(fraction, q, "the joints would have to move without bound")
-        return q
+                why = (
+                    "branches meet in a singular posture" if singular else "the joints would have to move without bound"
+                )
+                return Stopped(fraction, q, why, singular=singular)
+        return Stopped(fraction, q, f"{MOST_STEPS} steps were not enough; go there by way of nearer postures", far=True)
+
+    @staticmethod
+    def _passable(here: _Linear, matrix: Array) -> bool:
+        """Whether the equations are regular here or stay as they are: no singular posture within the step."""
+        change = here.change(matrix)
+        if change > 1e-3:
+            return True
+        return change > 0.0 and bool(np.linalg.svd(matrix, compute_uv=False)[-1] > tolerances.SINGULAR.value)
 
     def assemble(self, q: Array, driver: Driver | None, iterations: int = 100) -> Array | None:
         """A closed configuration from any start `q`, shape (nq,), or None; damped least squares, then Newton."""
@@ -185,14 +237,23 @@ class Assembler:
     def _system(self, q: Array, driver: Driver | None, fraction: float) -> tuple[Array, Array]:
         """Scaled Jacobian and error of closure and driver at the updated configuration."""
         k = self._k
-        matrix, error = k.scaled_jacobian(), k.row_scale * k.closure.residual(k.data, q)
+        matrix = k.scaled_jacobian()
+        if driver is not None:
+            rows = self._driver_scale(driver)[:, None] * driver.jacobian(k.data) * k.column_scale
+            matrix = np.concatenate([matrix, rows])
+        return matrix, self._error(q, driver, fraction)
+
+    def _error(self, q: Array, driver: Driver | None, fraction: float) -> Array:
+        """Scaled error of closure and driver at the updated configuration."""
+        k = self._k
+        error = k.row_scale * k.closure.residual(k.data, q)
         if driver is None:
-            return matrix, error
-        scale = np.where(driver.is_length, 1.0 / k.length, 1.0)
-        rows = scale[:, None] * driver.jacobian(k.data) * k.column_scale
-        return np.concatenate([matrix, rows]), np.concatenate([error, scale * driver.error(k.data, q, fraction)])
+            return np.asarray(error)
+        return np.concatenate([error, self._driver_scale(driver) * driver.error(k.data, q, fraction)])
+
+    def _driver_scale(self, driver: Driver) -> Array:
+        return np.where(driver.is_length, 1.0 / self._k.length, 1.0)
 
     def _step(self, q: Array, driver: Driver | None, fraction: float) -> Array:
         matrix, error = self._system(q, driver, fraction)
-        motion = np.linalg.lstsq(matrix, -error, rcond=tolerances.RANK.value)[0]
-        return np.asarray(motion * self._k.column_scale)
+        return np.asarray(_Linear.of(matrix).solve(error) * self._k.column_scale)

@@ -12,6 +12,8 @@ values as there are passive velocities, so redundant rows do no harm and a singu
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -20,10 +22,19 @@ import pinocchio as pin
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.chain.assembly import ActuatedDriver, Driver, Stopped, ToolDriver
 from cutjoint.chain.full import FullChain
-from cutjoint.chain.tangent import TangentMap
+from cutjoint.chain.nearby import Nearby
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import ActuationError, ClosureError, UnreachableError
 from cutjoint.mechanism import Posture, Terms, Tool
+
+
+@dataclass(frozen=True, eq=False)
+class _Tangent:
+    """T of a posture (nv, n), and K_p^+ (passive, rows) where it was found by singular values."""
+
+    posture: Posture
+    map: Array
+    inverse: Array | None
 
 
 class ClosedChain(FullChain):
@@ -40,7 +51,7 @@ class ClosedChain(FullChain):
 
     def __init__(self, description: RobotDescription, home: str | None = None) -> None:
         super().__init__(description, home)
-        self._last: tuple[Posture, TangentMap] | None = None
+        self._last: _Tangent | None = None
 
     def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The closed posture with actuated coordinates `q`, shape (n,) [m] or [rad], on the branch of `near`.
@@ -53,6 +64,11 @@ class ClosedChain(FullChain):
         """
         target = as_vector("q", q, self.n)
         start = self._full(near)
+
+        move = target - start[self._q_index]
+        quick = self._nearby.close(start, move) if self._nearby is not None else None
+        if quick is not None:
+            return self._posture(quick)
 
         def driver(origin: Array, goal: Array) -> Driver:
             return ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, origin, goal)
@@ -112,7 +128,7 @@ class ClosedChain(FullChain):
             ActuationError: the actuators do not determine the motion.
             SingularError: type-2 singularity.
         """
-        return readonly(self._tangent(at).map)
+        return self._tangent(at).map
 
     def full_velocity(self, at: Posture, v: npt.ArrayLike) -> Array:
         """Velocity of all joints, shape (nv,)."""
@@ -120,12 +136,7 @@ class ClosedChain(FullChain):
 
     def drift(self, at: Posture, v: npt.ArrayLike) -> Array:
         """d with a_full = T @ a + d, shape (nv,): what the passive joints accelerate at constant actuator speed."""
-        tangent = self._tangent(at)
-        v_full = tangent.map @ as_vector("v", v, self.n)
-        pin.computeJointJacobiansTimeVariation(self.model, self._k.data, at.q_full, v_full)
-        drift = np.zeros(self.nv)
-        drift[self._passive] = -(tangent.inverse @ self._k.closure.drift(self._k.data, v_full))
-        return drift
+        return self._drift(at, self.full_velocity(at, v))
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
         """Position, Jacobian (3, n) and J_dot v of the tool point in world axes.
@@ -140,9 +151,10 @@ class ClosedChain(FullChain):
         if v is None:
             self._k.update(at.q_full)
         else:
-            passive = self.drift(at, v)
-            jacobian = tool.jacobian(self._k.data)[:3]
-            drift = tool.drift(self._k.data, tangent @ np.asarray(v, dtype=np.float64)) + jacobian @ passive
+            v_full = self.full_velocity(at, v)
+            passive = self._drift(at, v_full)
+            pin.computeJointJacobiansTimeVariation(self.model, self._k.data, at.q_full, v_full)
+            drift = tool.drift(self._k.data, v_full) + tool.jacobian(self._k.data)[:3] @ passive
         position = tool.pose(self._k.data).translation
         return Tool(position, tool.jacobian(self._k.data)[:3] @ tangent, drift)
 
@@ -159,8 +171,8 @@ class ClosedChain(FullChain):
         gravity = np.array(pin.computeGeneralizedGravity(self.model, data, q))
         coriolis = np.zeros(self.n)
         if v is not None:
-            drift = self.drift(at, v)
-            v_full = tangent @ np.asarray(v, dtype=np.float64)
+            v_full = self.full_velocity(at, v)
+            drift = self._drift(at, v_full)
             coriolis = tangent.T @ (np.array(pin.rnea(self.model, data, q, v_full, drift)) - gravity)
         reduced = tangent.T @ mass @ tangent
         return Terms(0.5 * (reduced + reduced.T), coriolis, tangent.T @ gravity)
@@ -175,10 +187,9 @@ class ClosedChain(FullChain):
         Raises:
             InputError, ActuationError, SingularError: as `tangent`.
         """
-        drift, tangent = self.drift(at, v), self.tangent(at)
-        full = tangent @ as_vector("a", a, self.n) + drift
-        v_full = tangent @ np.asarray(v, dtype=np.float64)
-        return np.asarray(tangent.T @ np.array(pin.rnea(self.model, self._k.data, at.q_full, v_full, full)))
+        tangent, v_full = self.tangent(at), self.full_velocity(at, v)
+        full = tangent @ as_vector("a", a, self.n) + self._drift(at, v_full)
+        return np.asarray(tangent.T @ pin.rnea(self.model, self._k.data, at.q_full, v_full, full))
 
     def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
         """Acceleration that `effort` gives, shape (n,), by `pin.constraintDynamics` in full coordinates.
@@ -202,13 +213,35 @@ class ClosedChain(FullChain):
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
-    def _tangent(self, at: Posture) -> TangentMap:
+    @cached_property
+    def _nearby(self) -> Nearby | None:
+        rigid = self._dynamics.rigid
+        if rigid is None or not self._determined.determined or not len(self._passive):
+            return None
+        return Nearby(self._k, rigid, self._v_index, self._passive, self._home.q_full)
+
+    def _tangent(self, at: Posture) -> _Tangent:
         """Tangent map of a posture; that of the last one is kept, since several calls at one posture are the rule."""
-        if self._last is None or self._last[0] is not at:
+        if self._last is None or self._last.posture is not at:
             q = self._full(at)
             self._need_determined()
-            self._last = (at, self._map(q))
-        return self._last[1]
+            quick = self._nearby.tangent(q) if self._nearby is not None else None
+            if quick is not None:
+                self._last = _Tangent(at, readonly(quick), None)
+            else:
+                found = self._map(q)
+                self._last = _Tangent(at, readonly(found.map), found.inverse)
+        return self._last
+
+    def _drift(self, at: Posture, v_full: Array) -> Array:
+        tangent = self._tangent(at)
+        if tangent.inverse is None and self._nearby is not None:
+            return self._nearby.drift(at.q_full, v_full, tangent.map)
+        drift = np.zeros(self.nv)
+        if tangent.inverse is not None:
+            pin.computeJointJacobiansTimeVariation(self.model, self._k.data, at.q_full, v_full)
+            drift[self._passive] = -(tangent.inverse @ self._k.closure.drift(self._k.data, v_full))
+        return drift
 
     def _need_determined(self) -> None:
         report = self._determined

@@ -20,20 +20,10 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, readonly
-from cutjoint.chain.closure import Cut
 from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.rigid import RigidConstraints, Wrench, is_rigid
 from cutjoint.description.model import CutType
 from cutjoint.errors import DynamicsError
-
-_RIGID = (CutType.FIXED, CutType.SPHERICAL, CutType.REVOLUTE)
-
-
-@dataclass(frozen=True, eq=False)
-class Wrench:
-    """What body A of a cut exerts on body B: force (3,) [N], moment (3,) [N m] at the origin of frame b, world axes."""
-
-    force: Array
-    moment: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,75 +43,13 @@ class FullMotion:
     residual: float
 
 
-class RigidConstraints:
-    """Pinocchio's constraint models of the cuts, with a private workspace."""
-
-    def __init__(self, model: pin.Model, cuts: tuple[Cut, ...], length: float) -> None:
-        self._model, self._cuts = model, cuts
-        self._arm = 0.5 * length
-        self.models = pin.StdVec_RigidConstraintModel()
-        for cut in cuts:
-            kind = pin.ContactType.CONTACT_6D if cut.type is CutType.FIXED else pin.ContactType.CONTACT_3D
-            for shift in self._shifts(cut):
-                offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, shift]))
-                constraint = pin.RigidConstraintModel(
-                    kind,
-                    model,
-                    cut.joint_a,
-                    cut.placement_a * offset,
-                    cut.joint_b,
-                    cut.placement_b * offset,
-                    pin.ReferenceFrame.LOCAL,
-                )
-                constraint.name = cut.name
-                self.models.append(constraint)
-        self.datas = pin.StdVec_RigidConstraintData()
-        for constraint in self.models:
-            self.datas.append(constraint.createData())
-        self.data = model.createData()
-        pin.initConstraintDynamics(model, self.data, self.models, self.datas)
-        self._settings = pin.ProximalSettings(1e-12, 1e-8, 1e-6, 5)
-
-    def _shifts(self, cut: Cut) -> tuple[float, ...]:
-        return (-self._arm, self._arm) if cut.type is CutType.REVOLUTE else (0.0,)
-
-    def acceleration(self, q: Array, v: Array, effort: Array) -> Array:
-        """`pin.constraintDynamics`: acceleration of all joints, shape (nv,)."""
-        found = pin.constraintDynamics(self._model, self.data, q, v, effort, self.models, self.datas, self._settings)
-        return np.array(found)
-
-    def jacobian(self) -> Array:
-        """Pinocchio's constraint Jacobian at the last `acceleration` call, shape (rows, nv)."""
-        return np.array(pin.getConstraintsJacobian(self._model, self.data, self.models, self.datas))
-
-    def wrenches(self) -> dict[str, Wrench]:
-        """Loop forces of the last `acceleration` call."""
-        found: dict[str, Wrench] = {}
-        row, index = 0, 0
-        forces = np.asarray(self.data.lambda_c)
-        for cut in self._cuts:
-            frame = self.data.oMi[cut.joint_a] * cut.placement_a
-            force, moment = np.zeros(3), np.zeros(3)
-            for shift in self._shifts(cut):
-                size = self.models[index].residualSize()
-                push = -frame.rotation @ forces[row : row + 3]
-                force += push
-                moment += np.cross(shift * frame.rotation[:, 2], push)
-                if size == 6:
-                    moment -= frame.rotation @ forces[row + 3 : row + 6]
-                row, index = row + size, index + 1
-            found[cut.name] = Wrench(readonly(force), readonly(moment))
-        return found
-
-
 class FullDynamics:
     """Constrained forward dynamics of one robot."""
 
     def __init__(self, kinematics: Kinematics) -> None:
         self._k = kinematics
         closure = kinematics.closure
-        rigid = bool(closure.cuts) and not closure.ratios and all(cut.type in _RIGID for cut in closure.cuts)
-        self.rigid = RigidConstraints(kinematics.model, closure.cuts, kinematics.length) if rigid else None
+        self.rigid = RigidConstraints(kinematics.model, closure.cuts, kinematics.length) if is_rigid(closure) else None
 
     def acceleration(self, q: Array, v: Array, effort: Array) -> Array:
         """Acceleration of all joints, shape (nv,), not checked against the constraints: for inner loops."""

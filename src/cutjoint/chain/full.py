@@ -278,7 +278,7 @@ class FullChain:
 
     def integrate(self, q_full: Array, motion: Array) -> Array:
         """Configuration after the tangent motion (nv,), on the manifold, shape (nq,)."""
-        return np.asarray(pin.integrate(self.model, q_full, motion))
+        return self._k.integrate(q_full, motion)
 
     def gap(self, q_full: Array) -> tuple[float, float]:
         """Worst loop gap of a configuration, ([m], [rad])."""

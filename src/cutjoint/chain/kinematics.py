@@ -29,6 +29,10 @@ class Kinematics:
         """Placements and joint Jacobians at `q`."""
         pin.computeJointJacobians(self.model, self.data, q)
 
+    def integrate(self, q: Array, motion: Array) -> Array:
+        """Configuration after the tangent motion (nv,), on the manifold."""
+        return np.asarray(pin.integrate(self.model, q, motion))
+
     def scaled_jacobian(self) -> Array:
         """Constraint Jacobian at the updated configuration, dimensionless, shape (rows, nv)."""
         scaled: Array = self.row_scale[:, None] * self.closure.jacobian(self.data) * self.column_scale
