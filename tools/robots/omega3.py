@@ -73,7 +73,7 @@ def robot() -> Robot:
         name="omega3",
         title="Omega-3",
         source="C. F. Adetu, C. A. Moore and R. G. Roberts, Dynamic Modeling and Control of the OMEGA-3 Parallel "
-        "Manipulator, IEEE International Conference on Systems, Man and Cybernetics, 2009",
+        "Manipulator",
         notes=(
             "World frame of the paper: x is the normal of the base, gravity is along -z.",
             "The cross bars have no mass of their own; each rod has half the mass of its pair.",
