@@ -20,14 +20,15 @@ PACKAGE = "cutjoint"
 SOURCE = Path(__file__).resolve().parents[1] / "src" / PACKAGE
 
 # Room -> the rooms it may import, besides itself.  `cutjoint` is the package's own __init__.
-BASE = frozenset({"errors", "arrays", "tolerances"})
+BASE = frozenset({"errors", "arrays", "files", "tolerances"})
 MODEL = BASE | {"mechanism"}
 CHAIN = MODEL | {"description", "chain"}
 RUN = CHAIN | {"motion", "control", "simulation"}
-ROBOTS = RUN | {"papers", "crosscheck", "compile", "viewer", "report", "robots"}
+ROBOTS = RUN | {"papers", "crosscheck", "compile", "robots"}
 ALLOWED: Mapping[str, frozenset[str]] = {
     "errors": frozenset(),
     "arrays": frozenset({"errors"}),
+    "files": frozenset({"errors"}),
     "tolerances": frozenset(),
     "mechanism": BASE,
     "description": BASE,
@@ -37,20 +38,22 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "control": MODEL | {"motion"},
     "crosscheck": MODEL,
     "simulation": CHAIN | {"motion", "control"},
-    "compile": RUN,
+    "compile": RUN | {"papers"},
     "viewer": RUN,
-    "report": RUN | {"crosscheck"},
-    "robots": ROBOTS - {"viewer", "report"},
-    "commands": ROBOTS,
+    "robots": ROBOTS,
+    "experiments": ROBOTS,
+    "report": ROBOTS | {"experiments"},
+    "commands": ROBOTS | {"experiments", "viewer", "report", PACKAGE},
     "cli": BASE | {"commands", PACKAGE},
     "__main__": frozenset({"cli"}),
-    PACKAGE: ROBOTS - {"viewer", "report"},
+    PACKAGE: ROBOTS,
 }
 
 # Room -> the only packages from outside the standard library that it may import.
 OUTSIDE: Mapping[str, frozenset[str]] = {
     "errors": frozenset({"numpy"}),
     "arrays": frozenset({"numpy"}),
+    "files": frozenset(),
     "tolerances": frozenset(),
     "mechanism": frozenset({"numpy"}),
     "papers": frozenset({"numpy"}),
@@ -62,7 +65,7 @@ OUTSIDE: Mapping[str, frozenset[str]] = {
 # Package from outside the standard library -> the only rooms that may import it.  One that is not here is not a
 # dependency of the project (docs/dependencies.md); numpy is everybody's.
 OWNERS: Mapping[str, frozenset[str]] = {
-    "pinocchio": frozenset({"chain", "compile", "simulation"}),
+    "pinocchio": frozenset({"chain", "compile", "simulation", "viewer"}),
     "scipy": frozenset({"simulation", "crosscheck", "chain"}),
     "yourdfpy": frozenset({"description"}),
     "lxml": frozenset({"description"}),
@@ -97,11 +100,12 @@ STARTS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Import:
-    """One imported name: which module imports it, at which line, and what."""
+    """One imported module: which module imports it, at which line, and whether only its types are wanted."""
 
     module: str
     line: int
     target: str
+    for_types: bool
 
 
 def modules(source: Path) -> dict[str, Path]:
@@ -116,15 +120,23 @@ def modules(source: Path) -> dict[str, Path]:
 def imports(module: str, file: Path, known: Mapping[str, Path]) -> Iterator[Import]:
     """The imports of one file.  `from package import submodule` is an import of the submodule."""
     tree = ast.parse(file.read_text(encoding="utf-8"), filename=str(file))
+    typing = {id(node) for block in ast.walk(tree) if _is_for_types(block) for node in ast.walk(block)}
     for node in ast.walk(tree):
+        for_types = id(node) in typing
         if isinstance(node, ast.Import):
-            for alias in node.names:
-                yield Import(module, node.lineno, alias.name)
+            for target in {alias.name for alias in node.names}:
+                yield Import(module, node.lineno, target, for_types)
         elif isinstance(node, ast.ImportFrom):
             base = _absolute(module, node, is_package=file.stem == "__init__")
-            for alias in node.names:
-                inner = f"{base}.{alias.name}"
-                yield Import(module, node.lineno, inner if inner in known else base)
+            inner = {f"{base}.{alias.name}" for alias in node.names}
+            for target in {one if one in known else base for one in inner}:
+                yield Import(module, node.lineno, target, for_types)
+
+
+def _is_for_types(node: ast.AST) -> bool:
+    """Whether `node` is `if TYPE_CHECKING:`."""
+    test = node.test if isinstance(node, ast.If) else None
+    return getattr(test, "id", getattr(test, "attr", None)) == "TYPE_CHECKING"
 
 
 def _absolute(module: str, node: ast.ImportFrom, *, is_package: bool) -> str:
@@ -161,7 +173,7 @@ def _judge(one: Import, known: Mapping[str, Path]) -> Iterator[str]:
     here, package = room_of(one.module), one.target.split(".")[0]
     if package == PACKAGE:
         there = room_of(one.target)
-        if there != here and there not in ALLOWED.get(here, frozenset()):
+        if there != here and there not in ALLOWED.get(here, {there}):
             yield f"{here} may not import {there} ({one.target})"
         if one.target not in known:
             yield f"there is no module {one.target}"
@@ -175,13 +187,14 @@ def _judge(one: Import, known: Mapping[str, Path]) -> Iterator[str]:
 
 
 def cycles(found: Sequence[Import], known: Mapping[str, Path]) -> list[list[str]]:
-    """Groups of modules that need each other to be loaded: the strongly connected parts of the imports, late ones too.
+    """Groups of modules that need each other to run: the strongly connected parts of the imports, late ones too.
 
-    The package's own __init__ is left out: it offers what the rooms below it make, and loads them on first use.
+    Imports for types alone are left out, and so is the package's own __init__, which offers what the rooms below it
+    make and loads them on first use.
     """
     graph: dict[str, set[str]] = {module: set() for module in known if module != PACKAGE}
     for one in found:
-        if one.module in graph and one.target in graph and one.target != one.module:
+        if one.module in graph and one.target in graph and one.target != one.module and not one.for_types:
             graph[one.module].add(one.target)
 
     def reachable(start: str) -> set[str]:

@@ -67,6 +67,13 @@ def test_broken_rule_is_named(layers: ModuleType, tmp_path: Path, file: str, tex
     assert any(said in line for line in lines), lines
 
 
+def test_types_alone_make_no_cycle(layers: ModuleType, tmp_path: Path) -> None:
+    late = {"chain/a.py": "def f():\n    import cutjoint.chain.b\n", "chain/b.py": "import cutjoint.chain.a\n"}
+    assert "import cycle" in layers.offences(write(tmp_path, SOUND | late))[0]
+    types = {"chain/a.py": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import cutjoint.chain.b\n"}
+    assert layers.offences(write(tmp_path, SOUND | late | types)) == []
+
+
 def test_offence_gives_file_and_line(layers: ModuleType, tmp_path: Path) -> None:
     source = write(tmp_path, SOUND | {"papers/cpm.py": "import math\n\nimport pinocchio\n"})
     assert layers.offences(source)[0].startswith("cutjoint/papers/cpm.py:3: ")
