@@ -1,0 +1,118 @@
+"""What is wrong or odd with a robot that only its closed chain can tell.
+
+Loops that do not close, cuts that add nothing, no mobility left, actuators that depend on each other, joints that stay
+free, joints that move no mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pinocchio as pin
+
+from cutjoint.chain.closed_chain import ClosedChain
+from cutjoint.chain.mobility import MobilityReport, joints_of, null_space, rank_of
+from cutjoint.description.model import RobotDescription
+from cutjoint.errors import ClosureError, Problem
+
+NEAR_SINGULAR = 1e-2
+"""Distance to a singularity below which home is called near it."""
+
+
+def kinematic_problems(description: RobotDescription) -> tuple[tuple[Problem, ...], ClosedChain | None]:
+    """Problems of a robot whose files are right, and its closed chain where the loops close at home."""
+    try:
+        chain = ClosedChain(description)
+    except ClosureError as error:
+        place = next((cut.place for cut in description.cuts if cut.name == error.cut), None)
+        problem = Problem(
+            found=f"the loops do not close at home: {error}",
+            expected="a closed posture near the rough passive coordinates of the home posture",
+            mend="give passive coordinates that nearly close the loops, or mend the frames of the cut",
+            file=place.file if place else str(description.path or ""),
+            line=place.line if place else None,
+        )
+        return (problem,), None
+    return tuple(_problems(chain, chain.mobility())), chain
+
+
+def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
+    description = chain.description
+    file = str(description.path or "")
+    if report.mobility == 0:
+        yield Problem(
+            found=f"the robot cannot move: {report.velocities} joint velocities, {report.rank} independent constraints",
+            expected="a mobility of at least 1",
+            mend="a cut locks too much; a planar loop wants a revolute or spherical cut rather than a fixed one",
+            file=file,
+        )
+    for index, cut in enumerate(description.cuts):
+        if _adds_nothing(chain, index):
+            yield Problem(
+                found=f"cut '{cut.name}' adds nothing: the tree and the other cuts already hold its frames together",
+                mend="leave it out, or check that it joins the frames that you mean",
+                file=cut.place.file or file,
+                line=cut.place.line,
+                severity="warning",
+            )
+    if report.mobility and report.actuators:
+        yield from _actuation(report, file)
+    if report.type2 < NEAR_SINGULAR:
+        yield Problem(
+            found=f"home is near a type-2 singularity: distance {report.type2:.2g}, 0 is singular",
+            mend="choose a home posture away from stretched or folded limbs",
+            file=file,
+            severity="warning",
+        )
+    massless = massless_joints(chain)
+    if massless:
+        yield Problem(
+            found=f"these joints move no mass: {', '.join(massless)}; dynamics is not defined for them",
+            expected="an inertia on every link at the end of a limb",
+            mend="add <inertial> to the links they move; kinematics works without",
+            file=file,
+            severity="warning",
+        )
+
+
+def _actuation(report: MobilityReport, file: str) -> Iterator[Problem]:
+    if report.free:
+        idle = f" ({', '.join(report.idle)} without moving the tool)" if report.idle else ""
+        yield Problem(
+            found=f"with all actuators locked these joints still move: {', '.join(report.free)}{idle}",
+            expected=f"as many independent actuators as the mobility, which is {report.mobility}",
+            mend="name further actuators, or add the cut that is missing; full coordinates work all the same",
+            file=file,
+            severity="warning",
+        )
+    surplus = report.actuators - report.mobility
+    if surplus > 0 and not report.free:
+        yield Problem(
+            found=f"the actuators depend on each other: {report.actuators} of them for a mobility of {report.mobility}",
+            mend="that is redundant actuation if it is meant; efforts are then not unique",
+            file=file,
+            severity="warning",
+        )
+
+
+def _adds_nothing(chain: ClosedChain, index: int) -> bool:
+    """Whether the rank at home is the same without one cut."""
+    cuts = chain.description.cuts
+    start = sum(cut.type.rows for cut in cuts[:index])
+    matrix = chain.constraint_jacobian(chain.home.q_full)
+    without = np.delete(matrix, slice(start, start + cuts[index].type.rows), axis=0)
+    return rank_of(without) == rank_of(matrix)
+
+
+def massless_joints(chain: ClosedChain) -> tuple[str, ...]:
+    """Joints that can move at home without moving any mass, the loops closed."""
+    upper = pin.crba(chain.model, chain.model.createData(), np.array(chain.home.q_full))
+    mass = np.triu(upper) + np.triu(upper, 1).T
+    motions = null_space(chain.constraint_jacobian(chain.home.q_full))
+    if not motions.shape[1]:
+        return ()
+    energy = motions.T @ mass @ motions
+    values, vectors = np.linalg.eigh(energy)
+    still = values < 1e-12 * max(float(values.max()), 1e-300)
+    return joints_of(chain.model, motions @ vectors[:, still])
