@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +21,6 @@ import pinocchio as pin
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.chain.assembly import ActuatedDriver, Driver, Stopped, ToolDriver
 from cutjoint.chain.full import FullChain
-from cutjoint.chain.nearby import Nearby
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import ActuationError, ClosureError, UnreachableError
 from cutjoint.mechanism import Posture, Terms, Tool
@@ -213,24 +211,12 @@ class ClosedChain(FullChain):
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
-    @cached_property
-    def _nearby(self) -> Nearby | None:
-        rigid = self._dynamics.rigid
-        if rigid is None or not self._determined.determined or not len(self._passive):
-            return None
-        return Nearby(self._k, rigid, self._v_index, self._passive, self._home.q_full)
-
     def _tangent(self, at: Posture) -> _Tangent:
         """Tangent map of a posture; that of the last one is kept, since several calls at one posture are the rule."""
         if self._last is None or self._last.posture is not at:
             q = self._full(at)
             self._need_determined()
-            quick = self._nearby.tangent(q) if self._nearby is not None else None
-            if quick is not None:
-                self._last = _Tangent(at, readonly(quick), None)
-            else:
-                found = self._map(q)
-                self._last = _Tangent(at, readonly(found.map), found.inverse)
+            self._last = _Tangent(at, *self._tangent_at(q))
         return self._last
 
     def _drift(self, at: Posture, v_full: Array) -> Array:

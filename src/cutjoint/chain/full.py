@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from cutjoint import tolerances
-from cutjoint.arrays import Array, as_vector
+from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts
 from cutjoint.chain.assembly import ActuatedDriver, Assembler
 from cutjoint.chain.build import build_model, coordinates_to_q
@@ -22,6 +22,7 @@ from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.kinematics import Kinematics, ToolPoint
 from cutjoint.chain.mobility import MobilityReport, joints_of, mobility_report, null_space, rank_of, smallest
 from cutjoint.chain.modes import working_modes
+from cutjoint.chain.nearby import Nearby
 from cutjoint.chain.tangent import TangentMap, tangent_map
 from cutjoint.description.model import Home, JointType, RobotDescription
 from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError, UnknownNameError
@@ -151,7 +152,9 @@ class FullChain:
             SingularError: type-2 singularity.
         """
         determined = self._determined.determined
-        found = self._assembler.settle(q_full, self._hold(q_full) if determined else None)
+        found = self._nearby.close(q_full, np.zeros(self.n)) if self._nearby is not None else None
+        if found is None:
+            found = self._assembler.settle(q_full, self._hold(q_full) if determined else None)
         if found is None:
             self._k.update(q_full)
             distance, angle, cut = self._k.gap(q_full)
@@ -162,7 +165,7 @@ class FullChain:
                 cut=cut,
             )
         if determined:
-            return found, self._map(found).map @ v_full[self._v_index]
+            return found, self._tangent_at(found)[0] @ v_full[self._v_index]
         self._k.update(found)
         free = null_space(self._k.scaled_jacobian())
         scale = self._k.column_scale
@@ -327,6 +330,25 @@ class FullChain:
     @cached_property
     def _determined(self) -> MobilityReport:
         return self.mobility(self._home)
+
+    @cached_property
+    def _nearby(self) -> Nearby | None:
+        rigid = self._dynamics.rigid
+        if rigid is None or not self._determined.determined or not len(self._passive):
+            return None
+        return Nearby(self._k, rigid, self._v_index, self._passive, self._home.q_full)
+
+    def _tangent_at(self, q: Array) -> tuple[Array, Array | None]:
+        """T (nv, n), and K_p^+ (passive, rows) where the quick way did not answer.
+
+        Raises:
+            SingularError: type-2 singularity.
+        """
+        quick = self._nearby.tangent(q) if self._nearby is not None else None
+        if quick is not None:
+            return readonly(quick), None
+        found = self._map(q)
+        return readonly(found.map), found.inverse
 
     def _map(self, q: Array) -> TangentMap:
         """Tangent map at a configuration of a robot that its actuators determine.
