@@ -1,10 +1,12 @@
 """Closing the loops: Newton on the closure equations together with what drives them.
 
 A driver says what is prescribed: the actuated coordinates, the tool point or the tool's pose.  `follow` walks from a
-closed posture to the target with predictor steps that are short against the links, each corrected by Newton, and does
-not step across a posture where the equations are singular, so it stays on the branch it started from.  `assemble` takes any start (Levenberg-Marquardt) and makes no promise about the
-branch.  Steps are minimum-norm solutions with the rank cut off, so redundant rows do no harm; configurations move on
-their manifold (`pin.integrate`), so free-flying and spherical joints need no special case.
+closed posture to the target with predictor steps that are short against the links, each corrected by Newton.  A step is
+taken back where the determinant of the equations changes its sign or the direction of the motion jumps, because then a
+singular posture was stepped over: so it stays on the branch it started from.  `assemble` takes any start
+(Levenberg-Marquardt) and makes no promise about the branch.  Steps are minimum-norm solutions with the rank cut off, so
+redundant rows do no harm; configurations move on their manifold (`pin.integrate`), so free-flying and spherical joints
+need no special case.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from cutjoint.chain.kinematics import Kinematics, ToolPoint
 NEWTON_STEPS = 12
 SMALLEST_STEP = 1e-6
 MOST_STEPS = 2000
+LARGEST_TURN = 0.5
 
 
 class Driver(Protocol):
@@ -121,12 +124,16 @@ class _Linear:
         kept = self.values > tolerances.RANK.value * self.values.max(initial=0.0)
         return np.asarray(-self.right[kept].T @ ((self.left[:, kept].T @ error) / self.values[kept]))
 
-    def change(self, matrix: Array) -> float:
-        """Determinant of the equations `matrix` a step further on, relative to here: negative where a singular posture
-        lies between; 1 where the equations leave the robot free, so that nothing can be told."""
-        if len(self.values) < self.right.shape[1] or self.values[-1] <= tolerances.RANK.value * self.values[0]:
-            return 1.0
-        return float(np.linalg.det((self.left.T / self.values[:, None]) @ matrix @ self.right.T))
+    @property
+    def regular(self) -> bool:
+        """Whether the equations leave no motion free."""
+        full = len(self.values) == self.right.shape[1]
+        return full and bool(self.values[-1] > tolerances.RANK.value * self.values[0])
+
+    def flips(self, other: _Linear) -> bool:
+        """Whether the determinants here and at `other`, a step further on, differ in sign."""
+        between = (self.left.T @ other.left) @ (other.values[:, None] * (other.right @ self.right.T))
+        return bool(np.linalg.det(between / self.values[:, None]) <= 0.0)
 
 
 class Assembler:
@@ -137,31 +144,38 @@ class Assembler:
 
     def follow(self, q: Array, driver: Driver) -> Array | Stopped:
         """Walk from the closed configuration `q`, shape (nq,), to the driver's target on the same branch."""
-        fraction, step, singular = 0.0, 1.0, False
-        self._k.update(q)
-        here = _Linear.of(self._system(q, driver, 0.0)[0])
+        k, fraction, step, singular = self._k, 0.0, 1.0, False
+        scale = self._scale(driver)
+        k.update(q)
+        here = _Linear.of(self._matrix(driver))
+        rate = scale * (self._error(q, driver, 1.0) - self._error(q, driver, 0.0))
+        direction = here.solve(rate)
         for _ in range(MOST_STEPS):
             step = min(step, 1.0 - fraction)
             end = 1.0 if fraction + step > 1.0 - 1e-12 else fraction + step
-            self._k.update(q)
-            motion = here.solve(self._error(q, driver, end)) * self._k.column_scale
-            size = float(np.abs(motion / self._k.column_scale).max(initial=0.0))
+            k.update(q)
+            motion = here.solve(scale * self._error(q, driver, end))
+            size = float(np.abs(motion).max(initial=0.0))
             if not np.isfinite(size):
                 return Stopped(fraction, q, "the equations are singular")
             if size > 1.01 * tolerances.STRIDE.value:
                 step *= max(tolerances.STRIDE.value / size, 0.1)
                 singular = False
             else:
-                corrected = self._newton(pin.integrate(self._k.model, q, motion), driver, end, 0.5 * size + 1e-9)
-                matrix = None if corrected is None else self._system(corrected, driver, end)[0]
-                singular = matrix is not None and not self._passable(here, matrix)
-                if corrected is not None and matrix is not None and not singular:
-                    q, fraction = corrected, end
-                    if fraction == 1.0:
-                        return q
-                    here = _Linear.of(matrix)
-                    step *= 2.0
-                    continue
+                corrected = self._newton(
+                    pin.integrate(k.model, q, motion * k.column_scale), driver, end, 0.5 * size + 1e-9
+                )
+                singular = corrected is not None
+                if corrected is not None:
+                    k.update(corrected)
+                    there = _Linear.of(self._matrix(driver))
+                    onward = there.solve(rate)
+                    if _same_branch(here, direction, there, onward):
+                        q, fraction, here, direction = corrected, end, there, onward
+                        if fraction == 1.0:
+                            return q
+                        step *= 2.0
+                        continue
                 step *= 0.5
             if step < SMALLEST_STEP:
                 why = (
@@ -170,19 +184,12 @@ class Assembler:
                 return Stopped(fraction, q, why, singular=singular)
         return Stopped(fraction, q, f"{MOST_STEPS} steps were not enough; go there by way of nearer postures", far=True)
 
-    @staticmethod
-    def _passable(here: _Linear, matrix: Array) -> bool:
-        """Whether the equations are regular here or stay as they are: no singular posture within the step."""
-        change = here.change(matrix)
-        if change > 1e-3:
-            return True
-        return change > 0.0 and bool(np.linalg.svd(matrix, compute_uv=False)[-1] > tolerances.SINGULAR.value)
-
     def assemble(self, q: Array, driver: Driver | None, iterations: int = 100) -> Array | None:
         """A closed configuration from any start `q`, shape (nq,), or None; damped least squares, then Newton."""
         damping = 1e-3
         self._k.update(q)
-        matrix, error = self._system(q, driver, 1.0)
+        scale = self._scale(driver)
+        matrix, error = self._matrix(driver), scale * self._error(q, driver, 1.0)
         cost = float(error @ error)
         for _ in range(iterations):
             if cost < 1e-12:
@@ -190,10 +197,10 @@ class Assembler:
             normal, gradient = matrix.T @ matrix, matrix.T @ error
             while damping < 1e8:
                 motion = -np.linalg.solve(normal + damping * np.eye(len(normal)), gradient)
-                motion *= min(1.0, 1.0 / max(float(np.abs(motion).max()), 1e-12))
+                motion *= min(1.0, 1.0 / float(np.abs(motion).max(initial=1e-12)))
                 trial = pin.integrate(self._k.model, q, motion * self._k.column_scale)
                 self._k.update(trial)
-                trial_matrix, trial_error = self._system(trial, driver, 1.0)
+                trial_error = scale * self._error(trial, driver, 1.0)
                 trial_cost = float(trial_error @ trial_error)
                 if trial_cost < cost:
                     break
@@ -202,7 +209,7 @@ class Assembler:
                 return None
             if trial_cost > cost * (1.0 - 1e-4) and damping < 1e-3:
                 return None
-            q, matrix, error, cost = trial, trial_matrix, trial_error, trial_cost
+            q, matrix, error, cost = trial, self._matrix(driver), trial_error, trial_cost
             damping = max(damping * 0.2, 1e-12)
         return None
 
@@ -212,48 +219,49 @@ class Assembler:
 
     def _newton(self, q: Array, driver: Driver | None, fraction: float, reach: float) -> Array | None:
         """Newton's method from near by; None if it does not converge or moves further than `reach` (scaled)."""
-        moved, last = 0.0, np.inf
+        k, moved, last = self._k, 0.0, np.inf
         for _ in range(NEWTON_STEPS):
-            self._k.update(q)
-            worst = self._worst(q, driver, fraction)
+            k.update(q)
+            error = self._error(q, driver, fraction)
+            worst = float(np.abs(error).max(initial=0.0))
             if not np.isfinite(worst) or (worst > 0.5 * last and worst > tolerances.CLOSURE.value):
                 return None
             if worst < 1e-15 or (worst < tolerances.CLOSURE.value and worst > 0.1 * last):
                 return q
             last = worst
-            motion = self._step(q, driver, fraction)
-            moved += float(np.abs(motion / self._k.column_scale).max(initial=0.0))
+            motion = _Linear.of(self._matrix(driver)).solve(self._scale(driver) * error)
+            moved += float(np.abs(motion).max(initial=0.0))
             if moved > reach:
                 return None
-            q = pin.integrate(self._k.model, q, motion)
+            q = pin.integrate(k.model, q, motion * k.column_scale)
         return None
 
-    def _worst(self, q: Array, driver: Driver | None, fraction: float) -> float:
-        closure = np.abs(self._k.closure.residual(self._k.data, q)).max(initial=0.0)
-        if driver is None:
-            return float(closure)
-        return float(max(closure, np.abs(driver.error(self._k.data, q, fraction)).max(initial=0.0)))
-
-    def _system(self, q: Array, driver: Driver | None, fraction: float) -> tuple[Array, Array]:
-        """Scaled Jacobian and error of closure and driver at the updated configuration."""
+    def _matrix(self, driver: Driver | None) -> Array:
+        """Scaled Jacobian of closure and driver at the updated configuration."""
         k = self._k
-        matrix = k.scaled_jacobian()
+        matrix = k.closure.jacobian(k.data)
         if driver is not None:
-            rows = self._driver_scale(driver)[:, None] * driver.jacobian(k.data) * k.column_scale
-            matrix = np.concatenate([matrix, rows])
-        return matrix, self._error(q, driver, fraction)
+            matrix = np.concatenate([matrix, driver.jacobian(k.data)])
+        return np.asarray(self._scale(driver)[:, None] * matrix * k.column_scale)
 
     def _error(self, q: Array, driver: Driver | None, fraction: float) -> Array:
-        """Scaled error of closure and driver at the updated configuration."""
+        """Error of closure and driver at the updated configuration, [m] and [rad]."""
+        residual = self._k.closure.residual(self._k.data, q)
+        return residual if driver is None else np.concatenate([residual, driver.error(self._k.data, q, fraction)])
+
+    def _scale(self, driver: Driver | None) -> Array:
+        """Factor per row that makes errors dimensionless."""
         k = self._k
-        error = k.row_scale * k.closure.residual(k.data, q)
         if driver is None:
-            return np.asarray(error)
-        return np.concatenate([error, self._driver_scale(driver) * driver.error(k.data, q, fraction)])
+            return k.row_scale
+        return np.concatenate([k.row_scale, np.where(driver.is_length, 1.0 / k.length, 1.0)])
 
-    def _driver_scale(self, driver: Driver) -> Array:
-        return np.where(driver.is_length, 1.0 / self._k.length, 1.0)
 
-    def _step(self, q: Array, driver: Driver | None, fraction: float) -> Array:
-        matrix, error = self._system(q, driver, fraction)
-        return np.asarray(_Linear.of(matrix).solve(error) * self._k.column_scale)
+def _same_branch(here: _Linear, direction: Array, there: _Linear, onward: Array) -> bool:
+    """Whether a step from `here` to `there` stayed clear of singular postures, by the equations and by the directions
+    of the motion at both ends; where the equations leave motions free, nothing can be told."""
+    if not here.regular:
+        return True
+    turn = float(np.abs(onward - direction).max(initial=0.0))
+    size = max(float(np.abs(direction).max(initial=0.0)), float(np.abs(onward).max(initial=0.0)))
+    return bool(there.values[-1] > tolerances.SINGULAR.value) and turn <= LARGEST_TURN * size and not here.flips(there)
