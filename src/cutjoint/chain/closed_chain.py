@@ -12,17 +12,18 @@ values as there are passive velocities, so redundant rows do no harm and a singu
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
+from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.chain.assembly import ActuatedDriver, Driver, Stopped, ToolDriver
 from cutjoint.chain.full import FullChain
 from cutjoint.description.model import RobotDescription
-from cutjoint.errors import ActuationError, ClosureError, UnreachableError
+from cutjoint.errors import ActuationError, ClosureError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture, Terms, Tool
 
 
@@ -59,6 +60,7 @@ class ClosedChain(FullChain):
         Raises:
             InputError: wrong shape or not finite.
             ClosureError: on this branch the loops cannot be kept closed all the way.
+            SingularError: the way leads through a type-2 singularity, where branches meet.
         """
         target = as_vector("q", q, self.n)
         start = self._full(near)
@@ -73,6 +75,8 @@ class ClosedChain(FullChain):
 
         found = self._walk(start, start[self._q_index], target, driver)
         if isinstance(found, Stopped):
+            if found.singular:
+                raise self._crossing(f"be closed at {self._show(target)}", found, "type-2", self._type2(found.q))
             distance, angle, cut = self._open_gap(found, target)
             raise ClosureError(
                 f"{self.name} cannot be closed at {self._show(target)}: from {self._show(start[self._q_index])} it got "
@@ -97,6 +101,7 @@ class ClosedChain(FullChain):
         Raises:
             InputError: wrong shape, not finite, or the robot has no tool.
             UnreachableError: the tool cannot come there on this branch.
+            SingularError: the way leads through a type-1 singularity, where branches meet.
         """
         target = as_vector("p", p, 3, "m")
         tool = self._need_tool()
@@ -105,6 +110,9 @@ class ClosedChain(FullChain):
         origin = np.array(tool.pose(self._k.data).translation)
         found = self._walk(start, origin, target, lambda here, goal: ToolDriver(tool, here, goal))
         if isinstance(found, Stopped):
+            if found.singular:
+                type1 = self.mobility(self._posture(found.q)).type1
+                raise self._crossing(f"reach {np.round(target, 6).tolist()} m", found, "type-1", type1)
             self._k.update(found.q)
             reached = readonly(tool.pose(self._k.data).translation)
             raise UnreachableError(
@@ -207,7 +215,7 @@ class ClosedChain(FullChain):
         Raises:
             InputError: no tool, or not a mass.
         """
-        return ClosedChain(self.description.with_payload(mass))
+        return ClosedChain(self.description.with_payload(mass), self._home_name)
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
@@ -253,8 +261,10 @@ class ClosedChain(FullChain):
         A detour is tried only where the robot can be closed at the target at all.
         """
         straight = self._assembler.follow(q, driver(origin, target))
-        if not isinstance(straight, Stopped) or self._assembler.assemble(straight.q, driver(target, target)) is None:
+        if not isinstance(straight, Stopped) or straight.far:
             return straight
+        if self._assembler.assemble(straight.q, driver(target, target)) is None:
+            return replace(straight, singular=False)
         for corner in _detours(origin, target, self.length):
             there = self._assembler.follow(q, driver(origin, corner))
             if isinstance(there, Stopped):
@@ -263,6 +273,16 @@ class ClosedChain(FullChain):
             if not isinstance(found, Stopped):
                 return found
         return straight
+
+    def _crossing(self, what: str, stopped: Stopped, kind: str, measure: float) -> SingularError:
+        return SingularError(
+            f"{self.name} cannot {what} without leaving its branch: {stopped.fraction:.1%} of the way, at "
+            f"{self._show(stopped.q[self._q_index])}, {stopped.why} (distance to a {kind} singularity {measure:.2g}); "
+            "start from a posture beyond it",
+            kind=kind,
+            measure=measure,
+            limit=tolerances.SINGULAR.value,
+        )
 
     def _open_gap(self, stopped: Stopped, target: Array) -> tuple[float, float, str]:
         """Gaps that stay with the actuators moved on to `target` from where `_walk` stopped."""

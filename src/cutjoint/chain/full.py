@@ -6,6 +6,7 @@ Closing from any configuration, mobility, constrained forward dynamics with loop
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -53,7 +54,8 @@ class FullChain:
         self._passive = np.setdiff1d(np.arange(self.model.nv), self._v_index)
         self._selection = np.eye(self.model.nv)[self._v_index]
         self._dynamics = FullDynamics(self._k)
-        self._home = self._close_home(description, home)
+        self._home_name = home
+        self._home = self._known = self._close_home(description, home)
 
     # ---- names and sizes -------------------------------------------------------------------------------------------
 
@@ -201,7 +203,11 @@ class FullChain:
 
     def mobility(self, at: Posture | None = None) -> MobilityReport:
         """Mobility, redundancy and distance to singularities at a posture (default home)."""
-        return mobility_report(self._k, self._v_index, self._tool, self._tool_directions, self._full(at))
+        q = self._full(at)
+        report = mobility_report(self._k, self._v_index, self._tool, self._tool_directions, q)
+        if report.determined or q is self._home.q_full or not self._determined.determined:
+            return report
+        return replace(report, type2=self._type2(q))
 
     def limit_violations(self, at: Posture) -> Mapping[str, tuple[float, float, float]]:
         """Joints beyond their limits: name -> (value, lower, upper), [m] or [rad]."""
@@ -378,18 +384,31 @@ class FullChain:
         return self._tool
 
     def _full(self, at: Posture | None) -> Array:
-        q = self._home.q_full if at is None else at.q_full
-        if q.shape != (self.nq,):
+        """Full configuration of a posture (default home) that this robot, or one of the same geometry, made."""
+        if at is None or at is self._home or at is self._known:
+            return (self._home if at is None else at).q_full
+        if not isinstance(at, Posture):
+            raise InputError(f"a posture is wanted, such as {self.name} makes by close() or reach(); found {at!r}")
+        if at.q_full.shape != (self.nq,):
             raise InputError(
-                f"this posture has {q.size} coordinates, {self.name} has {self.nq}; make it with this robot's "
+                f"this posture has {at.q_full.size} coordinates, {self.name} has {self.nq}; make it with this robot's "
                 "close() or reach()"
             )
-        return q
+        self._k.update(at.q_full)
+        distance, angle, cut = self._k.gap(at.q_full)
+        if not max(distance, angle) < 10.0 * tolerances.CLOSURE.value:
+            raise InputError(
+                f"this posture leaves cut '{cut}' of {self.name} open by {distance:.3g} m, {angle:.3g} rad; make it "
+                "with this robot's close() or reach()"
+            )
+        self._known = at
+        return at.q_full
 
     def _posture(self, q: Array) -> Posture:
         self._k.update(q)
         distance, angle, _ = self._k.gap(q)
-        return Posture(q[self._q_index], q, (distance, angle))
+        self._known = Posture(q[self._q_index], q, (distance, angle))
+        return self._known
 
     def _type2(self, q: Array) -> float:
         self._k.update(q)

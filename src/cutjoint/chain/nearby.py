@@ -20,6 +20,9 @@ from cutjoint.chain.rigid import RigidConstraints
 SMALLEST_PIVOT = 1e-3
 """Smallest to largest pivot; below it the chosen rows are not trusted."""
 
+LARGEST_CHANGE = 2.0
+"""Largest change of the determinant, up or down, over a step: a singular posture within it would change more."""
+
 NEWTON_STEPS = 5
 
 
@@ -67,15 +70,17 @@ class Nearby:
         wanted = move / self._k.column_scale[self._actuated]
         if np.abs(wanted).max() > tolerances.STRIDE.value:
             return None
-        last = np.inf
+        last, start = np.inf, 0.0
         for step in range(NEWTON_STEPS):
             self._rigid.update(q)
             residual = self._row_scale * self._rigid.residual()
-            if step and np.abs(residual).max() < 1e-2 * tolerances.CLOSURE.value:
-                return q
             matrix = self._rigid.jacobian()[self._rows] * self._chosen_scale
+            if step and np.abs(residual).max() < 1e-2 * tolerances.CLOSURE.value:
+                change = np.linalg.det(matrix[:, self._passive]) / start
+                return q if 1.0 / LARGEST_CHANGE < change < LARGEST_CHANGE else None
             right = residual[self._rows]
             if step == 0:
+                start = np.linalg.det(matrix[:, self._passive])
                 right = right + matrix[:, self._actuated] @ wanted
             factors, _, solved, failed = dgesv(matrix[:, self._passive], right)
             size = float(np.abs(solved).max())
