@@ -80,6 +80,7 @@ class Bridge:
         self._tab_came = threading.Event()
         self._numbers = iter(range(1, 1 << 62))
         self._loop = asyncio.new_event_loop()
+        self._ending = asyncio.Event()
         self._sockets, self.port = _bind(host, port)
         self.host = host
         self._names = _names(host)
@@ -129,7 +130,7 @@ class Bridge:
         """Close tabs and port.  Harmless when already stopped."""
         if self._scene is not None:
             self._scene.listener = None
-        self._call(self._loop.stop)
+        self._call(self._ending.set)
         self._thread.join(STOP_SECONDS)
 
     def __enter__(self) -> Bridge:
@@ -158,10 +159,10 @@ class Bridge:
         async def serve() -> None:
             server.add_sockets(self._sockets)
             self._ready.set()
+            await self._ending.wait()
 
         try:
             self._loop.run_until_complete(serve())
-            self._loop.run_forever()
         finally:
             server.stop()
             for tab in tuple(self._tabs):

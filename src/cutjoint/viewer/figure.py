@@ -73,6 +73,17 @@ class Figure:
         """Scene path of a link."""
         return self._paths[link]
 
+    def labels(self) -> list[dict[str, str]]:
+        """Names of the actuators and the tool, and the paths where they are shown."""
+        joints = {joint.name: joint for joint in self.chain.description.joints}
+        found = [
+            {"text": a.name, "path": self.link_path(joints[a.name].child), "colour": css(self.colours[a.name])}
+            for a in self.chain.actuators
+        ]
+        if self.chain.description.tool is not None:
+            found.append({"text": "tool", "path": f"{ROOT}/tool", "colour": "#20242a"})
+        return found
+
     def pose(self, at: Posture) -> None:
         """Show posture `at`, in one batch."""
         with self.scene.batch():

@@ -55,7 +55,7 @@ def playback(chain: ClosedChain, recording: Recording, title: str = "") -> Docum
         "about": list(recording.about),
         "duration": recording.duration,
         "legend": [{"text": name, "colour": css(colour)} for name, colour in figure.colours.items()],
-        "labels": _labels(chain, figure),
+        "labels": figure.labels(),
         "time": _rounded(recording.time),
         "effort": [],
         "error": None,
@@ -72,17 +72,6 @@ def playback(chain: ClosedChain, recording: Recording, title: str = "") -> Docum
         _animate(figure, recording)
     data["toggles"] = [{"title": t, "paths": p, "shown": s} for t, (p, s) in figure.toggles.items()]
     return Document(figure.scene, data)
-
-
-def _labels(chain: ClosedChain, figure: Figure) -> list[dict[str, str]]:
-    joints = {joint.name: joint for joint in chain.description.joints}
-    found = [
-        {"text": a.name, "path": figure.link_path(joints[a.name].child), "colour": css(figure.colours[a.name])}
-        for a in chain.actuators
-    ]
-    if chain.description.tool is not None:
-        found.append({"text": "tool", "path": f"{ROOT}/tool", "colour": "#20242a"})
-    return found
 
 
 def _trails(figure: Figure, recording: Recording, data: dict[str, Any]) -> None:

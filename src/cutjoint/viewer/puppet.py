@@ -2,35 +2,41 @@
 
 A move goes as far as it can.  It stops at a joint limit, where the loops cannot be kept closed or the tool cannot go
 (the edge of the workspace), and before a singularity; the posture stays closed and on its branch, and `stop` says why.
-Where exactly it stops is found by halving the way that is left.  No browser and no server here.
+No browser and no server here.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.kinematics import velocity_scale
 from cutjoint.description.model import JointType
-from cutjoint.errors import ActuationError, ClosureError, CutjointError, InputError, SingularError, UnreachableError
+from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture
 from cutjoint.viewer.figure import Figure, css, limb_of
 
 NEAR_SINGULAR = 2e-3
 """A move stops where the distance to a singularity (dimensionless) would fall below this, or below half that of home."""
 
-HALVINGS = 14
-"""The place where a move stops is found to 1/2^14 of the move."""
+SMALLEST_MOTION = 1e-3
+SMALLEST_STEP = 1e-6
+"""The place where a move stops is found to this motion of the joints (dimensionless), or this part of the move."""
 
-WORKSPACE_SAMPLES = 200
+WORKSPACE_SAMPLES = 40
 FREE_TURN = math.pi
 AXES = ("x", "y", "z")
 ROUNDING = 1e-9
+
+Go = Callable[[float, Posture], Posture]
+"""The posture at a fraction of a move, from a posture near it."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +82,7 @@ class Puppet:
         self.mode = 0
         self.box: Array | None = None
         report = chain.mobility(chain.home)
-        self._report = report
+        self._scale = velocity_scale(chain.model, chain.length)
         nearest = min((x for x in (report.type1, report.type2) if math.isfinite(x)), default=math.inf)
         self._guard = min(NEAR_SINGULAR, 0.5 * nearest)
         self._joints = {joint.name: joint for joint in chain.description.joints}
@@ -96,9 +102,8 @@ class Puppet:
         name, unit = self.chain.actuators[index].name, self.chain.actuators[index].unit
         lower, upper = self._range(index)
         target[index] = min(max(value, lower), upper)
-        near = self.at
 
-        def go(fraction: float) -> Posture:
+        def go(fraction: float, near: Posture) -> Posture:
             return self.chain.close(start + fraction * (target - start), near)
 
         self._move(go, lambda at: f"{name} {at.q[index]:.4g} {unit}")
@@ -118,9 +123,8 @@ class Puppet:
             raise InputError(f"{self.chain.name} has no tool to pull")
         target = start.copy()
         target[axis] = value
-        near = self.at
 
-        def go(fraction: float) -> Posture:
+        def go(fraction: float, near: Posture) -> Posture:
             return self.chain.reach(start + fraction * (target - start), near)
 
         def where(at: Posture) -> str:
@@ -159,27 +163,24 @@ class Puppet:
                 self.stop = Stop("workspace", "this mode cannot hold the tool where it was; it is shown at home")
         self.at, self.mode = found, index
 
-    def sample_workspace(self) -> Iterator[bool]:
+    def sample_workspace(self, samples: int = WORKSPACE_SAMPLES) -> Iterator[bool]:
         """Widen `box` by one random posture of this branch each time; yields whether it has changed."""
         random = np.random.default_rng(0)
         sliders = self.actuated_sliders()
         low, high = (np.array([getattr(s, end) for s in sliders]) for end in ("lower", "upper"))
-        near = self.chain.home
-        home = self.tool_position(near)
+        at = self.chain.home
+        home = self.tool_position(at)
         if home is None or not sliders:
             return
         self.box = np.array([home, home])
-        for _ in range(WORKSPACE_SAMPLES):
-            try:
-                near = self.chain.close(random.uniform(low, high), near)
-            except (ClosureError, SingularError):
-                yield False
-                continue
-            if self._refusal(near, {}) is not None:
-                near = self.chain.home
-                yield False
-                continue
-            position = self.tool_position(near)
+        for _ in range(samples):
+            start, target = np.array(at.q), random.uniform(low, high)
+
+            def go(fraction: float, near: Posture, start: Array = start, target: Array = target) -> Posture:
+                return self.chain.close(start + fraction * (target - start), near)
+
+            at, _ = self._walk(at, go)
+            position = self.tool_position(at)
             before = self.box
             if position is not None:
                 self.box = np.array([np.minimum(before[0], position), np.maximum(before[1], position)])
@@ -234,12 +235,13 @@ class Puppet:
             "actuated": [slider.as_json() for slider in self.actuated_sliders()],
             "tool": [slider.as_json() for slider in self.tool_sliders()],
             "modes": self.mode_names(),
+            "labels": self._figure.labels(),
             "toggles": [{"title": t, "paths": p, "shown": s} for t, (p, s) in self._figure.toggles.items()],
         }
 
     def state(self) -> dict[str, Any]:
         """The posture and its live figures, as JSON; None where a figure is not defined."""
-        report = self._report if self.at is self.chain.home else self.chain.mobility(self.at)
+        report = self.chain.mobility(self.at)
         position = self.tool_position(self.at)
         effort: list[float] | None = None
         try:
@@ -281,55 +283,70 @@ class Puppet:
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
-    def _move(self, go: Callable[[float], Posture], where: Callable[[Posture], str]) -> None:
+    def _move(self, go: Go, where: Callable[[Posture], str]) -> None:
         """Take the longest part of a move that is allowed, and say what ended it."""
-        before = self.chain.limit_violations(self.at)
-        found, stop = self._try(go, 1.0, before)
-        if found is not None:
-            self.at, self.stop = found, None
-            return
-        done, open_end, last = 0.0, 1.0, self.at
-        for _ in range(HALVINGS):
-            middle = 0.5 * (done + open_end)
-            found, why = self._try(go, middle, before)
-            if found is not None:
-                done, last = middle, found
-            else:
-                open_end, stop = middle, why
-        self.at = last
-        self.stop = None if stop is None else Stop(stop.kind, f"Stopped at {where(last)}: {stop.text}")
+        self.at, stop = self._walk(self.at, go)
+        self.stop = None if stop is None else Stop(stop.kind, f"Stopped at {where(self.at)}: {stop.text}")
 
-    def _try(
-        self, go: Callable[[float], Posture], fraction: float, before: Any
-    ) -> tuple[Posture | None, Stop | None]:
+    def _walk(self, at: Posture, go: Go) -> tuple[Posture, Stop | None]:
+        """Walk from `at` along `go`; returns how far it came and what ended it, if anything did.
+
+        A step moves no joint by more than half the distance to a singularity (both dimensionless), so none is stepped
+        over and the branch is kept.  Watching a determinant change sign would be cheaper and is not enough: in a
+        symmetric robot two limbs pass their singularities at once.
+        """
+        before, distances = self.chain.limit_violations(at), self._distances(at)
+        done, step = 0.0, 1.0
+        while done < 1.0:
+            end = min(1.0, done + step)
+            stride = max(0.5 * min(*distances, 1.0), SMALLEST_MOTION)
+            found, stop = self._try(go, end, at)
+            motion = math.inf if found is None else self._motion(at, found)
+            if found is not None and motion <= stride:
+                there = self._distances(found)
+                stop = self._refusal(found, before, distances, there)
+                if stop is None:
+                    at, done, distances = found, end, there
+                    step *= 2.0
+                    continue
+            step = (end - done) * (min(0.5, 0.9 * stride / motion) if math.isfinite(motion) else 0.5)
+            if step < SMALLEST_STEP or (stop is not None and motion < SMALLEST_MOTION):
+                return at, stop or Stop("singularity", "a singularity is near: the joints would have to move very fast")
+        return at, None
+
+    def _try(self, go: Go, fraction: float, near: Posture) -> tuple[Posture | None, Stop | None]:
         try:
-            found = go(fraction)
+            return go(fraction, near), None
         except SingularError as error:
             return None, Stop("singularity", f"a {error.kind} singularity lies ahead")
         except UnreachableError:
             return None, Stop("workspace", "this is the edge of the workspace; the tool cannot go further on this branch")
         except ClosureError:
-            return None, Stop("workspace", "the loops cannot be kept closed beyond (a type-2 singularity bounds the motion)")
-        except CutjointError as error:
-            return None, Stop("limit", str(error))
-        refusal = self._refusal(found, before)
-        return (found, None) if refusal is None else (None, refusal)
+            return None, Stop("workspace", "the loops cannot be kept closed beyond; a type-2 singularity bounds the motion")
 
-    def _refusal(self, at: Posture, before: Any) -> Stop | None:
+    def _refusal(
+        self, at: Posture, before: Mapping[str, object], last: tuple[float, float], now: tuple[float, float]
+    ) -> Stop | None:
+        """Why `at` must not be taken, at distances `now` to singularities, coming from distances `last`."""
         for name, (value, lower, upper) in self.chain.limit_violations(at).items():
             if name not in before and not lower - ROUNDING <= value <= upper + ROUNDING:
                 unit = "m" if self._joints[name].type is JointType.PRISMATIC else "rad"
                 return Stop("limit", f"joint {name} is at its limit {lower if value < lower else upper:.4g} {unit}")
-        if math.isfinite(self._guard) and self._guard > 0:
-            report = self.chain.mobility(at)
-            for kind, value in (("type-1", report.type1), ("type-2", report.type2)):
-                if value < self._guard and not value >= self._distance(kind):
-                    return Stop("singularity", f"a {kind} singularity is near (distance {value:.2g})")
+        for kind, here, there in zip(("type-1", "type-2"), now, last, strict=True):
+            if here < self._guard and here < there:
+                return Stop("singularity", f"a {kind} singularity is near (distance {here:.2g})")
         return None
 
-    def _distance(self, kind: str) -> float:
-        report = self.chain.mobility(self.at)
-        return report.type1 if kind == "type-1" else report.type2
+    def _distances(self, at: Posture) -> tuple[float, float]:
+        """Distance to type-1 and type-2 singularities; infinite where undefined."""
+        report = self.chain.mobility(at)
+        type1, type2 = (x if math.isfinite(x) else math.inf for x in (report.type1, report.type2))
+        return type1, type2
+
+    def _motion(self, start: Posture, end: Posture) -> float:
+        """Largest motion of any joint between two postures, lengths over the characteristic length."""
+        difference = pin.difference(self.chain.model, np.array(start.q_full), np.array(end.q_full))
+        return float(np.abs(difference / self._scale).max(initial=0.0))
 
 
 def _number(value: float) -> float | None:

@@ -117,10 +117,12 @@ function build(controls) {
   byId("tool-section").hidden = controls.tool.length === 0;
   byId("mode").replaceChildren(...controls.modes.map((name, index) => new Option(name, index)));
   state.controls = controls;
-  fillToggles(byId("toggles"), [...controls.toggles, { title: "Tool trail", shown: false }], stage, (title, shown) => {
+  const own = [{ title: "Tool trail", shown: false }, { title: "Names", shown: false }];
+  fillToggles(byId("toggles"), [...controls.toggles, ...own], stage, (title, shown) => {
+    if (title === "Names") return stage.setLabels(shown ? controls.labels : []);
     trail.line.visible = shown;
     if (!shown) { trail.count = 0; trail.line.geometry.setDrawRange(0, 0); }
-    stage.viewer.set_dirty();
+    return stage.viewer.set_dirty();
   });
   if (state.last) update(state.last);
 }

@@ -62,7 +62,7 @@ class Stage {
       const point = new MeshCat.THREE.Vector3().setFromMatrixPosition(this.node(path).matrixWorld).project(camera);
       const w = box.offsetWidth, h = box.offsetHeight;
       const x = Math.min(Math.max((point.x + 1) / 2 * width + 12, 4), Math.max(width - w - 4, 4));
-      const y = Math.min(Math.max((1 - point.y) / 2 * height - h / 2, 4), Math.max(height - h - 4, 4));
+      const y = Math.min(Math.max((1 - point.y) / 2 * height - 1.6 * h, 4), Math.max(height - h - 4, 4));
       placed.push({ box, x, y, w, h, behind: point.z > 1 });
     }
     placed.sort((a, b) => a.y - b.y);

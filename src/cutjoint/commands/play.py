@@ -1,0 +1,99 @@
+"""`cutjoint play`: a simulation, or a trajectory followed exactly, in the browser or in one file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cutjoint.commands.output import console
+from cutjoint.commands.view import announce, write
+
+if TYPE_CHECKING:
+    from cutjoint.chain import ClosedChain
+    from cutjoint.simulation import Result
+    from cutjoint.viewer import Document
+
+RESULT_SUFFIX = ".npz"
+
+
+def command(
+    source: Annotated[
+        str,
+        typer.Argument(metavar="RESULT|ROBOT", help="A result that `cutjoint simulate --save` wrote, or a robot."),
+    ],
+    trajectory: Annotated[
+        str | None, typer.Option(metavar="NAME", help="With a robot: the trajectory that it follows exactly.")
+    ] = None,
+    robot: Annotated[
+        str | None, typer.Option(metavar="ROBOT", help="With a result: the robot, where its file does not tell.")
+    ] = None,
+    variant: Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")] = None,
+    html: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write one HTML file that plays anywhere, without a network.")
+    ] = None,
+    png: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a picture, through a headless browser.")] = None,
+    time: Annotated[float, typer.Option(min=0.0, help="Time of the picture [s].")] = 0.0,
+    size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "1280x800",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="First port to try; 0 lets the system choose.")] = 7000,
+    host: Annotated[str, typer.Option(help="Address to listen on; other than loopback it is open to others.")] = "127.0.0.1",
+    open_browser: Annotated[bool, typer.Option("--open/--no-open", help="Open a browser where there is a screen.")] = True,
+) -> None:
+    """Play a simulation with its desired and actual path and the efforts of the actuators.
+
+    A robot with `--trajectory` follows it exactly, with the efforts of inverse dynamics.  `--html` writes the same
+    page as one file that makes no network request.
+    """
+    from cutjoint.viewer import Bridge
+
+    document = _document(source, trajectory, robot, variant)
+    if html is not None or png is not None:
+        write(document, html, png, time, size)
+        return
+    with Bridge(document.files(), host=host, port=port) as bridge:
+        announce(bridge.url, bridge.open_to_others, host, open_browser)
+        try:
+            bridge.wait()
+        except KeyboardInterrupt:
+            console().print("closed")
+
+
+def _document(source: str, trajectory: str | None, robot: str | None, variant: str | None) -> Document:
+    from cutjoint.commands.motions import trajectory_of
+    from cutjoint.errors import InputError
+    from cutjoint.robots import load
+    from cutjoint.viewer import play
+
+    if source.endswith(RESULT_SUFFIX):
+        from cutjoint.simulation import load as load_result
+
+        if trajectory is not None:
+            raise InputError("a result has its trajectory in it; --trajectory goes with a robot")
+        result = load_result(source)
+        return play(_chain_of(result, robot, variant), result)
+    if trajectory is None:
+        raise InputError(f"say what {source} should do with --trajectory NAME, or give a result file ({RESULT_SUFFIX})")
+    if robot is not None:
+        raise InputError("--robot goes with a result file; here the robot is the first argument")
+    chain = load(source, variant)
+    return play(chain, trajectory_of(chain, trajectory))
+
+
+def _chain_of(result: Result, robot: str | None, variant: str | None) -> ClosedChain:
+    """The robot that a result was made with: as asked for, else as the result names it."""
+    from cutjoint.errors import InputError, UnknownNameError
+    from cutjoint.robots import load
+
+    if robot is not None:
+        return load(robot, variant)
+    named = str(result.about.get("robot", ""))
+    name, _, rest = named.partition(" ")
+    try:
+        chain = load(name, variant)
+    except UnknownNameError as error:
+        raise InputError(f"the result was made with '{named}', which is no robot here; name it with --robot") from error
+    made_with = rest.strip("()")
+    if variant is None and made_with in {one.name for one in chain.description.variants}:
+        return load(name, made_with)
+    return chain

@@ -1,0 +1,92 @@
+"""`cutjoint view`: a robot in the browser, with sliders; or one posture as a page or a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cutjoint.commands.output import console
+
+if TYPE_CHECKING:
+    from cutjoint.viewer import Document
+
+HOST_WARNING = (
+    "[bold yellow]warning:[/] the viewer is open to every machine that can reach {host}: anyone there can see the robot "
+    "and move its picture. Nothing is encrypted and no password is asked."
+)
+
+
+def command(
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")],
+    variant: Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")] = None,
+    home: Annotated[str | None, typer.Option(help="Named home posture; default the first.")] = None,
+    html: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the home posture as one HTML file instead.")
+    ] = None,
+    png: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the home posture as a picture instead.")
+    ] = None,
+    size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "1280x800",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="First port to try; 0 lets the system choose.")] = 7000,
+    host: Annotated[str, typer.Option(help="Address to listen on; other than loopback it is open to others.")] = "127.0.0.1",
+    open_browser: Annotated[bool, typer.Option("--open/--no-open", help="Open a browser where there is a screen.")] = True,
+) -> None:
+    """Show a robot in the browser: sliders for its actuators and its tool, loops closed all the time.
+
+    The page shows the loop gap, mobility, distance to singularities and the effort that holds the robot against
+    gravity, and says why a slider stops.  The server listens on this machine only and ends with the program (Ctrl-C).
+    """
+    from cutjoint.robots import load
+    from cutjoint.viewer import LiveView, show
+
+    chain = load(robot, variant, home)
+    if html is not None or png is not None:
+        write(show(chain), html, png, 0.0, size)
+        return
+    with LiveView(chain, host=host, port=port) as view:
+        announce(view.url, view.bridge.open_to_others, host, open_browser)
+        try:
+            view.wait()
+        except KeyboardInterrupt:
+            console().print("closed")
+
+
+def write(document: Document, html: Path | None, png: Path | None, time: float, size: str) -> None:
+    """Write a page, a picture or both, and say how large they are."""
+    width, height = pixels(size)
+    if html is not None:
+        console().print(f"wrote {html}: {document.save(html) / 1e6:.2f} MB, one file, no network needed")
+    if png is not None:
+        written = document.picture(png, time=time, width=width, height=height)
+        console().print(f"wrote {png}: {width} x {height} pixels, {written / 1e6:.2f} MB")
+
+
+def pixels(size: str) -> tuple[int, int]:
+    """Width and height of `WxH`.
+
+    Raises:
+        InputError: it does not read like that.
+    """
+    from cutjoint.errors import InputError
+
+    width, cross, height = size.lower().partition("x")
+    if not (cross and width.isdecimal() and height.isdecimal()):
+        raise InputError(f"the size of a picture is given like 1280x800, found {size!r}")
+    return int(width), int(height)
+
+
+def announce(url: str, open_to_others: bool, host: str, open_browser: bool) -> None:
+    """Print the address, warn where others can reach it, and open a browser where there is a screen."""
+    import os
+    import sys
+
+    if open_to_others:
+        console().print(HOST_WARNING.format(host=host))
+    console().print(f"viewer at [bold]{url}[/]  (Ctrl-C ends it)")
+    screen = sys.platform in ("darwin", "win32") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    if open_browser and screen:
+        import webbrowser
+
+        webbrowser.open(url)

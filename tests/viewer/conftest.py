@@ -1,0 +1,92 @@
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from functools import cache
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cutjoint.chain import ClosedChain
+from cutjoint.robots import load
+from cutjoint.viewer.browser import find_browser, flags
+
+ROBOTS = ("cpm", "omega3")
+
+
+@cache
+def chain_of(name: str) -> ClosedChain:
+    return load(name)
+
+
+@pytest.fixture(params=ROBOTS)
+def chain(request: pytest.FixtureRequest) -> ClosedChain:
+    """Each of the two robots, by its own inertias."""
+    return chain_of(request.param)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """A headless Chromium, one for all tests; they skip where there is none."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    path = find_browser()
+    if path is None:
+        pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
+    with api.sync_playwright() as play:
+        running = play.chromium.launch(executable_path=path, args=flags())
+        yield running
+        running.close()
+
+
+class Tab:
+    """A page, and everything that went wrong in it."""
+
+    def __init__(self, page: Any) -> None:
+        self.page = page
+        self.errors: list[str] = []
+        self.requests: list[str] = []
+        page.on("console", lambda message: self.errors.append(message.text) if message.type == "error" else None)
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+        page.on("request", lambda request: self.requests.append(request.url))
+
+    def go(self, url: str) -> None:
+        self.page.goto(url)
+        self.page.wait_for_function("document.documentElement.dataset.ready === 'yes'", timeout=30_000)
+
+    def pixels(self) -> np.ndarray[Any, Any]:
+        """The 3-D scene as drawn, shape (height, width, 3), 0 to 255."""
+        from PIL import Image
+
+        self.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        shot = self.page.locator("#pane").screenshot()
+        return np.asarray(Image.open(BytesIO(shot)).convert("RGB")).astype(int)
+
+
+@pytest.fixture
+def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
+    """Opens tabs in a fresh context each, 700 x 500 pixels."""
+    contexts = []
+
+    def make(offline: bool = False) -> Tab:
+        context = browser.new_context(viewport={"width": 900, "height": 500}, offline=offline)
+        contexts.append(context)
+        return Tab(context.new_page())
+
+    yield make
+    for context in contexts:
+        context.close()
+
+
+def changed(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> int:
+    """Number of pixels that differ visibly."""
+    return int((np.abs(a - b).max(axis=2) > 24).sum())
+
+
+@pytest.fixture(autouse=True)
+def no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No test opens a window."""
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        if name in os.environ:
+            monkeypatch.delenv(name)
