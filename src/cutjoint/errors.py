@@ -223,3 +223,7 @@ class ResultFileError(CutjointError):
 
 class ViewerError(CutjointError):
     """The viewer cannot start, finds no browser, or waited in vain."""
+
+
+class CompileError(CutjointError):
+    """A model cannot be compiled, or what was compiled does not agree with it."""
