@@ -63,11 +63,12 @@ def command(
 
 
 def _compare(chain: Any, reference: Any, samples: int, seed: int) -> Comparison:
+    from rich.console import Console
     from rich.progress import Progress
 
     from cutjoint.crosscheck import compare, sample_states
 
-    with Progress(transient=True) as bar:
+    with Progress(transient=True, console=Console(stderr=True)) as bar:
         task = bar.add_task(f"{chain.name}: {samples} states", total=samples)
         states = sample_states(reference, samples, seed)
         return compare(chain, reference, states, lambda done: bar.update(task, completed=done))

@@ -33,7 +33,7 @@ QUANTITIES = (
 
 @dataclass(frozen=True)
 class Row:
-    """Worst relative error of one quantity over all samples, its tolerance, and the sample where it was found."""
+    """Worst relative error of one quantity over all samples, its tolerance, and the number of that sample, from 0."""
 
     quantity: str
     error: float
@@ -63,8 +63,8 @@ class Comparison:
 
     @property
     def passes(self) -> bool:
-        """Whether every quantity agrees and no state was refused."""
-        return self.refused == 0 and all(row.passes for row in self.rows)
+        """Whether every quantity agrees, in at least one state, and no state was refused."""
+        return self.refused == 0 and bool(self.rows) and all(row.passes for row in self.rows)
 
     def require(self) -> None:
         """Raise where the models do not agree.
@@ -78,6 +78,8 @@ class Comparison:
         text = ", ".join(f"{name} {error:.2e} (allowed {allowed:.0e})" for name, (error, allowed) in worst.items())
         if self.refused:
             text = f"{self.refused} of {self.samples} states refused ({self.reason}); {text}".rstrip("; ")
+        if not self.samples:
+            text = "there was no state to compare them at"
         raise ToleranceError(f"{self.checked} and {self.reference} disagree: {text}", worst=worst)
 
 
@@ -88,7 +90,7 @@ def compare(
     progress: Callable[[int], None] | None = None,
 ) -> Comparison:
     """Compare two models of one robot at `states`, which were sampled from `reference`."""
-    errors: list[dict[str, tuple[float, float]]] = []
+    errors: dict[int, dict[str, tuple[float, float]]] = {}
     refused, reason, count = 0, "", 0
     known: list[tuple[Array, Posture]] = [(checked.tool(checked.home).position, checked.home)]
     for count, state in enumerate(states, start=1):
@@ -102,28 +104,26 @@ def compare(
             continue
         wanted = _evaluate(reference, state.at, state)
         natural = _natural_sizes(reference, state)
-        errors.append(
-            {
-                name: (
-                    float(np.abs(found[name] - wanted[name]).max()),
-                    max(float(np.abs(wanted[name]).max()), natural.get(name, 0.0)),
-                )
-                for name in QUANTITIES
-            }
-        )
+        errors[count - 1] = {
+            name: (
+                float(np.abs(found[name] - wanted[name]).max()),
+                max(float(np.abs(wanted[name]).max()), natural.get(name, 0.0)),
+            )
+            for name in QUANTITIES
+        }
         if progress is not None:
             progress(count)
     return Comparison(checked.name, reference.name, count, _rows(errors), refused, reason)
 
 
-def _rows(errors: list[dict[str, tuple[float, float]]]) -> tuple[Row, ...]:
-    rows = []
+def _rows(errors: dict[int, dict[str, tuple[float, float]]]) -> tuple[Row, ...]:
+    numbers, rows = list(errors), []
     for name in QUANTITIES if errors else ():
-        table = np.array([sample[name] for sample in errors])
+        table = np.array([sample[name] for sample in errors.values()])
         relative = table[:, 0] / np.maximum(table[:, 1], 1e-300)
         relative[np.isnan(relative)] = np.inf
         worst = int(np.argmax(relative))
-        rows.append(Row(name, float(relative[worst]), tolerances.AGREEMENT.value, worst))
+        rows.append(Row(name, float(relative[worst]), tolerances.AGREEMENT.value, numbers[worst]))
     return tuple(rows)
 
 

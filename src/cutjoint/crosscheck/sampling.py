@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.errors import ClosureError, SingularError, UnreachableError
+from cutjoint.errors import ClosureError, CutjointError, DynamicsError, SingularError, UnreachableError
 from cutjoint.mechanism import Mechanism, Posture
 
 WORST_CONDITION = 100.0
 """Postures where the tool Jacobian or the mass matrix is worse conditioned are not sampled."""
 
-REFUSED = (UnreachableError, ClosureError, SingularError)
+REFUSED = (UnreachableError, ClosureError, SingularError, DynamicsError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +71,9 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sta
     Speeds and accelerations are drawn so that the tool moves at up to about one workspace a second; efforts are those
     of the acceleration plus a random part of the same size, so that forward dynamics is not asked what inverse dynamics
     just answered.
+
+    Raises:
+        CutjointError: hardly any posture around home can be closed and is well conditioned.
     """
     random = np.random.default_rng(seed)
     box = workspace_box(mechanism)
@@ -92,6 +95,11 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sta
         effort = effort + float(np.abs(effort).max()) * random.normal(size=mechanism.n)
         made += 1
         yield State(at, tool.position, readonly(v), readonly(a), readonly(effort))
+    if made < samples:
+        raise CutjointError(
+            f"of {1000 * samples} random tool positions of {mechanism.name} between {box.lower.tolist()} and "
+            f"{box.upper.tolist()} m only {made} can be reached and are well conditioned; {samples} were asked for"
+        )
 
 
 def _reaches(mechanism: Mechanism, home: Array, axis: int, distance: float) -> bool:
