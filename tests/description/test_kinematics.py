@@ -13,6 +13,7 @@ from cutjoint.description.transforms import (
     frame_along,
     inverse,
     placement,
+    quaternion_from_rotation,
     rotation_from_quaternion,
     rotation_from_rpy,
     rpy_from_rotation,
@@ -138,10 +139,20 @@ def test_roll_pitch_yaw_is_pinocchios_to_rounding() -> None:
 
 def test_rotations_come_back() -> None:
     generator = np.random.default_rng(4)
-    pitches = [*generator.uniform(-1.5, 1.5, 200), np.pi / 2, -np.pi / 2]
+    near = [np.pi / 2 - 10.0**-power for power in range(1, 16)]
+    pitches = [*generator.uniform(-1.5, 1.5, 200), *near, *(-angle for angle in near), np.pi / 2, -np.pi / 2]
     for pitch in pitches:
         rotation = rotation_from_rpy((generator.uniform(-3, 3), pitch, generator.uniform(-3, 3)))
-        np.testing.assert_allclose(rotation_from_rpy(rpy_from_rotation(rotation)), rotation, atol=1e-14)
+        np.testing.assert_allclose(rotation_from_rpy(rpy_from_rotation(rotation)), rotation, atol=4e-15, rtol=0)
+        quaternion = quaternion_from_rotation(rotation)
+        np.testing.assert_allclose(rotation_from_quaternion(quaternion), rotation, atol=2e-15, rtol=0)
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_half_turns_come_back_as_quaternions(axis: int) -> None:
+    quaternion = np.zeros(4)
+    quaternion[axis + 1] = 1.0
+    np.testing.assert_array_equal(quaternion_from_rotation(rotation_from_quaternion(quaternion)), quaternion)
 
 
 def test_placements_invert() -> None:

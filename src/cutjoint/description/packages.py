@@ -59,6 +59,7 @@ def find_mesh(name: str, near: Path) -> tuple[Path | None, list[Path]]:
 
 
 def _first(candidates: list[Path]) -> tuple[Path | None, list[Path]]:
+    candidates = [Path(os.path.normpath(path)) for path in candidates]
     return next((path for path in candidates if _is_file(path)), None), candidates
 
 

@@ -43,19 +43,35 @@ def rotation_from_quaternion(quaternion: Sequence[float] | Array) -> Array:
     )
 
 
+def quaternion_from_rotation(rotation: npt.NDArray[np.float64]) -> Array:
+    """Unit quaternion (w, x, y, z) of a rotation (3, 3), from whichever of the four is largest."""
+    r = rotation
+    squares = [1.0 + r[0, 0] + r[1, 1] + r[2, 2], 1.0 + r[0, 0] - r[1, 1] - r[2, 2]]
+    squares += [1.0 - r[0, 0] + r[1, 1] - r[2, 2], 1.0 - r[0, 0] - r[1, 1] + r[2, 2]]
+    wx, wy, wz = r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]
+    xy, xz, yz = r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1]
+    rows = [(squares[0], wx, wy, wz), (wx, squares[1], xy, xz), (wy, xy, squares[2], yz), (wz, xz, yz, squares[3])]
+    quaternion = np.array(rows[int(np.argmax(squares))])
+    return readonly(quaternion / np.linalg.norm(quaternion))
+
+
 def rotation_from_rpy(rpy: Sequence[float] | Array) -> Array:
     """Rotation (3, 3) of roll, pitch, yaw [rad]."""
     return rotation_from_quaternion(quaternion_from_rpy(rpy))
 
 
 def rpy_from_rotation(rotation: npt.NDArray[np.float64]) -> tuple[float, float, float]:
-    """Roll, pitch, yaw [rad] of a rotation (3, 3); where pitch is +-90 degrees, yaw is put into roll."""
-    cos_pitch = math.hypot(rotation[0, 0], rotation[1, 0])
-    pitch = math.atan2(-rotation[2, 0], cos_pitch)
-    if cos_pitch > 1e-9:
-        roll = math.atan2(rotation[2, 1], rotation[2, 2])
-        return roll, pitch, math.atan2(rotation[1, 0], rotation[0, 0])
-    return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
+    """Roll, pitch, yaw [rad] of a rotation (3, 3); where pitch is +-90 degrees, yaw is 0.
+
+    Once yaw is chosen, Rz(-yaw) R = Ry(pitch) Rx(roll) gives the others from entries that do not vanish near +-90
+    degrees, so that the three together are right to rounding there too.
+    """
+    r = rotation
+    yaw = math.atan2(r[1, 0], r[0, 0]) if math.hypot(r[0, 0], r[1, 0]) > 1e-9 else 0.0
+    sine, cosine = math.sin(yaw), math.cos(yaw)
+    pitch = math.atan2(-r[2, 0], cosine * r[0, 0] + sine * r[1, 0])
+    roll = math.atan2(sine * r[0, 2] - cosine * r[1, 2], cosine * r[1, 1] - sine * r[0, 1])
+    return roll, pitch, yaw
 
 
 def placement(xyz: Sequence[float] | Array = (0.0, 0.0, 0.0), rpy: Sequence[float] | Array = (0.0, 0.0, 0.0)) -> Array:

@@ -44,11 +44,6 @@ def _names(robot: RobotDescription, findings: Findings) -> None:
             if item.name in RESERVED:
                 found = f"a {kind} called '{item.name}'"
                 findings.error(found, "another name: Pinocchio keeps this one for the world", "rename it", item.place)
-    links = {link.name for link in robot.links}
-    for joint in robot.joints:
-        if joint.name in links:
-            found = f"joint '{joint.name}' is named like a link"
-            findings.doubt(found, "different names: both become frames", f"call it {joint.name}_joint", joint.place)
 
 
 def _shape(robot: RobotDescription, links: set[str], findings: Findings) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from cutjoint.description.files import LARGEST_FILE
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats import gepetto, loops_toml, urdf, urdf_constraint, urdf_plus
+from cutjoint.description.formats import gepetto, loops_toml, mjcf, sdf, urdf, urdf_constraint, urdf_plus
 from cutjoint.description.formats.reading import Reading
 
 __all__ = ["FORMATS", "Format", "Reading", "format_of", "read"]
@@ -32,6 +32,8 @@ FORMATS: tuple[Format, ...] = (
     Format("Gepetto robot.yaml", (".yaml", ".yml"), (b"closed_loop", b"name_mot"), gepetto.read),
     Format("URDF+", (".urdf", ".xml"), (b"<loop", b"<coupling", b"<predecessor", b"independent="), urdf_plus.read),
     Format("URDF with <constraint>", (".urdf", ".xml"), (b"<constraint", b"<cutjoint"), urdf_constraint.read),
+    Format("MJCF", (".xml", ".mjcf"), (b"<mujoco",), mjcf.read),
+    Format("SDF", (".sdf", ".world", ".xml"), (b"<sdf",), sdf.read),
     Format("URDF", (".urdf", ".xml"), (b"<robot",), urdf.read),
 )
 """The first whose suffix and mark both fit is taken, then the last whose suffix fits."""

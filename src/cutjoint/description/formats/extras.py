@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.defaults import actuated_by_default, tool_by_default
+from cutjoint.description.defaults import ONE_COORDINATE, actuated_by_default, tool_by_default
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.reading import Tree
 from cutjoint.description.formats.toml_table import Table, parse
@@ -21,6 +21,7 @@ from cutjoint.description.formats.urdf_link import LARGEST_INERTIA, LARGEST_MASS
 from cutjoint.description.model import (
     Coupling,
     CutJoint,
+    CutType,
     Frame,
     Home,
     Inertial,
@@ -38,27 +39,43 @@ EARTH = readonly([0.0, 0.0, -9.81])
 
 
 @dataclass(frozen=True, eq=False)
-class Retyped:
-    """A joint that gets another type than its tree's format can say."""
+class Change:
+    """What [joint.NAME] changes of a joint, because the tree's format cannot say it; None leaves it."""
 
     name: str
-    type: JointType
-    axis: Array
-    axis2: Array
+    type: JointType | None
+    axis: Array | None
+    axis2: Array | None
+    velocity: float | None
+    effort: float | None
     place: Place
+
+    def of(self, joint: Joint) -> Joint:
+        """The changed joint.  Limits of one coordinate go where there is another number of coordinates."""
+        kind = self.type or joint.type
+        lower, upper = joint.limits.lower, joint.limits.upper
+        if kind not in ONE_COORDINATE:
+            lower = upper = None
+        velocity = joint.limits.velocity if self.velocity is None else self.velocity
+        effort = joint.limits.effort if self.effort is None else self.effort
+        axis = joint.axis if self.axis is None else self.axis
+        axis2 = joint.axis2 if self.axis2 is None else self.axis2
+        return replace(joint, type=kind, axis=axis, axis2=axis2, limits=Limits(lower, upper, velocity, effort))
 
 
 @dataclass(frozen=True, eq=False)
 class Extras:
-    """What was read, with None and () where the file is silent."""
+    """What was read, with None and () where the file is silent.  `fixed`: link -> name of the fixed joint above it."""
 
     actuators: tuple[str, ...] | None = None
     tool: Frame | None = None
     gravity: Array = field(default_factory=lambda: EARTH)
+    cuts: tuple[CutJoint, ...] = ()
     couplings: tuple[Coupling, ...] = ()
     homes: tuple[Home, ...] = ()
     variants: tuple[Variant, ...] = ()
-    joints: tuple[Retyped, ...] = ()
+    joints: tuple[Change, ...] = ()
+    fixed: dict[str, str] = field(default_factory=dict)
     name: str = ""
     title: str = ""
     source: str = ""
@@ -72,6 +89,9 @@ def read_extras(text: str, findings: Findings, line: int | None = None) -> Extra
     if values is not None:
         top = Table(values, (), {(): line} if line else {}, own)
         extras = take_extras(top, actuators_required=False)
+        fixed = top.table("fixed")
+        if fixed is not None:
+            extras = replace(extras, fixed={link: fixed.string(link) for link in fixed.data})
         top.finish()
     findings.problems.extend(replace(problem, line=line) for problem in own.problems)
     return None if values is None else extras
@@ -79,6 +99,7 @@ def read_extras(text: str, findings: Findings, line: int | None = None) -> Extra
 
 def take_extras(top: Table, actuators_required: bool) -> Extras:
     """Take the keys out of the top table of a loops.toml.  Keys that it does not have stay unknown."""
+    cuts = tuple(_cut(table) for table in top.tables("cut"))
     couplings = tuple(_coupling(table) for table in top.tables("coupling"))
     homes = tuple(_home(name, table) for name, table in top.named_tables("home"))
     variants = tuple(_variant(name, table) for name, table in top.named_tables("variant"))
@@ -88,6 +109,7 @@ def take_extras(top: Table, actuators_required: bool) -> Extras:
         actuators=top.strings("actuators", required=actuators_required),
         tool=_tool(top),
         gravity=EARTH if gravity is None else readonly(gravity),
+        cuts=tuple(one for one in cuts if one is not None),
         couplings=tuple(one for one in couplings if one is not None),
         homes=homes,
         variants=variants,
@@ -108,7 +130,7 @@ def described(
     actuators that the reader put into the tree, or none.
     """
     extras = extras or Extras()
-    joints = _retyped(tree.joints, extras, findings)
+    joints = _changed(tree.joints, extras, findings)
     couplings = (*tree.couplings, *extras.couplings)
     actuators, tool = extras.actuators, extras.tool
     if actuators is None:
@@ -133,22 +155,15 @@ def described(
     )
 
 
-def _retyped(joints: Sequence[Joint], extras: Extras, findings: Findings) -> list[Joint]:
-    """The joints, with those replaced that [joint.NAME] gives another type."""
+def _changed(joints: Sequence[Joint], extras: Extras, findings: Findings) -> list[Joint]:
+    """The joints with what [joint.NAME] changes of them."""
     changes = {change.name: change for change in extras.joints}
     known = {joint.name for joint in joints}
-    for name, other in changes.items():
+    for name, change in changes.items():
         if name not in known:
             found = f"[joint.{name}] is for a joint that the tree does not have"
-            findings.error(found, "a joint of the tree", nearest(name, known), other.place)
-    changed = []
-    for joint in joints:
-        change = changes.get(joint.name)
-        if change is None:
-            changed.append(joint)
-        else:
-            changed.append(replace(joint, type=change.type, axis=change.axis, axis2=change.axis2, limits=Limits()))
-    return changed
+            findings.error(found, "a joint of the tree", nearest(name, known), change.place)
+    return [changes[joint.name].of(joint) if joint.name in changes else joint for joint in joints]
 
 
 def _places(top: Table, homes: Sequence[Home], variants: Sequence[Variant]) -> dict[str, Place]:
@@ -174,6 +189,25 @@ def take_frame(table: Table, key: str, value: object) -> Frame | None:
     return Frame(link, placement(xyz, rpy)) if link and xyz is not None and rpy is not None else None
 
 
+def _cut(table: Table) -> CutJoint | None:
+    name = table.string("name", required=True)
+    text = table.string("type", required=True)
+    frames = table.take("frames", required=True, expected="the two frames that the cut joins")
+    table.finish()
+    kinds = [kind.value for kind in CutType]
+    if text and text not in kinds:
+        found, expected = f"type '{text}' of {table.name}", f"one of {', '.join(kinds)}"
+        table.findings.error(found, expected, nearest(text, kinds), table.place("type"))
+    ends: list[Frame | None] = []
+    if isinstance(frames, list) and len(frames) == 2:
+        ends = [take_frame(table, "frames", value) for value in frames]
+    elif frames is not None:
+        table.wrong("frames", frames, "a list of two frames")
+    if not name or text not in kinds or len(ends) != 2 or ends[0] is None or ends[1] is None:
+        return None
+    return CutJoint(name, CutType(text), ends[0], ends[1], table.place())
+
+
 def _tool(top: Table) -> Frame | None:
     table = top.table("tool")
     if table is None:
@@ -183,20 +217,19 @@ def _tool(top: Table) -> Frame | None:
     return None if value is None else take_frame(table, "frame", value)
 
 
-def _joint(name: str, table: Table) -> Retyped | None:
-    kinds = {"spherical": JointType.SPHERICAL, "universal": JointType.UNIVERSAL}
-    text = table.string("type", required=True)
-    axis, axis2 = table.vector("axis", 3, (1.0, 0.0, 0.0)), table.vector("axis2", 3, (0.0, 1.0, 0.0))
+def _joint(name: str, table: Table) -> Change | None:
+    kinds = [kind.value for kind in JointType]
+    place = table.place()
+    text = table.string("type")
+    axes = [table.vector(key, 3) for key in ("axis", "axis2")]
+    velocity, effort = (table.number(key) if key in table.data else table.take(key) for key in ("velocity", "effort"))
     table.finish()
     if text and text not in kinds:
-        found = f"type '{text}' of {table.name}"
-        expected = f"one of {', '.join(kinds)}; the others a URDF can say itself"
+        found, expected = f"type '{text}' of {table.name}", f"one of {', '.join(kinds)}"
         table.findings.error(found, expected, nearest(text, kinds), table.place("type"))
-    if text not in kinds or axis is None or axis2 is None:
         return None
-    place = table.place()
-    first, second = (unit_axis(values, name, table.findings, place) for values in (axis, axis2))
-    return Retyped(name, kinds[text], first, second, place)
+    first, second = (None if one is None else unit_axis(one, name, table.findings, place) for one in axes)
+    return Change(name, JointType(text) if text else None, first, second, velocity, effort, place)
 
 
 def _coupling(table: Table) -> Coupling | None:

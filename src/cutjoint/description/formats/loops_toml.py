@@ -8,12 +8,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from cutjoint.description.files import read_text_file
-from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.findings import Findings
 from cutjoint.description.formats import urdf
-from cutjoint.description.formats.extras import described, take_extras, take_frame
+from cutjoint.description.formats.extras import described, take_extras
 from cutjoint.description.formats.reading import Reading, Tree
 from cutjoint.description.formats.toml_table import Table, line_index, parse
-from cutjoint.description.model import CutJoint, CutType, Frame
 
 SCHEMA = 1
 
@@ -30,12 +29,11 @@ def read(path: Path) -> Reading:
     if schema is not None and (schema != SCHEMA or isinstance(schema, bool)):
         top.wrong("schema", schema, f"schema = {SCHEMA}, the one that this version reads")
     tree = _tree(top, path, findings)
-    cuts = [_cut(table) for table in top.tables("cut")]
     extras = take_extras(top, actuators_required=True)
     top.finish()
     if tree is None:
         return Reading(None, tuple(findings.problems))
-    description = described(tree, [cut for cut in cuts if cut is not None], extras, path, findings)
+    description = described(tree, extras.cuts, extras, path, findings)
     return Reading(description, tuple(findings.problems))
 
 
@@ -49,22 +47,3 @@ def _tree(top: Table, path: Path, findings: Findings) -> Tree | None:
     tree = None if root is None else urdf.read_tree(root, file, own)
     findings.problems.extend(own.problems)
     return tree
-
-
-def _cut(table: Table) -> CutJoint | None:
-    name = table.string("name", required=True)
-    text = table.string("type", required=True)
-    frames = table.take("frames", required=True, expected="the two frames that the cut joins")
-    table.finish()
-    kinds = [kind.value for kind in CutType]
-    if text and text not in kinds:
-        found, expected = f"type '{text}' of {table.name}", f"one of {', '.join(kinds)}"
-        table.findings.error(found, expected, nearest(text, kinds), table.place("type"))
-    ends: list[Frame | None] = []
-    if isinstance(frames, list) and len(frames) == 2:
-        ends = [take_frame(table, "frames", value) for value in frames]
-    elif frames is not None:
-        table.wrong("frames", frames, "a list of two frames")
-    if not name or text not in kinds or len(ends) != 2 or ends[0] is None or ends[1] is None:
-        return None
-    return CutJoint(name, CutType(text), ends[0], ends[1], table.place())

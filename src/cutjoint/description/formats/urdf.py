@@ -70,6 +70,12 @@ def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[st
             tree.joints.append(joint)
         if coupling is not None:
             tree.couplings.append(coupling)
+    links = {link.name for link in tree.links}
+    for joint in tree.joints:
+        if joint.name in links:
+            found = f"joint '{joint.name}' is named like a link"
+            remedy = f"call it {joint.name}_joint"
+            findings.doubt(found, "different names: both become frames", remedy, joint.place)
     if not tree.links:
         findings.error("a robot without links", "at least one <link>", "", root.sourceline)
     return tree

@@ -50,7 +50,7 @@ def read(path: Path) -> Reading:
     element = only_child(root, "cutjoint", findings)
     extras = None if element is None else read_extras(str(element.text or ""), findings, element.sourceline)
     sound = [cut for cut in cuts if cut is not None]
-    description = described(tree, sound, extras, path, findings)
+    description = described(tree, [*sound, *(extras.cuts if extras else ())], extras, path, findings)
     return Reading(description, tuple(findings.problems))
 
 

@@ -98,14 +98,19 @@ def _axis(element: Element, name: str, kind: JointType, findings: Findings) -> A
     return unit_axis(values, name, findings, axis.sourceline)
 
 
-def unit_axis(values: tuple[float, ...], name: str, findings: Findings, at: Place | int | None) -> Array:
-    """The direction of `values` as a unit vector (3,); a zero axis is an error, a length other than 1 a warning."""
+def unit_axis(
+    values: tuple[float, ...], name: str, findings: Findings, at: Place | int | None, any_length: bool = False
+) -> Array:
+    """The direction of `values` as a unit vector (3,).
+
+    A zero axis is an error, a length other than 1 a warning unless the format allows `any_length`.
+    """
     length = math.hypot(*values)
     shown = " ".join(f"{value:g}" for value in values)
     if length < 1e-9:
         findings.error(f"axis of joint '{name}' is {shown}", "a direction", 'for example xyz="0 0 1"', at)
         return readonly([1.0, 0.0, 0.0])
-    if abs(length - 1.0) > 1e-3:
+    if abs(length - 1.0) > 1e-3 and not any_length:
         findings.warn(f"axis of joint '{name}' ({shown}) has length {length:.6g}", "1", "it was normalised", at)
     return readonly(np.array(values) / length)
 

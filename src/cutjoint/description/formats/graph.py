@@ -1,0 +1,150 @@
+"""Bodies and joints of any topology, turned into a spanning tree and cut joints.
+
+Formats that allow loops (SDF) give bodies and joints with world placements at the zero configuration.  The first joint
+of the file that has a link as its child carries it; where that gives no tree, joints are taken greedily, backwards if
+need be.  Every other joint becomes a cut joint between the two links.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cutjoint.arrays import Array, readonly
+from cutjoint.description.findings import Findings
+from cutjoint.description.formats.reading import Tree
+from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Link, Place
+from cutjoint.description.transforms import frame_along, inverse, turned
+
+CUTS = {
+    JointType.FIXED: CutType.FIXED,
+    JointType.REVOLUTE: CutType.REVOLUTE,
+    JointType.CONTINUOUS: CutType.REVOLUTE,
+    JointType.PRISMATIC: CutType.PRISMATIC,
+    JointType.UNIVERSAL: CutType.UNIVERSAL,
+    JointType.SPHERICAL: CutType.SPHERICAL,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A link and its placement (4, 4) in the world at zero."""
+
+    link: Link
+    world: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Edge:
+    """A joint between two bodies; `world` (4, 4) is its frame at zero, the axes are in that frame."""
+
+    name: str
+    type: JointType
+    parent: str
+    child: str
+    world: Array
+    axis: Array = field(default_factory=lambda: readonly([1.0, 0.0, 0.0]))
+    axis2: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
+    limits: Limits = field(default_factory=Limits)
+    damping: float = 0.0
+    friction: float = 0.0
+    place: Place = field(default_factory=Place)
+
+
+def span(
+    name: str, bodies: Sequence[Body], edges: Sequence[Edge], root: str, findings: Findings
+) -> tuple[Tree, list[CutJoint]]:
+    """A tree from `root` over all bodies that joints connect to it, and the joints left over as cuts.
+
+    Bodies that nothing connects to the root stay in the list of links without a joint.
+    """
+    tree = Tree(name, [body.link for body in bodies])
+    world = {body.link.name: body.world for body in bodies}
+    used = _first_parents(bodies, edges, root)
+    if used is None:
+        used = _greedy(edges, root)
+    for edge, backwards in used:
+        _attach(tree, edge, backwards, world)
+    taken = {id(edge) for edge, _ in used}
+    cuts = [_cut(edge, world, findings) for edge in edges if id(edge) not in taken]
+    return tree, [cut for cut in cuts if cut is not None]
+
+
+def _first_parents(bodies: Sequence[Body], edges: Sequence[Edge], root: str) -> list[tuple[Edge, bool]] | None:
+    """Each link on the first joint that names it as child, or None where that leaves one unreached."""
+    above: dict[str, Edge] = {}
+    for edge in edges:
+        if edge.child != root:
+            above.setdefault(edge.child, edge)
+    reached = {root}
+    for body in bodies:
+        way = []
+        name = body.link.name
+        while name not in reached:
+            if name not in above or name in way:
+                return None
+            way.append(name)
+            name = above[name].parent
+        reached.update(way)
+    return [(edge, False) for edge in edges if above.get(edge.child) is edge]
+
+
+def _greedy(edges: Sequence[Edge], root: str) -> list[tuple[Edge, bool]]:
+    """Joints in the order in which they reach a new link, forwards where possible."""
+    reached, pending = {root}, list(edges)
+    used: list[tuple[Edge, bool]] = []
+    while True:
+        forward = next((one for one in pending if one.parent in reached and one.child not in reached), None)
+        edge = forward or next((one for one in pending if one.child in reached and one.parent not in reached), None)
+        if edge is None:
+            return used
+        used.append((edge, forward is None))
+        reached |= {edge.parent, edge.child}
+        pending.remove(edge)
+
+
+def _attach(tree: Tree, edge: Edge, backwards: bool, world: dict[str, Array]) -> None:
+    """Add the joint; where its frame is not the child's, a massless link at the joint and a fixed joint as well."""
+    parent, child = (edge.child, edge.parent) if backwards else (edge.parent, edge.child)
+    sign = -1.0 if backwards else 1.0
+    swap = backwards and edge.type is JointType.UNIVERSAL
+    axis, axis2 = (edge.axis2, edge.axis) if swap else (edge.axis, edge.axis2)
+    here = np.array_equal(edge.world, world[child])
+    moved = child if here else f"{child}_at_{edge.name}"
+    tree.joints.append(
+        Joint(
+            name=edge.name,
+            type=edge.type,
+            parent=parent,
+            child=moved,
+            placement=readonly(inverse(world[parent]) @ edge.world),
+            axis=readonly(sign * axis),
+            axis2=readonly(sign * axis2),
+            limits=edge.limits,
+            damping=edge.damping,
+            friction=edge.friction,
+            place=edge.place,
+        )
+    )
+    if not here:
+        offset = readonly(inverse(edge.world) @ world[child])
+        tree.links.append(Link(moved, place=edge.place))
+        tree.joints.append(Joint(f"{moved}_fixed", JointType.FIXED, moved, child, offset, place=edge.place))
+
+
+def _cut(edge: Edge, world: dict[str, Array], findings: Findings) -> CutJoint | None:
+    """The joint as a cut, with its frames on both links where they meet at zero."""
+    if edge.type not in CUTS:
+        found = f"joint '{edge.name}' of type {edge.type.value} closes a loop"
+        findings.error(found, f"one of {', '.join(CUTS)}", "remove it: it constrains too little", edge.place)
+        return None
+    align = np.eye(3)
+    if CUTS[edge.type] in (CutType.REVOLUTE, CutType.PRISMATIC):
+        align = np.array(frame_along(edge.axis))
+    elif edge.type is JointType.UNIVERSAL:
+        align = np.column_stack([edge.axis, edge.axis2, np.cross(edge.axis, edge.axis2)])
+    at = turned(edge.world, align)
+    a, b = (Frame(link, readonly(inverse(world[link]) @ at)) for link in (edge.parent, edge.child))
+    return CutJoint(edge.name, CUTS[edge.type], a, b, edge.place)

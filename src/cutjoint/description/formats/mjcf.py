@@ -1,0 +1,140 @@
+"""MJCF, MuJoCo's format (https://mujoco.readthedocs.io/en/stable/XMLreference.html), with `<equality>` as cut joints.
+
+`connect` is a spherical cut, `weld` a fixed one, `joint` with a linear polynomial a coupling; the joints of
+`<actuator>` are the actuators, keyframes the homes.  A free joint hangs on the world.  What a file of cutjoint's own
+writer knows beyond MJCF stands in `<custom><text name="cutjoint" data="..."/>`, as in a loops.toml.
+Not supported and reported: `<include>`, inertia out of meshes, tendons in equalities, `<composite>` and the like.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from cutjoint.arrays import readonly
+from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.formats.extras import Extras, described, read_extras
+from cutjoint.description.formats.mjcf_body import Bodies, Compiler
+from cutjoint.description.formats.mjcf_equality import read_equalities
+from cutjoint.description.formats.mjcf_geom import Mesh
+from cutjoint.description.formats.mjcf_keyframes import read_homes
+from cutjoint.description.formats.mjcf_pose import Units
+from cutjoint.description.formats.reading import Reading
+from cutjoint.description.numbers import read_numbers
+from cutjoint.description.packages import find_mesh
+from cutjoint.description.xml import Element, children, read_xml
+
+REFUSED = ("include", "deformable", "extension", "replicate", "frame", "attach", "composite", "flexcomp")
+SECTIONS = frozenset(
+    {"compiler", "option", "size", "visual", "statistic", "default", "custom", "asset", "worldbody", "contact"}
+    | {"equality", "tendon", "actuator", "sensor", "keyframe", *REFUSED}
+)
+
+
+def read(path: Path) -> Reading:
+    """An MJCF file."""
+    findings = Findings(str(path))
+    root = read_xml(path, findings, "MJCF")
+    if root is None:
+        return Reading(None, tuple(findings.problems))
+    if root.tag != "mujoco":
+        findings.error(f"the root element is <{root.tag}>", "<mujoco>", "is this another format?", root.sourceline)
+        return Reading(None, tuple(findings.problems))
+    _refuse(root, findings)
+    compiler = _compiler(root, findings)
+    bodies = Bodies(root, compiler, _meshes(root, path, findings), path, findings)
+    extras = _custom(root, findings) or Extras(gravity=readonly(_gravity(root, findings)))
+    cuts, couplings = read_equalities(root, bodies, {cut.name for cut in extras.cuts}, findings)
+    bodies.tree.couplings.extend(couplings)
+    named = {frame.link for cut in [*cuts, *extras.cuts] for frame in (cut.a, cut.b)}
+    named |= set() if extras.tool is None else {extras.tool.link}
+    bodies.drop_empty_world(named)
+    bodies.name_fixed_joints(extras.fixed)
+    bodies.tree.actuators = _actuators(root, bodies, findings)
+    if not extras.homes:
+        extras = replace(extras, homes=read_homes(root, bodies, findings))
+    description = described(bodies.tree, [*cuts, *extras.cuts], extras, path, findings)
+    return Reading(description, tuple(findings.problems))
+
+
+def _refuse(root: Element, findings: Findings) -> None:
+    for element in children(root):
+        if element.tag not in SECTIONS:
+            found, expected = f"unknown section <{element.tag}>", f"one of {', '.join(sorted(SECTIONS))}"
+            findings.error(found, expected, nearest(str(element.tag), SECTIONS), element.sourceline)
+    for tag in REFUSED:
+        for element in root.iter(tag):
+            remedy = "save the compiled model first: mujoco.mj_saveLastXML"
+            findings.error(f"<{tag}> is not supported", "a flat MJCF", remedy, element.sourceline)
+
+
+def _compiler(root: Element, findings: Findings) -> Compiler:
+    degrees, order, geoms, meshes = True, "xyz", "auto", ""
+    for element in children(root, "compiler"):
+        angle = str(element.get("angle") or ("degree" if degrees else "radian"))
+        if angle not in ("degree", "radian"):
+            findings.error(f"angle is '{angle}'", "degree or radian", "", element.sourceline)
+        degrees = angle != "radian"
+        order = str(element.get("eulerseq") or order)
+        if len(order) != 3 or any(letter not in "xyzXYZ" for letter in order):
+            findings.error(f"eulerseq is '{order}'", "three of x, y, z, X, Y, Z", "", element.sourceline)
+            order = "xyz"
+        if element.get("coordinate", "local") != "local":
+            remedy = "convert it with an old MuJoCo"
+            findings.error("global coordinates", "local coordinates", remedy, element.sourceline)
+        geoms = str(element.get("inertiafromgeom") or geoms)
+        meshes = str(element.get("meshdir") or element.get("assetdir") or meshes)
+    return Compiler(Units(degrees, order), geoms, meshes)
+
+
+def _gravity(root: Element, findings: Findings) -> tuple[float, ...]:
+    gravity: tuple[float, ...] = (0.0, 0.0, -9.81)
+    for element in children(root, "option"):
+        if element.get("gravity") is not None:
+            gravity = read_numbers(element.get("gravity"), 3, "gravity", findings, element.sourceline) or gravity
+    return gravity
+
+
+def _meshes(root: Element, path: Path, findings: Findings) -> dict[str, Mesh | None]:
+    folder = ""
+    for element in children(root, "compiler"):
+        folder = str(element.get("meshdir") or element.get("assetdir") or folder)
+    meshes: dict[str, Mesh | None] = {}
+    for asset in children(root, "asset"):
+        for element in children(asset, "mesh"):
+            file = str(element.get("file") or "")
+            name = str(element.get("name") or Path(file).stem)
+            text = element.get("scale", "1 1 1")
+            scale = read_numbers(text, 3, f"scale of mesh '{name}'", findings, element.sourceline)
+            inside = str(Path(folder) / file)
+            found, tried = find_mesh(inside, path) if file else (None, [])
+            if found is None:
+                places = ", ".join(map(str, tried[:2]))
+                findings.doubt(f"mesh '{file}' not found", f"a file, such as {places}", "", element.sourceline)
+            meshes[name] = None if found is None or scale is None else Mesh(found, scale)
+    return meshes
+
+
+def _custom(root: Element, findings: Findings) -> Extras | None:
+    for custom in children(root, "custom"):
+        for text in children(custom, "text"):
+            if text.get("name") == "cutjoint":
+                return read_extras(str(text.get("data") or ""), findings, text.sourceline)
+    return None
+
+
+def _actuators(root: Element, bodies: Bodies, findings: Findings) -> tuple[str, ...]:
+    names: list[str] = []
+    for section in children(root, "actuator"):
+        for element in children(section):
+            joint = str(element.get("joint") or element.get("jointinparent") or bodies.default(element, "joint") or "")
+            if not joint:
+                found = f"<{element.tag}> without joint is not read"
+                findings.warn(found, "actuators of joints", "", element.sourceline)
+            elif joint not in bodies.joint_names:
+                remedy = nearest(joint, bodies.joint_names)
+                found = f"<{element.tag}> names the unknown joint '{joint}'"
+                findings.error(found, "a joint", remedy, element.sourceline)
+            else:
+                names.append(joint)
+    return tuple(dict.fromkeys(names))

@@ -1,0 +1,116 @@
+"""Joints of an MJCF body."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cutjoint.arrays import Array, readonly
+from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.formats.mjcf_pose import Units
+from cutjoint.description.formats.urdf_joint import unit_axis
+from cutjoint.description.model import Joint, JointType, Limits, Place
+from cutjoint.description.numbers import parse_number, read_numbers
+from cutjoint.description.xml import Element
+
+UNLIMITED = 1e10
+"""A range that ends beyond this has no end there."""
+TYPES = {"hinge": JointType.REVOLUTE, "slide": JointType.PRISMATIC, "ball": JointType.SPHERICAL}
+
+
+@dataclass(frozen=True, eq=False)
+class MjcfJoint:
+    """A joint at a point of its body; `reference` is the coordinate that MuJoCo calls the initial one."""
+
+    name: str
+    type: JointType
+    position: Array
+    axis: Array
+    axis2: Array
+    limits: Limits
+    damping: float
+    friction: float
+    reference: float
+    place: Place
+
+    def joint(self, parent: str, child: str, placement: Array) -> Joint:
+        """The joint of the tree; its frame has the axes of the body."""
+        return Joint(
+            self.name, self.type, parent, child, placement, self.axis, self.axis2, self.limits,
+            damping=self.damping, friction=self.friction, place=self.place,
+        )  # fmt: skip
+
+
+def read_free(element: Element, body: str, findings: Findings) -> MjcfJoint:
+    """A `<freejoint>`, or a joint of type free."""
+    name = str(element.get("name") or f"{body}_free")
+    zero, x, y = readonly(np.zeros(3)), readonly([1.0, 0.0, 0.0]), readonly([0.0, 1.0, 0.0])
+    place = Place(findings.file, element.sourceline)
+    return MjcfJoint(name, JointType.FLOATING, zero, x, y, Limits(), 0.0, 0.0, 0.0, place)
+
+
+def read_joint(
+    element: Element, get: dict[str, str], units: Units, body: str, number: int, findings: Findings
+) -> MjcfJoint | None:
+    """A `<joint>`, with the attributes of its class filled in."""
+    name = get.get("name") or (f"{body}_joint" if number == 0 else f"{body}_joint_{number + 1}")
+    kind = get.get("type", "hinge")
+    line = element.sourceline
+    if kind not in TYPES:
+        expected = f"one of free, {', '.join(TYPES)}"
+        findings.error(f"type '{kind}' of joint '{name}'", expected, nearest(kind, [*TYPES, "free"]), line)
+        return None
+    position = read_numbers(get.get("pos", "0 0 0"), 3, f"pos of joint '{name}'", findings, line)
+    values = read_numbers(get.get("axis", "0 0 1"), 3, f"axis of joint '{name}'", findings, line)
+    numbers = {}
+    for key in ("damping", "frictionloss", "ref", "stiffness", "armature"):
+        value = read_numbers(get.get(key, "0"), 1, f"{key} of joint '{name}'", findings, line)
+        numbers[key] = value[0] if value else 0.0
+    for key in ("stiffness", "armature"):
+        if numbers[key] != 0.0:
+            findings.warn(f"{key} of joint '{name}' is ignored", f"{key} 0", "", line)
+    if position is None or values is None:
+        return None
+    hinge = kind == "hinge"
+    reference = units.angle(numbers["ref"]) if hinge else numbers["ref"]
+    measure = units if hinge else Units(degrees=False)
+    limits = Limits() if kind == "ball" else _limits(get, measure, reference, name, findings, line)
+    axis = unit_axis(values, name, findings, line, any_length=True) if kind != "ball" else readonly([1.0, 0.0, 0.0])
+    kind_of = JointType.CONTINUOUS if hinge and limits.lower is None and limits.upper is None else TYPES[kind]
+    place = Place(findings.file, line)
+    return MjcfJoint(
+        name, kind_of, readonly(position), axis, readonly([0.0, 1.0, 0.0]), limits,
+        numbers["damping"], numbers["frictionloss"], reference, place,
+    )  # fmt: skip
+
+
+def _limits(
+    get: dict[str, str], units: Units, reference: float, name: str, findings: Findings, line: int | None
+) -> Limits:
+    if "range" not in get or get.get("limited") == "false":
+        return Limits()
+    words = [parse_number(word) for word in get["range"].split()]
+    if len(words) != 2 or any(word is None or math.isnan(word) for word in words):
+        findings.error(f"range of joint '{name}' is '{get['range']}'", "two numbers", "", line)
+        return Limits()
+    lower, upper = (units.angle(float(word)) - reference for word in words if word is not None)
+    return Limits(lower if abs(lower) < UNLIMITED else None, upper if abs(upper) < UNLIMITED else None)
+
+
+def merged(joints: list[MjcfJoint]) -> list[MjcfJoint]:
+    """X and X/2 as one universal joint, X, X/2 and X/3 as one planar joint, where they fit; else as they are."""
+    if not joints or joints[0].position.any():
+        return joints
+    first, others = joints[0], joints[1:]
+    named = [one.name for one in others] == [f"{first.name}/{number}" for number in range(2, len(joints) + 1)]
+    if not named or any(not np.array_equal(one.position, first.position) for one in others):
+        return joints
+    kinds = [one.type for one in joints]
+    turning = (JointType.REVOLUTE, JointType.CONTINUOUS)
+    if len(joints) == 2 and all(kind in turning for kind in kinds) and abs(first.axis @ others[0].axis) < 1e-9:
+        return [replace(first, type=JointType.UNIVERSAL, axis2=others[0].axis, limits=Limits())]
+    if len(joints) == 3 and kinds[:2] == [JointType.PRISMATIC] * 2 and kinds[2] in turning:
+        return [replace(first, type=JointType.PLANAR, axis=others[1].axis, limits=Limits())]
+    return joints

@@ -1,0 +1,54 @@
+"""Keyframes of an MJCF file as home postures."""
+
+from __future__ import annotations
+
+from cutjoint.description.findings import Findings
+from cutjoint.description.formats.mjcf_body import Bodies
+from cutjoint.description.model import Home, JointType
+from cutjoint.description.numbers import read_numbers
+from cutjoint.description.transforms import rotation_from_quaternion, rpy_from_rotation
+from cutjoint.description.xml import Element, children
+
+_SIZES = {JointType.FLOATING: 7, JointType.SPHERICAL: 4, JointType.UNIVERSAL: 2, JointType.PLANAR: 3}
+
+
+def read_homes(root: Element, bodies: Bodies, findings: Findings) -> tuple[Home, ...]:
+    """Each `<key>` with a qpos as a home.
+
+    A qpos of a free joint is the body's placement in the world; that of the joint is relative to its place at zero.
+    """
+    joints = [joint for joint in bodies.tree.joints if joint.type is not JointType.FIXED]
+    actuated = set(bodies.tree.actuators)
+    count = sum(_SIZES.get(joint.type, 1) for joint in joints)
+    homes = []
+    for section in children(root, "keyframe"):
+        for number, key in enumerate(children(section, "key")):
+            if key.get("qpos") is None:
+                continue
+            name = str(key.get("name") or f"key_{number + 1}")
+            values = read_numbers(key.get("qpos"), count, f"qpos of key '{name}'", findings, key.sourceline)
+            if values is None:
+                continue
+            given: dict[str, float] = {}
+            passive: dict[str, float | tuple[float, ...]] = {}
+            start = 0
+            for joint in joints:
+                size = _SIZES.get(joint.type, 1)
+                part = values[start : start + size]
+                start += size
+                if joint.type is JointType.FLOATING:
+                    quaternion = part[3:] if any(part[3:]) else (1.0, 0.0, 0.0, 0.0)
+                    local = joint.placement[:3, :3].T @ rotation_from_quaternion(quaternion)
+                    at = joint.placement[:3, :3].T @ (part[:3] - joint.placement[:3, 3])
+                    passive[joint.name] = (*map(float, at), *rpy_from_rotation(local))
+                elif joint.type is JointType.SPHERICAL:
+                    quaternion = part if any(part) else (1.0, 0.0, 0.0, 0.0)
+                    passive[joint.name] = rpy_from_rotation(rotation_from_quaternion(quaternion))
+                elif size > 1:
+                    passive[joint.name] = part
+                elif joint.name in actuated:
+                    given[joint.name] = part[0] - bodies.references.get(joint.name, 0.0)
+                else:
+                    passive[joint.name] = part[0] - bodies.references.get(joint.name, 0.0)
+            homes.append(Home(name, given, passive))
+    return tuple(homes)

@@ -1,0 +1,130 @@
+"""The `<link>` of an SDF: inertia, visual and collision shapes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from cutjoint.description.findings import Findings
+from cutjoint.description.formats.graph import Body
+from cutjoint.description.formats.sdf_pose import Poses, read_pose, text_of
+from cutjoint.description.formats.urdf_link import LARGEST_INERTIA, LARGEST_MASS
+from cutjoint.description.model import Inertial, Link, Place, Shape
+from cutjoint.description.numbers import read_numbers
+from cutjoint.description.packages import find_mesh
+from cutjoint.description.xml import Element, check_known, children, name_of, only_child
+
+_NONE: frozenset[str] = frozenset()
+_LINK_TAGS = frozenset({"pose", "inertial", "visual", "collision"})
+_LINK_IGNORED = frozenset(
+    {"sensor", "gravity", "kinematic", "self_collide", "velocity_decay", "light", "must_be_base_link", "audio_sink"}
+    | {"audio_source", "battery", "enable_wind", "particle_emitter", "projector", "plugin"}
+)
+_SHAPES = {"box": ("size", 3), "sphere": ("radius", 1), "cylinder": ("radius", 1), "capsule": ("radius", 1)}
+
+
+def read_body(element: Element, path: Path, poses: Poses, findings: Findings) -> Body | None:
+    """One `<link>`, or None where it has no name."""
+    check_known(element, frozenset({"name"}), _LINK_TAGS, _LINK_IGNORED, findings)
+    name = name_of(element, findings)
+    if name is None:
+        return None
+    link = Link(
+        name=name,
+        inertial=_inertial(element, name, findings),
+        visuals=tuple(_shapes(element, "visual", name, path, findings)),
+        collisions=tuple(_shapes(element, "collision", name, path, findings)),
+        place=Place(findings.file, element.sourceline),
+    )
+    return Body(link, poses.world(name, "link", element.sourceline))
+
+
+def _inertial(link: Element, name: str, findings: Findings) -> Inertial | None:
+    element = only_child(link, "inertial", findings)
+    if element is None:
+        return Inertial(1.0, inertia=np.eye(3))  # the default of SDF
+    tags = frozenset({"pose", "mass", "inertia"})
+    check_known(element, frozenset({"auto"}), tags, frozenset({"fluid_added_mass", "density"}), findings)
+    pose = read_pose(element, f"the inertia of link '{name}'", findings)
+    part = only_child(element, "mass", findings)
+    text = "1" if part is None else part.text
+    line = element.sourceline if part is None else part.sourceline
+    mass = read_numbers(text, 1, f"mass of link '{name}'", findings, line, LARGEST_MASS)
+    inertia = only_child(element, "inertia", findings)
+    entries = {}
+    for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"):
+        entry = None if inertia is None else only_child(inertia, key, findings)
+        text = ("1" if key[1] == key[2] else "0") if entry is None else entry.text
+        line = element.sourceline if entry is None else entry.sourceline
+        value = read_numbers(text, 1, f"{key} of link '{name}'", findings, line, LARGEST_INERTIA)
+        entries[key] = value[0] if value else None
+    if mass is None or None in entries.values():
+        return None
+    xx, yy, zz, xy, xz, yz = (float(entries[key] or 0.0) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    tensor = pose[:3, :3] @ tensor @ pose[:3, :3].T
+    return Inertial(mass[0], pose[:3, 3], 0.5 * (tensor + tensor.T))
+
+
+def _shapes(link: Element, tag: str, name: str, path: Path, findings: Findings) -> list[Shape]:
+    shapes = [_shape(element, tag, name, path, findings) for element in children(link, tag)]
+    return [shape for shape in shapes if shape is not None]
+
+
+def _shape(element: Element, tag: str, link: str, path: Path, findings: Findings) -> Shape | None:
+    what = f"<{tag}> of link '{link}'"
+    geometry = only_child(element, "geometry", findings)
+    kinds = [] if geometry is None else list(children(geometry))
+    if len(kinds) != 1:
+        findings.error(f"{what} with {len(kinds)} shapes", "one shape in <geometry>", "", element.sourceline)
+        return None
+    kind, line = str(kinds[0].tag), kinds[0].sourceline
+    pose = read_pose(element, what, findings)
+    mesh = None
+    if kind == "mesh":
+        scale = only_child(kinds[0], "scale", findings)
+        size = read_numbers(
+            "1 1 1" if scale is None else scale.text, 3, f"scale of {what}", findings, kinds[0].sourceline
+        )
+        mesh = _mesh(kinds[0], what, path, findings)
+        if mesh is None:
+            return None
+    elif kind in _SHAPES:
+        key, count = _SHAPES[kind]
+        size = read_numbers(
+            text_of(only_child(kinds[0], key, findings)), count, f"{key} of {what}", findings, kinds[0].sourceline
+        )
+        if size is not None and kind in ("cylinder", "capsule"):
+            length = text_of(only_child(kinds[0], "length", findings))
+            along = read_numbers(length, 1, f"length of {what}", findings, line)
+            size = None if along is None else (size[0], along[0])
+    else:
+        findings.warn(f"{kind} in {what} is not drawn", f"mesh, {', '.join(_SHAPES)}", "", line)
+        return None
+    if size is None:
+        return None
+    return Shape(kind, size, pose, _colour(element, findings), mesh, str(element.get("name") or ""))
+
+
+def _mesh(element: Element, what: str, path: Path, findings: Findings) -> Path | None:
+    name = text_of(only_child(element, "uri", findings))
+    found, tried = find_mesh(name, path) if name else (None, [])
+    if found is None:
+        places = ", ".join(map(str, tried[:2]))
+        remedy = "add the folder that holds it to GAZEBO_MODEL_PATH"
+        findings.doubt(f"mesh '{name}' in {what} not found", f"a file, such as {places}", remedy, element.sourceline)
+    return found
+
+
+def _colour(element: Element, findings: Findings) -> tuple[float, float, float, float] | None:
+    material = only_child(element, "material", findings)
+    if material is None:
+        return None
+    for tag in ("diffuse", "ambient"):
+        part = only_child(material, tag, findings)
+        if part is not None:
+            values = [float(word) for word in text_of(part).split() if word.replace(".", "", 1).isdigit()]
+            if len(values) in (3, 4) and all(0.0 <= value <= 1.0 for value in values):
+                return values[0], values[1], values[2], values[3] if len(values) == 4 else 1.0
+    return None

@@ -1,0 +1,259 @@
+"""A description as MJCF for MuJoCo.
+
+Cut joints become equalities between sites, so the file needs no closed posture: fixed a `weld`, spherical a `connect`,
+revolute two `connect`s along the axis.  MuJoCo has no equality for universal and prismatic cuts: they get a body with
+next to no mass that has the joint, welded to the other link.  What MJCF cannot say (homes as given, variants, names of
+fixed joints, such cuts) goes into a custom text that the reader understands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+
+from cutjoint.arrays import Array
+from cutjoint.description.formats.mjcf_body import OWN, WORLD
+from cutjoint.description.model import CutJoint, CutType, Inertial, Joint, JointType, Link, RobotDescription, Shape
+from cutjoint.description.transforms import quaternion_from_rotation
+from cutjoint.description.writers.toml import JointKeys, number, toml_text
+from cutjoint.description.writers.urdf import relative, serialised, words
+from cutjoint.description.xml import Element
+
+FLOOR = 1e-12
+"""kg and kg m2 below which MuJoCo is told to lift a moving body's mass and moments: it refuses zeros."""
+APART = 0.1
+"""m between the two points that hold the axis of a revolute cut."""
+MESHES = (".stl", ".obj", ".msh")
+
+Meshes = Mapping[tuple[Path, tuple[float, ...]], str]
+"""(file, scale) -> name of the asset."""
+
+_SAID = (CutType.FIXED, CutType.SPHERICAL)
+_HINGE = (JointType.REVOLUTE, JointType.CONTINUOUS)
+
+
+def mjcf_files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
+    """One MJCF file."""
+    root = etree.Element("mujoco", model=robot.name)
+    etree.SubElement(
+        root, "compiler", angle="radian", inertiafromgeom="false", autolimits="true", balanceinertia="true",
+        boundmass=number(FLOOR), boundinertia=number(FLOOR),
+    )  # fmt: skip
+    etree.SubElement(root, "option", gravity=words(robot.gravity))
+    custom = etree.SubElement(root, "custom")
+    etree.SubElement(custom, "text", name="cutjoint", data=_extras(robot))
+    meshes = _assets(root, robot, path)
+    worldbody = etree.SubElement(root, "worldbody")
+    bodies = _bodies(worldbody, robot, meshes)
+    equality = etree.SubElement(root, "equality")
+    for cut in robot.cuts:
+        _cut(cut, bodies, equality)
+    for coupling in robot.couplings:
+        coefficients = words((coupling.offset, coupling.ratio, 0.0, 0.0, 0.0))
+        etree.SubElement(
+            equality, "joint", name=coupling.name, joint1=coupling.joint, joint2=coupling.driver, polycoef=coefficients
+        )
+    actuator = etree.SubElement(root, "actuator")
+    for name in robot.actuators:
+        etree.SubElement(actuator, "motor", name=name, joint=name)
+    if robot.tool is not None:
+        _site(bodies[robot.tool.link], f"{OWN}tool", robot.tool.placement)
+    return {path: serialised(root)}
+
+
+def _extras(robot: RobotDescription) -> str:
+    cuts = [cut for cut in robot.cuts if cut.type not in _SAID]
+    fixed = {joint.child: joint.name for joint in robot.joints if joint.type is JointType.FIXED}
+    return toml_text(robot, urdf=None, cuts=cuts, couplings=(), joints=_joint_keys(robot), fixed=fixed)
+
+
+def _joint_keys(robot: RobotDescription) -> JointKeys:
+    """[joint.NAME]: limits that MJCF lacks, the axis of joints that have none there, hinges without range."""
+    tables: dict[str, dict[str, object]] = {}
+    for joint in robot.joints:
+        keys: dict[str, object] = {}
+        ranged = joint.limits.lower is not None or joint.limits.upper is not None
+        if joint.type is JointType.REVOLUTE and not ranged:
+            keys["type"] = joint.type.value
+        if joint.type is JointType.CONTINUOUS and ranged:
+            keys["type"] = joint.type.value
+        for key in ("velocity", "effort"):
+            value = getattr(joint.limits, key)
+            if value is not None:
+                keys[key] = float(value)
+        if keys:
+            tables[joint.name] = keys
+    return tables
+
+
+def _assets(root: Element, robot: RobotDescription, path: Path) -> dict[tuple[Path, tuple[float, ...]], str]:
+    """A `<mesh>` for each file and scale that is used, of the kinds that MuJoCo reads."""
+    names: dict[tuple[Path, tuple[float, ...]], str] = {}
+    asset = etree.SubElement(root, "asset")
+    for link in robot.links:
+        for shape in (*link.visuals, *link.collisions):
+            if shape.mesh is None or shape.mesh.suffix.lower() not in MESHES or (shape.mesh, shape.size) in names:
+                continue
+            name = f"mesh_{len(names) + 1}"
+            names[shape.mesh, shape.size] = name
+            etree.SubElement(asset, "mesh", name=name, file=relative(shape.mesh, path), scale=words(shape.size))
+    if not names:
+        root.remove(asset)
+    return names
+
+
+def _bodies(worldbody: Element, robot: RobotDescription, meshes: Meshes) -> dict[str, Element]:
+    """A `<body>` for each link, nested as the tree is.  A massless root called world is the world itself."""
+    below: dict[str, list[Joint]] = {}
+    for joint in robot.joints:
+        below.setdefault(joint.parent, []).append(joint)
+    base = robot.link(robot.root)
+    if base.name == WORLD and base.inertial is None:
+        root = worldbody
+    else:
+        root = etree.SubElement(worldbody, "body", name=base.name)
+    bodies = {base.name: root}
+    _fill(root, base, meshes)
+    stack = [base.name]
+    while stack:
+        parent = stack.pop()
+        for joint in below.get(parent, []):
+            body = etree.SubElement(bodies[parent], "body", name=joint.child)
+            _place(body, joint.placement)
+            _joints(body, joint)
+            _fill(body, robot.link(joint.child), meshes)
+            bodies[joint.child] = body
+            stack.append(joint.child)
+    return bodies
+
+
+def _place(element: Element, placement: Array) -> None:
+    if placement[:3, 3].any():
+        element.set("pos", words(placement[:3, 3]))
+    if not np.array_equal(placement[:3, :3], np.eye(3)):
+        element.set("quat", words(quaternion_from_rotation(placement[:3, :3])))
+
+
+def _site(body: Element, name: str, placement: Array) -> None:
+    _place(etree.SubElement(body, "site", name=name), placement)
+
+
+def _joints(body: Element, joint: Joint) -> None:
+    """The joints in MuJoCo that together make one of the tree."""
+    kind = joint.type
+    if kind is JointType.FLOATING:
+        etree.SubElement(body, "freejoint", name=joint.name)
+    elif kind is JointType.SPHERICAL:
+        _joint(body, joint.name, "ball", None, joint)
+    elif kind is JointType.UNIVERSAL:
+        _joint(body, joint.name, "hinge", joint.axis, joint)
+        _joint(body, f"{joint.name}/2", "hinge", joint.axis2, joint)
+    elif kind is JointType.PLANAR:
+        x, y = _plane(joint.axis)
+        _joint(body, joint.name, "slide", x, joint)
+        _joint(body, f"{joint.name}/2", "slide", y, joint)
+        _joint(body, f"{joint.name}/3", "hinge", joint.axis, joint)
+    elif kind is not JointType.FIXED:
+        _joint(body, joint.name, "hinge" if kind in _HINGE else "slide", joint.axis, joint)
+
+
+def _plane(normal: Array) -> tuple[Array, Array]:
+    """Two directions that span the plane, the x and y of the smallest turn that brings z to its normal."""
+    x, y, z = (float(value) for value in normal)
+    if z < -1.0 + 1e-12:
+        return np.array([1.0, 0.0, 0.0]), np.array([0.0, -1.0, 0.0])
+    scale = 1.0 / (1.0 + z)
+    return np.array([1.0 - x * x * scale, -x * y * scale, -x]), np.array([-x * y * scale, 1.0 - y * y * scale, -y])
+
+
+def _joint(body: Element, name: str, kind: str, axis: Array | None, joint: Joint) -> None:
+    element = etree.SubElement(body, "joint", name=name, type=kind)
+    if axis is not None:
+        element.set("axis", words(axis))
+    limits = joint.limits
+    if joint.type in (*_HINGE, JointType.PRISMATIC) and (limits.lower, limits.upper) != (None, None):
+        lower = -1e10 if limits.lower is None else limits.lower
+        upper = 1e10 if limits.upper is None else limits.upper
+        element.set("range", words((lower, upper)))
+    if joint.damping:
+        element.set("damping", number(joint.damping))
+    if joint.friction:
+        element.set("frictionloss", number(joint.friction))
+
+
+def _fill(body: Element, link: Link, meshes: Meshes) -> None:
+    if link.inertial is not None:
+        _inertial(body, link.inertial)
+    for shapes, visual in ((link.visuals, True), (link.collisions, False)):
+        for shape in shapes:
+            _geom(body, shape, visual, meshes)
+
+
+def _inertial(body: Element, inertial: Inertial) -> None:
+    tensor = inertial.inertia
+    entries = [tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2]]
+    etree.SubElement(body, "inertial", pos=words(inertial.com), mass=number(inertial.mass), fullinertia=words(entries))
+
+
+def _geom(body: Element, shape: Shape, visual: bool, meshes: Meshes) -> None:
+    element = etree.Element("geom", type=shape.kind, mass="0")
+    if shape.name:
+        element.set("name", shape.name)
+    _place(element, shape.placement)
+    if shape.kind == "mesh":
+        if shape.mesh is None or (shape.mesh, shape.size) not in meshes:
+            return
+        element.set("mesh", meshes[shape.mesh, shape.size])
+    elif shape.kind == "box":
+        element.set("size", words([0.5 * value for value in shape.size]))
+    elif shape.kind == "sphere":
+        element.set("size", words(shape.size))
+    else:
+        element.set("size", words((shape.size[0], 0.5 * shape.size[1])))
+    if shape.colour is not None:
+        element.set("rgba", words(shape.colour))
+    if visual:
+        element.set("contype", "0")
+        element.set("conaffinity", "0")
+        element.set("group", "2")
+    body.append(element)
+
+
+def _cut(cut: CutJoint, bodies: Mapping[str, Element], equality: Element) -> None:
+    a, b = (bodies[frame.link] for frame in (cut.a, cut.b))
+    if cut.type in _SAID:
+        tag = "connect" if cut.type is CutType.SPHERICAL else "weld"
+        sites = f"{cut.name}/a", f"{cut.name}/b"
+        _site(a, sites[0], cut.a.placement)
+        _site(b, sites[1], cut.b.placement)
+        etree.SubElement(equality, tag, name=cut.name, site1=sites[0], site2=sites[1])
+    elif cut.type is CutType.REVOLUTE:
+        for number_of, along in ((1, -0.5 * APART), (2, 0.5 * APART)):
+            sites = f"{OWN}{cut.name}/a{number_of}", f"{OWN}{cut.name}/b{number_of}"
+            for body, frame, name in ((a, cut.a, sites[0]), (b, cut.b, sites[1])):
+                point = np.array(frame.placement)
+                point[:3, 3] += along * point[:3, 2]
+                _site(body, name, point)
+            etree.SubElement(equality, "connect", name=f"{cut.name}/{number_of}", site1=sites[0], site2=sites[1])
+    else:
+        _carrier(cut, a, b, equality)
+
+
+def _carrier(cut: CutJoint, a: Element, b: Element, equality: Element) -> None:
+    """A body with next to no mass on link `a` that moves as the cut lets it, welded to link `b`."""
+    name = f"{OWN}{cut.name}"
+    body = etree.SubElement(a, "body", name=name)
+    _place(body, cut.a.placement)
+    if cut.type is CutType.UNIVERSAL:
+        etree.SubElement(body, "joint", name=name, type="hinge", axis="1 0 0")
+        etree.SubElement(body, "joint", name=f"{name}/2", type="hinge", axis="0 1 0")
+    else:
+        etree.SubElement(body, "joint", name=name, type="slide", axis="0 0 1")
+    etree.SubElement(body, "inertial", pos="0 0 0", mass="1e-6", diaginertia="1e-9 1e-9 1e-9")
+    sites = f"{name}/a", f"{name}/b"
+    _site(body, sites[0], np.eye(4))
+    _site(b, sites[1], cut.b.placement)
+    etree.SubElement(equality, "weld", name=f"{cut.name}/1", site1=sites[0], site2=sites[1])

@@ -1,0 +1,122 @@
+"""The keys of a loops.toml as text: all of them, or those that another format leaves over."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.description.model import Coupling, CutJoint, Frame, Home, RobotDescription, Variant
+from cutjoint.description.transforms import rpy_from_rotation
+
+_BARE = re.compile(r"^[A-Za-z0-9_-]+$")
+JointKeys = Mapping[str, Mapping[str, object]]
+
+
+def toml_text(
+    robot: RobotDescription,
+    *,
+    urdf: str | None,
+    cuts: Iterable[CutJoint],
+    couplings: Iterable[Coupling],
+    joints: JointKeys,
+    fixed: Mapping[str, str] | None = None,
+) -> str:
+    """The keys of a robot as TOML.
+
+    Args:
+        robot: the robot.
+        urdf: name of the URDF beside the file; None where the text goes into another file.
+        cuts: those that the other file cannot say.
+        couplings: likewise.
+        joints: [joint.NAME] tables, what the tree's format cannot say of a joint.
+        fixed: link -> name of the fixed joint above it, for formats whose fixed joints have no name.
+    """
+    lines = [] if urdf is None else ["schema = 1"]
+    lines.append(f"name = {text(robot.name)}")
+    lines += [f"title = {text(robot.title)}"] if robot.title else []
+    lines += [] if urdf is None else [f"urdf = {text(urdf)}"]
+    lines += [f"source = {text(robot.source)}"] if robot.source else []
+    lines.append(f"gravity = {numbers(robot.gravity)}")
+    lines.append(f"actuators = [{', '.join(map(text, robot.actuators))}]")
+    if robot.tool is not None:
+        lines += ["", "[tool]", f"frame = {_frame(robot.tool)}"]
+    for name, keys in joints.items():
+        lines += ["", f"[joint.{key(name)}]", *(f"{one} = {_value(value)}" for one, value in keys.items())]
+    for cut in cuts:
+        lines += ["", "[[cut]]", f"name = {text(cut.name)}", f'type = "{cut.type.value}"']
+        lines += ["frames = [", f"  {_frame(cut.a)},", f"  {_frame(cut.b)},", "]"]
+    for coupling in couplings:
+        lines += ["", "[[coupling]]", f"name = {text(coupling.name)}", f"joint = {text(coupling.joint)}"]
+        lines += [f"driver = {text(coupling.driver)}", f"ratio = {number(coupling.ratio)}"]
+        lines += [f"offset = {number(coupling.offset)}"]
+    for home in robot.homes:
+        lines += _home(home)
+    for variant in robot.variants:
+        lines += _variant(variant)
+    if fixed:
+        lines += ["", "[fixed]", *(f"{key(link)} = {text(name)}" for link, name in fixed.items())]
+    return "\n".join(lines) + "\n"
+
+
+def text(value: str) -> str:
+    """A TOML basic string."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def key(name: str) -> str:
+    """A TOML key, quoted where it must be."""
+    return name if _BARE.match(name) else text(name)
+
+
+def number(value: float) -> str:
+    """The shortest decimal that is exactly the same double."""
+    return repr(float(value))
+
+
+def numbers(values: Sequence[float] | Array) -> str:
+    """A list of numbers."""
+    return f"[{', '.join(number(value) for value in values)}]"
+
+
+def _value(value: object) -> str:
+    if isinstance(value, str):
+        return text(value)
+    if isinstance(value, float):
+        return number(value)
+    return numbers(np.asarray(value, dtype=float))
+
+
+def _frame(frame: Frame) -> str:
+    if np.array_equal(frame.placement, np.eye(4)):
+        return text(frame.link)
+    parts = [f"link = {text(frame.link)}", f"xyz = {numbers(frame.placement[:3, 3])}"]
+    if not np.array_equal(frame.placement[:3, :3], np.eye(3)):
+        parts.append(f"rpy = {numbers(rpy_from_rotation(frame.placement[:3, :3]))}")
+    return f"{{ {', '.join(parts)} }}"
+
+
+def _home(home: Home) -> list[str]:
+    lines = ["", f"[home.{key(home.name)}]"]
+    lines += [f"about = {text(home.about)}"] if home.about else []
+    given = ", ".join(f"{key(name)} = {number(value)}" for name, value in home.actuated.items())
+    lines.append(f"actuated = {{ {given} }}" if given else "actuated = {}")
+    if home.passive:
+        lines.append(f"[home.{key(home.name)}.passive]")
+    for name, value in home.passive.items():
+        lines.append(f"{key(name)} = {numbers(value) if isinstance(value, tuple) else number(value)}")
+    return lines
+
+
+def _variant(variant: Variant) -> list[str]:
+    lines = ["", f"[variant.{key(variant.name)}]"]
+    lines += [f"about = {text(variant.about)}"] if variant.about else []
+    for link, inertial in variant.inertials.items():
+        tensor = inertial.inertia
+        entries = [tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2]]
+        lines += [f"[variant.{key(variant.name)}.inertial.{key(link)}]", f"mass = {number(inertial.mass)}"]
+        lines += [f"com = {numbers(inertial.com)}", f"inertia = {numbers(entries)}"]
+    return lines

@@ -1,0 +1,166 @@
+"""A description as URDF: the open tree alone, or with the cuts as the proposed `<constraint>` elements.
+
+Joint types that URDF lacks (spherical, universal) are written as floating and given back by the keys that go with them.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+
+from cutjoint.arrays import Array
+from cutjoint.description.formats.urdf_constraint import TYPES as CONSTRAINTS
+from cutjoint.description.model import Coupling, CutType, Inertial, Joint, JointType, Link, RobotDescription, Shape
+from cutjoint.description.transforms import rpy_from_rotation
+from cutjoint.description.writers.toml import JointKeys, number, toml_text
+from cutjoint.description.xml import Element
+
+_FOREIGN = (JointType.SPHERICAL, JointType.UNIVERSAL)
+_NAMES = {kind: name for name, kind in CONSTRAINTS.items()}
+
+
+def constraint_files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
+    """One URDF with `<constraint>` elements, and the rest of the robot in a `<cutjoint>` element."""
+    root = robot_element(robot, path)
+    for cut in robot.cuts:
+        element = etree.SubElement(root, "constraint", name=cut.name, type=_NAMES[cut.type])
+        for side, frame in (("parent", cut.a), ("child", cut.b)):
+            etree.SubElement(element, side, link=frame.link)
+            _origin(element, frame.placement, f"{side}_origin")
+        if cut.type in (CutType.REVOLUTE, CutType.PRISMATIC):
+            etree.SubElement(element, "parent_axis", xyz="0 0 1")
+        elif cut.type is CutType.UNIVERSAL:
+            etree.SubElement(element, "parent_axis", xyz="1 0 0")
+            etree.SubElement(element, "child_axis", xyz="0 1 0")
+    rest = etree.SubElement(root, "cutjoint")
+    couplings = couplings_without_mimic(robot)
+    rest.text = "\n" + toml_text(robot, urdf=None, cuts=(), couplings=couplings, joints=foreign_joints(robot))
+    return {path: serialised(root)}
+
+
+def serialised(root: Element) -> bytes:
+    """An element as an indented file."""
+    etree.indent(root)
+    content = etree.tostring(root, xml_declaration=True, encoding="utf-8")
+    return bytes(content) + b"\n"
+
+
+def robot_element(robot: RobotDescription, path: Path) -> Element:
+    """The `<robot>` with links and joints; mesh files are named relative to `path`."""
+    root = etree.Element("robot", name=robot.name)
+    for link in robot.links:
+        root.append(_link(link, path))
+    mimics = {coupling.joint: coupling for coupling in robot.couplings if is_mimic(coupling)}
+    for joint in robot.joints:
+        root.append(_joint(joint, mimics.get(joint.name)))
+    return root
+
+
+def is_mimic(coupling: Coupling) -> bool:
+    """Whether a coupling is one that `<mimic>` says, name included."""
+    return coupling.name == f"{coupling.joint}_mimic"
+
+
+def couplings_without_mimic(robot: RobotDescription) -> list[Coupling]:
+    """The couplings that `<mimic>` cannot say with their names."""
+    return [coupling for coupling in robot.couplings if not is_mimic(coupling)]
+
+
+def foreign_joints(robot: RobotDescription) -> JointKeys:
+    """[joint.NAME] for joints whose type URDF lacks."""
+    keys: dict[str, dict[str, object]] = {}
+    for joint in robot.joints:
+        if joint.type in _FOREIGN:
+            keys[joint.name] = {"type": joint.type.value, "axis": joint.axis, "axis2": joint.axis2}
+    return keys
+
+
+def words(values: Sequence[float] | Array) -> str:
+    """Numbers as an XML attribute, exact."""
+    return " ".join(number(value) for value in values)
+
+
+def _origin(parent: Element, placement: Array, tag: str = "origin") -> None:
+    rotation = placement[:3, :3]
+    if np.array_equal(placement, np.eye(4)):
+        return
+    origin = etree.SubElement(parent, tag, xyz=words(placement[:3, 3]))
+    if not np.array_equal(rotation, np.eye(3)):
+        origin.set("rpy", words(rpy_from_rotation(rotation)))
+
+
+def _link(link: Link, path: Path) -> Element:
+    element = etree.Element("link", name=link.name)
+    if link.inertial is not None:
+        _inertial(element, link.inertial)
+    for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
+        for number_of, shape in enumerate(shapes):
+            _shape(element, tag, shape, f"{link.name}_{number_of}", path)
+    return element
+
+
+def _inertial(link: Element, inertial: Inertial) -> None:
+    element = etree.SubElement(link, "inertial")
+    etree.SubElement(element, "origin", xyz=words(inertial.com))
+    etree.SubElement(element, "mass", value=number(inertial.mass))
+    tensor = inertial.inertia
+    entries = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+    etree.SubElement(element, "inertia", {key: number(tensor[at]) for key, at in entries.items()})
+
+
+def _shape(link: Element, tag: str, shape: Shape, colour_name: str, path: Path) -> None:
+    element = etree.SubElement(link, tag)
+    if shape.name:
+        element.set("name", shape.name)
+    _origin(element, shape.placement)
+    inner = etree.SubElement(etree.SubElement(element, "geometry"), shape.kind)
+    if shape.kind == "box":
+        inner.set("size", words(shape.size))
+    elif shape.kind == "mesh":
+        inner.set("filename", relative(shape.mesh, path))
+        inner.set("scale", words(shape.size))
+    else:
+        for key, value in zip(("radius", "length"), shape.size, strict=False):
+            inner.set(key, number(value))
+    if shape.colour is not None and tag == "visual":
+        material = etree.SubElement(element, "material", name=f"{colour_name}_colour")
+        etree.SubElement(material, "color", rgba=words(shape.colour))
+
+
+def relative(mesh: Path | None, path: Path) -> str:
+    """A mesh file as seen from the file that names it."""
+    if mesh is None:
+        return ""
+    return Path(os.path.relpath(mesh.resolve(), path.resolve().parent)).as_posix()
+
+
+def _joint(joint: Joint, mimic: Coupling | None) -> Element:
+    kind = JointType.FLOATING if joint.type in _FOREIGN else joint.type
+    element = etree.Element("joint", name=joint.name, type=kind.value)
+    etree.SubElement(element, "parent", link=joint.parent)
+    etree.SubElement(element, "child", link=joint.child)
+    _origin(element, joint.placement)
+    if kind not in (JointType.FIXED, JointType.FLOATING):
+        etree.SubElement(element, "axis", xyz=words(joint.axis))
+    _limits(element, joint)
+    if joint.damping or joint.friction:
+        etree.SubElement(element, "dynamics", damping=number(joint.damping), friction=number(joint.friction))
+    if mimic is not None:
+        numbers = {"multiplier": number(mimic.ratio), "offset": number(mimic.offset)}
+        etree.SubElement(element, "mimic", joint=mimic.driver, **numbers)
+    return element
+
+
+def _limits(element: Element, joint: Joint) -> None:
+    limits = joint.limits
+    values = {"velocity": limits.velocity, "effort": limits.effort}
+    if joint.type in (JointType.REVOLUTE, JointType.PRISMATIC) and (limits.lower, limits.upper) != (None, None):
+        values["lower"] = -np.inf if limits.lower is None else limits.lower
+        values["upper"] = np.inf if limits.upper is None else limits.upper
+    given = {key: number(value) for key, value in values.items() if value is not None}
+    if given:
+        etree.SubElement(element, "limit", given)
