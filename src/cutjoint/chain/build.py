@@ -17,6 +17,8 @@ from cutjoint.description.model import Inertial, Joint, JointType, RobotDescript
 from cutjoint.errors import CutjointError
 
 UNBOUNDED = 1e30
+MOST_JOINTS = 1000
+"""Everything here is dense: with 3000 joints one workspace of Pinocchio takes more than a gigabyte."""
 _NAMED_AXES: dict[tuple[float, ...], str] = {(1.0, 0.0, 0.0): "X", (0.0, 1.0, 0.0): "Y", (0.0, 0.0, 1.0): "Z"}
 
 
@@ -24,8 +26,14 @@ def build_model(description: RobotDescription) -> pin.Model:
     """The Pinocchio model of the open tree of `description`.
 
     Raises:
-        CutjointError: Pinocchio's own consistency check refuses the model.
+        CutjointError: the robot is too large, or Pinocchio's own consistency check refuses the model.
     """
+    moving = sum(joint.type is not JointType.FIXED for joint in description.joints)
+    if moving > MOST_JOINTS:
+        raise CutjointError(
+            f"{description.name} has {moving} moving joints; cutjoint works with dense matrices, up to {MOST_JOINTS} "
+            "joints: fix those that do not matter"
+        )
     model = pin.Model()
     model.name = description.name
     model.gravity = pin.Motion(np.array(description.gravity), np.zeros(3))

@@ -105,7 +105,14 @@ class FullDynamics:
         bias = np.array(pin.nonLinearEffects(k.model, k.data, q, v))
         pin.computeJointJacobiansTimeVariation(k.model, k.data, q, v)
         jacobian, drift = k.closure.jacobian(k.data), k.closure.drift(k.data, v)
-        free = np.linalg.solve(mass, np.column_stack([effort - bias, jacobian.T]))
+        try:
+            free = np.linalg.solve(mass, np.column_stack([effort - bias, jacobian.T]))
+        except np.linalg.LinAlgError:
+            raise DynamicsError(
+                "the mass matrix of the tree is singular: a body at the end of a limb has no mass, or none that its "
+                "joint moves; give it an inertia",
+                residual=np.inf,
+            ) from None
         if not len(jacobian):
             return free[:, 0], np.zeros(0)
         compliance = jacobian @ free[:, 1:]
