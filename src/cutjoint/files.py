@@ -15,11 +15,7 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes) -> Path:
     Raises:
         InputError: the folder does not exist, or the file cannot be written.
     """
-    target = Path(path)
-    if not target.parent.is_dir():
-        raise InputError(f"the folder {str(target.parent)!r} does not exist; make it first")
-    if target.is_dir():
-        raise InputError(f"{str(target)!r} is a folder; give a file name")
+    target = check_place(path)
     data = content.encode() if isinstance(content, str) else content
     temporary: str | None = None
     try:
@@ -35,6 +31,20 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes) -> Path:
     finally:
         if temporary is not None:
             Path(temporary).unlink(missing_ok=True)
+    return target
+
+
+def check_place(path: str | os.PathLike[str]) -> Path:
+    """`path` as a place where a file can be written; worth asking before a long run.
+
+    Raises:
+        InputError: the folder does not exist, or there is a folder of that name.
+    """
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise InputError(f"the folder {str(target.parent)!r} does not exist; make it first")
+    if target.is_dir():
+        raise InputError(f"{str(target)!r} is a folder; give a file name")
     return target
 
 

@@ -18,10 +18,10 @@ def case(request):
     if request.param == "cpm":
         model = CpmModel()
         now = Reference(Circle([0.425, 0.425, 0.3], 0.175, 1.5), model).at(0.7)
-        return model, now, now.q + [0.01, -0.02, 0.015], now.v + [0.1, 0.2, -0.1]
+        return model, now, now.q + np.array([0.01, -0.02, 0.015]), now.v + np.array([0.1, 0.2, -0.1])
     model = Omega3Model()
     now = Reference(Circle([0.1, 0.0, 0.0], 0.04, 4.0, [0, 1, 0], [0, 0, 1]), model).at(0.3)
-    return model, now, now.q + [0.02, -0.01, 0.03], now.v + [0.5, -0.2, 0.1]
+    return model, now, now.q + np.array([0.02, -0.01, 0.03]), now.v + np.array([0.5, -0.2, 0.1])
 
 
 def test_gains_as_number_list_or_matrix_mean_the_same(case):

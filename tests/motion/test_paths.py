@@ -15,7 +15,7 @@ rate = st.floats(0.2, 8.0)
 
 @st.composite
 def planes(draw):
-    first = np.array(draw(point)) + [3.0, 0.0, 0.0]
+    first = np.add(draw(point), (3.0, 0.0, 0.0))
     first /= np.linalg.norm(first)
     second = np.cross(first, [0.0, 0.6, 0.8])
     return first, second / np.linalg.norm(second)

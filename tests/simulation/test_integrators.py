@@ -140,7 +140,7 @@ def test_bad_settings_are_refused(make, error):
         make()
 
 
-# ---- rotations: a spinning body hung from a slider by a ball -----------------------------------------------------------
+# ---- rotations: a spinning body hung from a slider by a ball
 
 
 class Still:

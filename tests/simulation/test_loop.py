@@ -90,7 +90,7 @@ def test_the_integral_takes_the_rest_of_the_error_away(rate):
 
 
 def test_anti_windup_comes_back_sooner():
-    """A slider that is too weak to hold the weight for a second, then strong enough: the integral must not have grown."""
+    """A slider that is too weak to hold the weight for a second: the integral must not have grown."""
 
     class Unguarded(PID):
         def memory_rate(self, desired, q, v, asked, given):
@@ -126,7 +126,7 @@ def test_a_run_is_reproducible_to_the_bit():
     assert np.array_equal(one.effort, two.effort)
 
 
-# ---- runs that cannot go on --------------------------------------------------------------------------------------------
+# ---- runs that cannot go on
 
 
 def test_diverging_run_stops_with_its_state_and_what_there_was():

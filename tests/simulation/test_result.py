@@ -1,6 +1,7 @@
 """Results: their checks, their files."""
 
 import csv
+import pickle
 import zipfile
 from dataclasses import replace
 
@@ -18,7 +19,7 @@ def made(time=None, error=None, **changes):
     m = t.size
     e = np.zeros((m, 3)) if error is None else error(t)
     three = np.zeros((m, 3))
-    content = {name: three for name in ARRAYS} | {
+    content = dict.fromkeys(ARRAYS, three) | {
         "time": t,
         "desired_tool": e,
         "gap": np.zeros((m, 2)),
@@ -192,6 +193,13 @@ def test_files_that_are_no_results(tmp_path):
         archive.writestr("schema.npy", "nonsense")
     with pytest.raises(ResultFileError):
         load(tmp_path / "zip.npz")
+
+
+def test_it_travels_between_processes():
+    result = made()
+    again = pickle.loads(pickle.dumps(result))
+    assert all(np.array_equal(getattr(result, name), getattr(again, name)) for name in ARRAYS)
+    assert again.about == result.about
 
 
 def test_repr_says_what_it_is():

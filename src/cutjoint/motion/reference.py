@@ -5,6 +5,7 @@ Positions by inverse kinematics; rates from tool velocity = J v and tool acceler
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ from cutjoint.motion.trajectory import ToolMotion, Trajectory
 
 # Anchors to a way: near enough to one another that inverse kinematics from the nearest one stays on its branch.
 ANCHORS = 64
+# Instants that are remembered: a few seconds of RK4 at 1 kHz, some ten megabytes.
+MEMORY = 10000
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,12 +75,13 @@ class Reference:
         """
         if mechanism.n > 3:
             raise InputError(
-                f"a trajectory of the tool point cannot tell the {mechanism.n} actuators of {mechanism.name} what to do; "
-                "three are the most"
+                f"a trajectory of the tool point cannot tell the {mechanism.n} actuators of {mechanism.name} what to "
+                "do; three are the most"
             )
         self.trajectory = trajectory
         self.mechanism = mechanism
         self.duration = positive("duration", trajectory.duration if duration is None else duration, "s")
+        self._known: OrderedDict[float, Desired] = OrderedDict()
         anchors: list[tuple[Array, Posture]] = []
         near: Posture | None = None
         # A way that repeats, or rests at its end, is walked once.
@@ -94,6 +98,9 @@ class Reference:
         Raises:
             UnreachableError: outside the workspace between two anchors, or past the duration.
         """
+        known = self._known.get(t)
+        if known is not None:
+            return known
         tool = self.trajectory.at(t)
         away = self._places - tool.position
         nearest = self._postures[int(np.argmin(np.einsum("ij,ij->i", away, away)))]
@@ -101,7 +108,12 @@ class Reference:
         jacobian = self.mechanism.tool(posture).jacobian
         v = _actuator_rates(jacobian, tool.velocity)
         a = _actuator_rates(jacobian, tool.acceleration - self.mechanism.tool(posture, v).drift)
-        return Desired(t, posture.q, v, a, tool, posture, self.mechanism)
+        made = Desired(t, posture.q, v, a, tool, posture, self.mechanism)
+        # A memo of a pure function: stages of a method and runs on one time grid ask for the same instants again.
+        self._known[t] = made
+        if len(self._known) > MEMORY:
+            self._known.popitem(last=False)
+        return made
 
     def _reach(self, t: float, tool: ToolMotion, near: Posture | None) -> Posture:
         try:

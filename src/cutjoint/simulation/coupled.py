@@ -37,16 +37,11 @@ class Coupled:
         self.evaluations = 0
         self.strayed = 0.0
         self._nv = start.v.size
-        self._known: list[Desired] = []
         self._given: tuple[Array, Array] | None = None
 
     def desired(self, t: float) -> Desired:
-        """The reference at `t` [s].  Methods ask several times at one instant; the last two answers are kept."""
-        for known in self._known:
-            if known.t == t:
-                return known
-        self._known = [self.reference.at(t), *self._known[:1]]
-        return self._known[0]
+        """The reference at `t` [s]."""
+        return self.reference.at(t)
 
     def state(self, y: Array) -> State:
         """The plant's state of a flat vector."""

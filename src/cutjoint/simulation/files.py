@@ -1,15 +1,10 @@
-"""Results on disk: npz with a schema version (complete), CSV for plotting tools (one row a sample; written only).
-
-Files are written whole or not at all: to a neighbour first, which then takes the asked name.
-"""
+"""Results on disk: npz with a schema version (complete), CSV for plotting tools (one row a sample; written only)."""
 
 from __future__ import annotations
 
 import csv
 import io
 import json
-import os
-import tempfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +13,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.errors import InputError, ResultFileError
+from cutjoint.files import check_place, write_whole
 from cutjoint.simulation.result import ARRAYS, Result
 
 SCHEMA = 1
@@ -31,26 +27,7 @@ def save(result: Result, path: str | Path) -> Path:
         InputError: another suffix, or a folder that does not exist or cannot be written.
     """
     target = check_target(path)
-    content = _npz(result) if target.suffix == ".npz" else _csv(result).encode()
-    try:
-        handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    except OSError as error:
-        raise InputError(f"cannot write into {target.parent}: {error.strerror}") from error
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        # mkstemp makes private files; a result is an ordinary one.
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, target)
-    except OSError as error:
-        Path(temporary).unlink(missing_ok=True)
-        raise InputError(f"cannot write {target}: {error.strerror}") from error
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-    return target
+    return write_whole(target, _npz(result) if target.suffix == ".npz" else _csv(result))
 
 
 def check_target(path: str | Path) -> Path:
@@ -62,11 +39,7 @@ def check_target(path: str | Path) -> Path:
     target = Path(path)
     if target.suffix not in SUFFIXES:
         raise InputError(f"a result file ends in {' or '.join(SUFFIXES)}; found {str(target)!r}")
-    if not target.parent.is_dir():
-        raise InputError(f"the folder {str(target.parent)!r} does not exist; make it first")
-    if target.is_dir():
-        raise InputError(f"{str(target)!r} is a folder; give a file name")
-    return target
+    return check_place(target)
 
 
 def load(path: str | Path) -> Result:
@@ -147,9 +120,3 @@ def _columns(result: Result, names: list[str], kinds: list[str]) -> Iterator[tup
     yield "loop gap [rad]", result.gap[:, 1]
     for array in ("kinetic", "potential", "work"):
         yield f"{array} [J]", getattr(result, array)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

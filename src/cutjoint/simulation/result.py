@@ -79,6 +79,10 @@ class Result:
             return bool(shape[1:] == (2,))
         return len(shape) == (2 if name == "q_full" else 1)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Read-only mappings do not pickle; worker processes hand results over.
+        return _rebuilt, ({name: getattr(self, name) for name in ARRAYS}, dict(self.about))
+
     def __len__(self) -> int:
         return int(self.time.size)
 
@@ -150,6 +154,10 @@ class Result:
     def loop_gap(self) -> tuple[float, float]:
         """Worst loop residual of the run, ([m], [rad])."""
         return float(self.gap[:, 0].max()), float(self.gap[:, 1].max())
+
+
+def _rebuilt(arrays: dict[str, Array], about: dict[str, Any]) -> Result:
+    return Result(**arrays, about=about)
 
 
 ARRAYS = tuple(one.name for one in fields(Result) if one.name != "about")

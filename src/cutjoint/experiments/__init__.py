@@ -1,0 +1,1 @@
+"""The papers' experiments: set-ups, runs, claims with a verdict."""

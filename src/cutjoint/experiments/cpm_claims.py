@@ -1,0 +1,102 @@
+"""The claims of Elkady et al. 2008, judged by equation (39) and by the inferred code."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from cutjoint.experiments import cpm
+from cutjoint.experiments.claims import Claim, Verdict
+from cutjoint.experiments.gain_rule import SmallestGain
+from cutjoint.papers.cpm.published import CIRCLE, FORCE_LIMIT, SETTLING_TIME
+from cutjoint.simulation import Result
+
+Found = Mapping[Any, Any]
+TITLES = {
+    "pd": "PD",
+    "pd-gravity": "PD + gravity",
+    "feedforward": "PD + feedforward",
+    "computed-torque": "computed torque",
+}
+RULED = tuple(name for name, row in cpm.ROWS.items() if row.bound is not None)
+
+
+def run_of(found: Found, name: str, column: str) -> Result:
+    """One run of table 3."""
+    result = found["run", name, column]
+    assert isinstance(result, Result)
+    return result
+
+
+def rule_of(found: Found, name: str, column: str) -> SmallestGain:
+    """One end of the gain rule."""
+    rule = found["rule", name, column]
+    assert isinstance(rule, SmallestGain)
+    return rule
+
+
+def claims(found: Found) -> list[Claim]:
+    """The paper's claims with their verdicts."""
+    listed = []
+    for name in RULED:
+        row, bound = cpm.ROWS[name], cpm.bound(name)
+        errors = [run_of(found, name, column).worst_axis_error(SETTLING_TIME) for column in ("equation", "inferred")]
+        rule = [rule_of(found, name, column) for column in ("equation", "inferred")]
+        holds = [error < bound for error in errors]
+        listed.append(
+            Claim(
+                "5.4",
+                f"{TITLES[name]}: error along every axis below {1e3 * bound:g} mm after {SETTLING_TIME:g} s",
+                f"(39): {1e3 * errors[0]:.5g} mm; inferred code: {1e3 * errors[1]:.5g} mm",
+                Verdict.of(*holds),
+            )
+        )
+        listed.append(
+            Claim(
+                "5.3, table 3",
+                f"{TITLES[name]}: K_P = {row.k_p:g} is the smallest integer that does so",
+                f"(39): {rule[0].gain}; inferred code: {rule[1].gain}",
+                Verdict.of(*(one.gain == round(row.k_p) for one in rule)),
+            )
+        )
+    for name, row in cpm.ROWS.items():
+        peaks = [float(run_of(found, name, column).peak_effort().max()) for column in ("equation", "inferred")]
+        listed.append(
+            Claim(
+                "5.3, 5.4",
+                f"{TITLES[name]}: no actuator force above {FORCE_LIMIT:g} N",
+                f"(39): {peaks[0]:.2f} N; inferred code: {peaks[1]:.2f} N, all at t = 0",
+                Verdict.of(*(peak <= FORCE_LIMIT for peak in peaks)),
+            )
+        )
+        largest = [cpm.largest_k_d(column, name, FORCE_LIMIT) for column in ("equation", "inferred")]
+        listed.append(
+            Claim(
+                "5.4.4, table 3",
+                f"{TITLES[name]}: K_D = {row.k_d:g} is the largest integer within that limit",
+                f"(39): {largest[0]}; inferred code: {largest[1]}",
+                Verdict.of(*(one == round(row.k_d) for one in largest)),
+            )
+        )
+    best = {
+        column: min(cpm.ROWS, key=lambda name: run_of(found, name, column).rmse().position)
+        for column in ("equation", "inferred")
+    }
+    listed.append(
+        Claim(
+            "6",
+            "computed torque has the smallest position error of the four",
+            f"(39): {TITLES[best['equation']]}; inferred code: {TITLES[best['inferred']]}",
+            Verdict.of(*(one == "computed-torque" for one in best.values())),
+        )
+    )
+    speed = CIRCLE.radius * CIRCLE.omega
+    listed.append(
+        Claim(
+            "5.3",
+            "the path is planned without sudden changes of velocity",
+            f"it starts with a step of {speed:.4f} m/s for a robot at rest",
+            Verdict.of(speed == 0.0),
+        )
+    )
+    return listed

@@ -1,0 +1,40 @@
+"""Gains for the robots whose papers run controllers.
+
+The CPM's are printed (Elkady et al. 2008, table 3).  The Omega-3's paper prints none: these are this project's.  They
+make the error critically damped at 20 rad/s for computed torque; for the others kp and kd are of the size of the
+robot's largest inertia (1.4e-3 kg m2) times a bandwidth of some 25 rad/s, held well damped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from cutjoint.errors import InputError
+from cutjoint.papers.cpm.published import TABLE_3
+
+Gains = Mapping[str, float]
+
+GAINS: Mapping[str, Mapping[str, Gains]] = {
+    "cpm": {row.controller.replace("_", "-"): {"kp": row.k_p, "kd": row.k_d} for row in TABLE_3},
+    "omega3": {
+        "pd": {"kp": 1.0, "kd": 0.05},
+        "pd-gravity": {"kp": 1.0, "kd": 0.05},
+        "feedforward": {"kp": 1.0, "kd": 0.05},
+        "computed-torque": {"kp": 400.0, "kd": 40.0},
+    },
+}
+
+
+def default_gains(robot: str, law: str) -> Gains:
+    """The gains known for a robot and a law.
+
+    Raises:
+        InputError: none are known.
+    """
+    if law == "none":
+        return {}
+    known = GAINS.get(robot, {})
+    if law not in known:
+        have = f"; known for {robot}: {', '.join(known)}" if known else ""
+        raise InputError(f"no gains are known for controller '{law}' on '{robot}'; give --kp and --kd{have}")
+    return known[law]

@@ -1,0 +1,49 @@
+"""Tables that both papers' parts have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cutjoint.crosscheck import Cost
+from cutjoint.experiments.claims import Claim
+from cutjoint.papers.publication import Erratum
+from cutjoint.report import Table
+
+
+def claims_table(title: str, claims: Sequence[Claim]) -> Table:
+    """Claims with their verdicts."""
+    return Table(
+        title,
+        ("where", "claim", "found", "verdict"),
+        [(one.where, one.text, one.found, str(one.verdict)) for one in claims],
+    )
+
+
+def errata_table(title: str, errata: Sequence[Erratum]) -> Table:
+    """Errata as they are used in this project."""
+    return Table(
+        title,
+        ("where", "printed", "what holds", "shown by"),
+        [(one.equation, one.printed, one.corrected, one.shown) for one in errata],
+        wide=True,
+    )
+
+
+def cost_table(title: str, cost: Cost) -> Table:
+    """What a hypothesis costs along a path."""
+    columns = ("actuator", "peak effort", "largest difference", "of the peak", "of the inertial part's peak")
+    return Table(
+        title,
+        columns,
+        [
+            (
+                name,
+                f"{cost.peak[i]:.4g} {cost.units[i]}",
+                f"{cost.error[i]:.3g} {cost.units[i]}",
+                f"{cost.percent[i]:.2f} %",
+                f"{cost.percent_inertial[i]:.2f} %",
+            )
+            for i, name in enumerate(cost.actuators)
+        ],
+        right=columns[1:],
+    )

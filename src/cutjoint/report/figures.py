@@ -1,0 +1,180 @@
+"""Plots of results: quantities over time and paths in a plane, one to three panels beside each other, as SVG or PNG."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.report.style import ACTUAL, DESIRED, INK, LIMBS, SETTINGS
+
+HEIGHT = 2.9
+WIDTHS = {1: 4.6, 2: 7.8, 3: 11.2}
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Quantities over time.
+
+    Attributes:
+        title: what is shown.
+        time: shape (m,), [s].
+        values: shape (m, n), in `unit`.
+        unit: SI unit; small lengths are shown in mm or µm.
+        quantity: what the vertical axis measures.
+        names: of the n curves.
+        bound: a limit to draw at plus and minus this value, in `unit`.
+        since: time from which the bound counts [s].
+        start: length of the beginning that is shown again, enlarged [s]; 0 for none.
+    """
+
+    title: str
+    time: Array
+    values: Array
+    unit: str
+    quantity: str
+    names: Sequence[str]
+    bound: float | None = None
+    since: float = 0.0
+    start: float = 0.0
+
+
+@dataclass(frozen=True)
+class Path:
+    """Paths of the tool in a plane of two world axes.
+
+    Attributes:
+        title: what is shown.
+        axes: which two of x, y, z.
+        desired: shape (m, 3), [m].
+        actual: shape (m, 3), [m], or None.
+    """
+
+    title: str
+    axes: str
+    desired: Array
+    actual: Array | None = None
+
+
+class Drawing:
+    """A finished figure."""
+
+    def __init__(self, canvas: Any) -> None:
+        self._figure = canvas
+
+    def svg(self, key: str) -> str:
+        """As an SVG element to put into HTML; `key` keeps its identifiers apart from those of other figures."""
+        import matplotlib as mpl
+
+        buffer = io.StringIO()
+        with mpl.rc_context(SETTINGS):
+            self._figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+        text = buffer.getvalue()
+        text = text[text.index("<svg") :]
+        text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+        text = re.sub(r'\bid="', f'id="{key}-', text)
+        text = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{key}-", text)
+        # Its natural width, less where the page is narrower; the height follows.
+        return re.sub(
+            r'<svg ([^>]*?)width="([^"]*)" height="[^"]*"', r'<svg role="img" style="width: \2" \1', text, count=1
+        )
+
+    def png(self, dpi: int = 110) -> bytes:
+        """As a picture."""
+        import matplotlib as mpl
+
+        buffer = io.BytesIO()
+        with mpl.rc_context(SETTINGS):
+            self._figure.savefig(buffer, format="png", dpi=dpi)
+        return buffer.getvalue()
+
+
+def figure(*panels: Panel | Path) -> Drawing:
+    """The panels beside each other."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(SETTINGS):
+        drawn = Figure(figsize=(WIDTHS.get(len(panels), 4.0 * len(panels)), HEIGHT), layout="constrained")
+        axes = drawn.subplots(1, len(panels), squeeze=False)[0]
+        for panel, ax in zip(panels, axes, strict=True):
+            if isinstance(panel, Panel):
+                _over_time(ax, panel)
+            else:
+                _path(ax, panel)
+        _legend(drawn, axes)
+        return Drawing(drawn)
+
+
+def _legend(drawn: Any, axes: Any) -> None:
+    """One legend for all panels, below them."""
+    entries: dict[str, Any] = {}
+    for ax in axes:
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    if len(entries) > 1:
+        drawn.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries), handlelength=2.4)
+
+
+def scaled(values: Array, unit: str) -> tuple[float, str]:
+    """Factor and unit in which the values have handy digits."""
+    largest = float(np.abs(values).max(initial=0.0))
+    if unit.startswith("m") and unit != "m2":
+        rest = unit[1:]
+        for limit, factor, prefix in ((1e-4, 1e6, "µm"), (0.09, 1e3, "mm")):
+            if 0.0 < largest < limit:
+                return factor, prefix + rest
+    return 1.0, unit
+
+
+def _over_time(ax: Any, panel: Panel) -> None:
+    reach = panel.values if panel.bound is None else np.append(panel.values.ravel(), panel.bound)
+    factor, unit = scaled(reach, panel.unit)
+    _curves(ax, panel, factor)
+    if panel.bound is not None:
+        from_to = [panel.since, panel.time[-1]]
+        for sign in (1.0, -1.0) if (panel.values < 0.0).any() else (1.0,):
+            ax.plot(
+                from_to,
+                [sign * factor * panel.bound] * 2,
+                color=INK,
+                linewidth=1.0,
+                linestyle=(0, (1, 1.5)),
+                label="limit",
+            )
+    ax.set_title(panel.title)
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel(f"{panel.quantity} [{unit}]")
+    ax.set_xlim(panel.time[0], panel.time[-1])
+    if panel.start > 0.0:
+        inset = ax.inset_axes((0.4, 0.56, 0.57, 0.38))
+        _curves(inset, panel, factor)
+        inset.set_xlim(0.0, panel.start)
+        inset.tick_params(labelsize=7)
+        inset.set_title(f"first {panel.start:g} s", fontsize=7.5, fontweight="normal", pad=2)
+
+
+def _curves(ax: Any, panel: Panel, factor: float) -> None:
+    for i, name in enumerate(panel.names):
+        colour, dash = LIMBS[i % len(LIMBS)]
+        ax.plot(panel.time, factor * panel.values[:, i], color=colour, linestyle=dash, label=name)
+
+
+def _path(ax: Any, panel: Path) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    i, j = ("xyz".index(axis) for axis in panel.axes)
+    ax.plot(panel.desired[:, i], panel.desired[:, j], color=DESIRED, linewidth=3.0, alpha=0.6, label="desired path")
+    if panel.actual is not None:
+        ax.plot(panel.actual[:, i], panel.actual[:, j], color=ACTUAL, linewidth=1.2, label="actual path")
+        ax.plot(*panel.actual[0, [i, j]], marker="o", markersize=4, color=ACTUAL)
+    ax.set_title(panel.title)
+    ax.set_xlabel(f"{panel.axes[0]} [m]")
+    ax.set_ylabel(f"{panel.axes[1]} [m]")
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.xaxis.set_major_locator(MaxNLocator(5))
