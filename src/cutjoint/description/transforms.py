@@ -61,13 +61,13 @@ def rotation_from_rpy(rpy: Sequence[float] | Array) -> Array:
 
 
 def rpy_from_rotation(rotation: npt.NDArray[np.float64]) -> tuple[float, float, float]:
-    """Roll, pitch, yaw [rad] of a rotation (3, 3); where pitch is +-90 degrees, yaw is 0.
+    """Roll, pitch, yaw [rad] of a rotation (3, 3).
 
-    Once yaw is chosen, Rz(-yaw) R = Ry(pitch) Rx(roll) gives the others from entries that do not vanish near +-90
-    degrees, so that the three together are right to rounding there too.
+    Once yaw is chosen (near a pitch of +-90 degrees it hardly matters), Rz(-yaw) R = Ry(pitch) Rx(roll) gives the
+    others from entries that do not vanish there, so that the three together are right to rounding everywhere.
     """
     r = rotation
-    yaw = math.atan2(r[1, 0], r[0, 0]) if math.hypot(r[0, 0], r[1, 0]) > 1e-9 else 0.0
+    yaw = math.atan2(r[1, 0], r[0, 0])
     sine, cosine = math.sin(yaw), math.cos(yaw)
     pitch = math.atan2(-r[2, 0], cosine * r[0, 0] + sine * r[1, 0])
     roll = math.atan2(sine * r[0, 2] - cosine * r[1, 2], cosine * r[1, 1] - sine * r[0, 1])

@@ -2,7 +2,7 @@
 
 A body moves by its joints, which act one after the other at their own points of it: each but the last carries a
 massless link.  Two hinges called X and X/2 at one point with perpendicular axes are one universal joint; two slides and
-a hinge called X, X/2 and X/3 a planar one.
+a hinge called X, X/2 and X/3 a planar one; slides along x, y, z and a ball called X to X/4 a floating one.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ MJCF counts half lengths: a box of size a is 2 a long.  Without mass a geom has 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,8 +92,13 @@ def read_geom(
     if size is None:
         return None
     mass_value = None if mass is None else mass[0]
-    file, name = mesh.file if mesh else None, get.get("name", "")
+    file, name = mesh.file if mesh else None, plain_name(get.get("name", ""))
     return Geom(kind, size, placement, mass_value, density[0], colour, file, name, visual)
+
+
+def plain_name(name: str) -> str:
+    """A name without the #2, #3, ... that keeps the names of a file apart."""
+    return re.sub(r"#\d+$", "", name)
 
 
 def _size(

@@ -100,7 +100,7 @@ def _limits(
 
 
 def merged(joints: list[MjcfJoint]) -> list[MjcfJoint]:
-    """X and X/2 as one universal joint, X, X/2 and X/3 as one planar joint, where they fit; else as they are."""
+    """X and X/2 as one universal joint, up to X/3 a planar one, up to X/4 a floating one; else as they are."""
     if not joints or joints[0].position.any():
         return joints
     first, others = joints[0], joints[1:]
@@ -111,6 +111,10 @@ def merged(joints: list[MjcfJoint]) -> list[MjcfJoint]:
     turning = (JointType.REVOLUTE, JointType.CONTINUOUS)
     if len(joints) == 2 and all(kind in turning for kind in kinds) and abs(first.axis @ others[0].axis) < 1e-9:
         return [replace(first, type=JointType.UNIVERSAL, axis2=others[0].axis, limits=Limits())]
+    if kinds == [*[JointType.PRISMATIC] * 3, JointType.SPHERICAL]:
+        slides = np.array([one.axis for one in joints[:3]])
+        if np.array_equal(slides, np.eye(3)):
+            return [replace(first, type=JointType.FLOATING, limits=Limits())]
     if len(joints) == 3 and kinds[:2] == [JointType.PRISMATIC] * 2 and kinds[2] in turning:
         return [replace(first, type=JointType.PLANAR, axis=others[1].axis, limits=Limits())]
     return joints

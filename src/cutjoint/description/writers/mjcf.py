@@ -16,6 +16,7 @@ from lxml import etree
 
 from cutjoint.arrays import Array
 from cutjoint.description.formats.mjcf_body import OWN, WORLD
+from cutjoint.description.formats.mjcf_geom import plain_name
 from cutjoint.description.model import CutJoint, CutType, Inertial, Joint, JointType, Link, RobotDescription, Shape
 from cutjoint.description.transforms import quaternion_from_rotation
 from cutjoint.description.writers.toml import JointKeys, number, toml_text
@@ -144,8 +145,12 @@ def _site(body: Element, name: str, placement: Array) -> None:
 def _joints(body: Element, joint: Joint) -> None:
     """The joints in MuJoCo that together make one of the tree."""
     kind = joint.type
-    if kind is JointType.FLOATING:
+    if kind is JointType.FLOATING and body.getparent().tag == "worldbody":
         etree.SubElement(body, "freejoint", name=joint.name)
+    elif kind is JointType.FLOATING:  # MuJoCo has free joints on the world only
+        for number_of, axis in enumerate(np.eye(3), 1):
+            _joint(body, joint.name if number_of == 1 else f"{joint.name}/{number_of}", "slide", axis, joint)
+        _joint(body, f"{joint.name}/4", "ball", None, joint)
     elif kind is JointType.SPHERICAL:
         _joint(body, joint.name, "ball", None, joint)
     elif kind is JointType.UNIVERSAL:
@@ -201,7 +206,8 @@ def _inertial(body: Element, inertial: Inertial) -> None:
 def _geom(body: Element, shape: Shape, visual: bool, meshes: Meshes) -> None:
     element = etree.Element("geom", type=shape.kind, mass="0")
     if shape.name:
-        element.set("name", shape.name)
+        count = sum(1 for other in body.getroottree().iter("geom") if plain_name(other.get("name", "")) == shape.name)
+        element.set("name", f"{shape.name}#{count + 1}" if count else shape.name)
     _place(element, shape.placement)
     if shape.kind == "mesh":
         if shape.mesh is None or (shape.mesh, shape.size) not in meshes:
