@@ -60,6 +60,7 @@ class Ratio:
     v_driver: int
     ratio: float
     offset: float
+    is_length: bool
 
 
 def bind_frame(model: pin.Model, frame: Frame) -> tuple[int, pin.SE3]:
@@ -83,7 +84,7 @@ class Closure:
         names = [f"{cut.name}[{i}]" for cut in self.cuts for i in range(cut.rows)]
         self.row_names = (*names, *(ratio.name for ratio in self.ratios))
         lengths = [flag for cut in self.cuts for flag in _length_rows(cut.type)]
-        self.is_length = np.array(lengths + [False] * len(self.ratios), dtype=bool)
+        self.is_length = np.array(lengths + [ratio.is_length for ratio in self.ratios], dtype=bool)
         self._layout = _Layout(self.cuts)
         self._on_a = np.array([cut.support_a for cut in self.cuts]).reshape(len(self.cuts), self.nv)
         self._on_b = np.array([cut.support_b for cut in self.cuts]).reshape(len(self.cuts), self.nv)
@@ -145,7 +146,7 @@ class Closure:
         for cut_index, row, i in rows.slides:
             _, a, b = placed[cut_index]
             swing = _cross(a.rotation[:, i], b.translation - a.translation)
-            jacobian[row] = a.rotation[:, i] @ velocity[cut_index] - swing @ (angular * self._on_a[cut_index])
+            jacobian[row] = a.rotation[:, i] @ velocity[cut_index] + swing @ (angular * self._on_a[cut_index])
         return jacobian
 
     def drift(self, data: pin.Data, v: Array) -> Array:
@@ -194,7 +195,9 @@ class Closure:
             elif cut.type is CutType.UNIVERSAL:
                 angle = abs(float(np.arcsin(np.clip(a.rotation[:, 0] @ b.rotation[:, 1], -1.0, 1.0))))
             found.append((cut.name, float(np.linalg.norm(apart)), angle))
-        found.extend((r.name, 0.0, abs(float(q[r.q_joint] - r.ratio * q[r.q_driver] - r.offset))) for r in self.ratios)
+        for r in self.ratios:
+            apart = abs(float(q[r.q_joint] - r.ratio * q[r.q_driver] - r.offset))
+            found.append((r.name, apart, 0.0) if r.is_length else (r.name, 0.0, apart))
         return found
 
 
@@ -239,6 +242,7 @@ def _bind_ratio(model: pin.Model, coupling: Coupling) -> Ratio:
         model.idx_vs[driver],
         coupling.ratio,
         coupling.offset,
+        model.joints[joint].shortname().startswith("JointModelP"),
     )
 
 
