@@ -1,0 +1,78 @@
+"""`cutjoint check`: everything that is wrong with a robot's files, at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cutjoint.commands.output import console, print_json
+
+if TYPE_CHECKING:
+    from cutjoint.description import RobotDescription
+    from cutjoint.errors import Problem
+
+
+def command(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A robot's file or folder, or the name of a robot.")],
+    lenient: Annotated[
+        bool, typer.Option("--lenient", help="Pass flaws that do not prevent computing, such as missing meshes.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Every problem of a robot's files at once: where, what was found, what was expected, how to mend it.
+
+    Exit status: 0 if the robot loads (warnings or not), 1 if it does not.
+    """
+    from cutjoint.description import read_checked
+
+    reading = read_checked(file, lenient)
+    if json:
+        print_json(_data(file, reading.description, reading.problems))
+    else:
+        _show(file, reading.description, reading.problems)
+    if reading.description is None:
+        raise typer.Exit(1)
+
+
+def _data(file: str, robot: RobotDescription | None, problems: Sequence[Problem]) -> dict[str, Any]:
+    return {
+        "file": file,
+        "loads": robot is not None,
+        "problems": [{key: getattr(one, key) for key in one.__dataclass_fields__} for one in problems],
+    }
+
+
+def _show(file: str, robot: RobotDescription | None, problems: Sequence[Problem]) -> None:
+    from rich.markup import escape
+
+    out = console()
+    for problem in problems:
+        colour = "red" if problem.severity == "error" else "yellow"
+        place = f"{problem.file}:{problem.line}" if problem.line else problem.file
+        out.print(f"[{colour}]{problem.severity}[/] [bold]{escape(place)}[/]", soft_wrap=True)
+        out.print(f"  found     {escape(problem.found)}", soft_wrap=True)
+        if problem.expected:
+            out.print(f"  expected  {escape(problem.expected)}", soft_wrap=True)
+        if problem.mend:
+            out.print(f"  mend      {escape(problem.mend)}", soft_wrap=True)
+    errors = sum(problem.severity == "error" for problem in problems)
+    counts = f"{_count(errors, 'error')}, {_count(len(problems) - errors, 'warning')}"
+    if robot is None:
+        out.print(f"[red]{escape(file)} does not load[/]: {counts}", soft_wrap=True)
+        if any(problem.tolerable for problem in problems if problem.severity == "error"):
+            out.print("[dim]--lenient passes flaws that do not prevent computing[/]")
+        return
+    parts = [
+        _count(len(robot.links), "link"),
+        _count(len(robot.joints), "joint"),
+        _count(len(robot.cuts), "cut joint"),
+        _count(len(robot.couplings), "coupling"),
+        _count(len(robot.actuators), "actuator"),
+    ]
+    out.print(f"[green]{escape(robot.name)} loads[/]: {counts}; {', '.join(parts)}", soft_wrap=True)
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"

@@ -1,0 +1,36 @@
+"""`cutjoint export`: a robot in another file format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+SUFFIXES = {"loops": "", "urdf": ".urdf", "mjcf": ".xml"}
+
+
+def command(
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")],
+    to: Annotated[
+        str, typer.Option(help="mjcf (MuJoCo), urdf (with the proposed <constraint>) or loops (loops.toml and URDF).")
+    ] = "mjcf",
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="File, or folder for loops; default ROBOT in the working folder.")
+    ] = None,
+    variant: Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")] = None,
+    lenient: Annotated[
+        bool, typer.Option("--lenient", help="Pass flaws that do not prevent computing, such as missing meshes.")
+    ] = False,
+) -> None:
+    """Write a robot in another format.  Reading the file back gives the same robot."""
+    from cutjoint.description import load_description
+    from cutjoint.description.writers import WRITERS, write
+    from cutjoint.errors import UnknownNameError
+
+    if to not in WRITERS:
+        raise UnknownNameError("format", to, tuple(WRITERS))
+    description = load_description(robot, variant, lenient)
+    path = Path(f"{description.name}{SUFFIXES[to]}") if out is None else out
+    for written in write(description, path, to):
+        typer.echo(str(written))
