@@ -30,3 +30,5 @@ DYNAMICS = Tolerance(1e-7, "relative", "constraint residual of forward dynamics 
 AGREEMENT = Tolerance(
     1e-10, "relative", "two independent formulations of one robot; 2e-13 is typical, the rest is conditioning"
 )
+ENGINE_MATRIX = Tolerance(1e-9, "relative", "the same matrices from another engine, which bounds small masses at 1e-12")
+ENGINE_HARD = Tolerance(1e-6, "relative", "J_dot v by central differences of the other engine's Jacobian")

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import json as json_module
+from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from cutjoint.commands.output import console, print_json, table
+from cutjoint.commands.output import console, plain, print_json, table
+from cutjoint.files import write_whole
 
 if TYPE_CHECKING:
     from cutjoint.crosscheck import Comparison, Cost
+
+
+class Engine(StrEnum):
+    """What a closed chain is compared with."""
+
+    PAPER = "paper"
+    MUJOCO = "mujoco"
 
 
 def command(
@@ -24,6 +33,9 @@ def command(
             help="Inertias of the chain; default the paper's hypothesis. With `distributed` the hypothesis' cost."
         ),
     ] = None,
+    engine: Annotated[
+        Engine, typer.Option(help="Against what: the paper's model, or MuJoCo as a third opinion (if installed).")
+    ] = Engine.PAPER,
     json: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Also write the figures as JSON; - for stdout.")
     ] = None,
@@ -38,28 +50,57 @@ def command(
     from cutjoint.robots import PUBLISHED, load, published
 
     names = list(PUBLISHED) if robot == "all" else [robot]
+    if engine is Engine.MUJOCO:
+        comparisons = {name: _third_opinion(name, variant, samples, seed) for name in names}
+        _finish(comparisons, seed, json)
     models = {name: published(name) for name in names}
-    quiet = json is not None and str(json) == "-"
-    data: dict[str, Any] = {}
-    passes = True
-    for name, model in models.items():
-        row = PUBLISHED[name]
-        if variant == row.physical:
-            cost = _cost(name)
-            data[name] = _cost_data(cost)
-            if not quiet:
+    if variant is not None and all(variant == PUBLISHED[name].physical for name in names):
+        costs = {name: _cost(name) for name in names}
+        for name, cost in costs.items():
+            if not _quiet(json):
                 _show_cost(name, cost)
-            continue
-        comparison = _compare(load(name, variant or row.variant), model, samples, seed)
-        passes = passes and comparison.passes
-        data[name] = _comparison_data(comparison, seed)
-        if not quiet:
+        _emit(json, {name: _cost_data(cost) for name, cost in costs.items()})
+        return
+    chains = {name: load(name, variant or PUBLISHED[name].variant) for name in names}
+    _finish({name: _compare(chains[name], models[name], samples, seed) for name in names}, seed, json)
+
+
+def _finish(comparisons: dict[str, Comparison], seed: int, json: Path | None) -> NoReturn:
+    """Show, write and end: status 1 where anything disagrees."""
+    for comparison in comparisons.values():
+        if not _quiet(json):
             _show(comparison)
-    if quiet:
+    _emit(json, {name: _comparison_data(comparison, seed) for name, comparison in comparisons.items()})
+    raise typer.Exit(0 if all(comparison.passes for comparison in comparisons.values()) else 1)
+
+
+def _quiet(json: Path | None) -> bool:
+    return json is not None and str(json) == "-"
+
+
+def _emit(json: Path | None, data: dict[str, Any]) -> None:
+    if json is None:
+        return
+    if _quiet(json):
         print_json(data)
-    elif json is not None:
-        _write(json, data)
-    raise typer.Exit(0 if passes else 1)
+    else:
+        write_whole(json, json_module.dumps(plain(data), indent=2) + "\n")
+
+
+def _third_opinion(name: str, variant: str | None, samples: int, seed: int) -> Comparison:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from cutjoint.crosscheck import sample_states
+    from cutjoint.engines.compare import compare_with_mujoco
+    from cutjoint.robots import PUBLISHED, load, published
+
+    default = PUBLISHED[name].variant if name in PUBLISHED else None
+    chain = load(name, variant or default)
+    with Progress(transient=True, console=Console(stderr=True)) as bar:
+        task = bar.add_task(f"{chain.name}: {samples} states", total=samples)
+        states = sample_states(published(name) if name in PUBLISHED else chain, samples, seed)
+        return compare_with_mujoco(chain, states, lambda done: bar.update(task, completed=done))
 
 
 def _compare(chain: Any, reference: Any, samples: int, seed: int) -> Comparison:
@@ -142,10 +183,3 @@ def _cost_data(cost: Cost) -> dict[str, Any]:
         }
         for i, actuator in enumerate(cost.actuators)
     }
-
-
-def _write(path: Path, data: dict[str, Any]) -> None:
-    from cutjoint.commands.output import plain
-    from cutjoint.files import write_whole
-
-    write_whole(path, json_module.dumps(plain(data), indent=2) + "\n")

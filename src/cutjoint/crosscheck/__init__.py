@@ -2,12 +2,13 @@
 
 from cutjoint.crosscheck.compare import QUANTITIES, Comparison, Row, compare
 from cutjoint.crosscheck.cost import Cost, effort_along, hypothesis_cost
-from cutjoint.crosscheck.sampling import State, Workspace, sample_states, workspace_box
+from cutjoint.crosscheck.sampling import Reacher, State, Workspace, sample_states, workspace_box
 
 __all__ = [
     "QUANTITIES",
     "Comparison",
     "Cost",
+    "Reacher",
     "Row",
     "State",
     "Workspace",

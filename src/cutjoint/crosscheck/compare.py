@@ -14,7 +14,7 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.crosscheck.sampling import REFUSED, State
+from cutjoint.crosscheck.sampling import REFUSED, Reacher, State
 from cutjoint.errors import ToleranceError
 from cutjoint.mechanism import Mechanism, Posture
 
@@ -92,12 +92,10 @@ def compare(
     """Compare two models of one robot at `states`, which were sampled from `reference`."""
     errors: dict[int, dict[str, tuple[float, float]]] = {}
     refused, reason, count = 0, "", 0
-    known: list[tuple[Array, Posture]] = [(checked.tool(checked.home).position, checked.home)]
+    reacher = Reacher(checked)
     for count, state in enumerate(states, start=1):
         try:
-            near = min(known, key=lambda one: float(np.sum(np.square(one[0] - state.position))))[1]
-            at = checked.reach(state.position, near)
-            known.append((state.position, at))
+            at = reacher.reach(state.position)
             found = _evaluate(checked, at, state)
         except REFUSED as error:
             refused, reason = refused + 1, reason or str(error)

@@ -46,6 +46,26 @@ class State:
     effort: Array
 
 
+class Reacher:
+    """Takes a mechanism to tool positions all over its workspace, each time from the nearest one it has been to."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        home = mechanism.home
+        self._known: list[tuple[Array, Posture]] = [(mechanism.tool(home).position, home)]
+
+    def reach(self, position: Array) -> Posture:
+        """The posture with the tool at `position` (3,), on the branch of home.
+
+        Raises:
+            UnreachableError, SingularError: as the mechanism's `reach`.
+        """
+        near = min(self._known, key=lambda one: float(np.sum(np.square(one[0] - position))))[1]
+        at = self._mechanism.reach(position, near)
+        self._known.append((position, at))
+        return at
+
+
 def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: float = 10.0) -> Workspace:
     """How far the tool of `mechanism` gets from home along each axis, to `resolution` [m]."""
     home = mechanism.tool(mechanism.home).position

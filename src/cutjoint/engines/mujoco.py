@@ -1,0 +1,167 @@
+"""MuJoCo's opinion of a closed chain: the robot written as MJCF, loaded by MuJoCo, and asked for its dynamics.
+
+Mass matrix and bias of the tree and the directions of the constraints are exact in MuJoCo and are compared to
+rounding.  Its constraints are soft: its solver lets through about 1 - d of the acceleration that they would stop, where
+the impedance d is at most 0.9999, so its own forward dynamics agrees to that.  Solving the same matrices with hard
+constraints takes the softness away; J_dot v then comes from a central difference of MuJoCo's own Jacobian.
+
+E. Todorov, Convex and analytically-invertible dynamics with contacts and constraints, ICRA 2014; MuJoCo documentation,
+chapter Computation.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.chain import ClosedChain
+from cutjoint.description.model import JointType
+from cutjoint.description.writers import write
+from cutjoint.errors import InputError
+
+IMPEDANCE = 0.9999
+"""The largest that MuJoCo accepts."""
+
+_ONE = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+_STEP = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Opinion:
+    """What MuJoCo says at one state, in the chain's own coordinates.
+
+    Attributes:
+        mass: mass matrix of the open tree, shape (nv, nv).
+        bias: Coriolis, centrifugal and gravity forces of the open tree, shape (nv,).
+        jacobian: constraint Jacobian in MuJoCo's rows, shape (rows, nv).
+        soft: acceleration of all joints as MuJoCo's solver gives it, shape (nv,).
+        softened: what that solver must give by its own regularisation and reference acceleration, shape (nv,).
+        hard: the same from MuJoCo's matrices with constraints that do not give, shape (nv,).
+    """
+
+    mass: Array
+    bias: Array
+    jacobian: Array
+    soft: Array
+    softened: Array
+    hard: Array
+
+
+class MujocoRobot:
+    """A closed chain in MuJoCo.
+
+    Raises:
+        InputError: MuJoCo is not installed, or the robot has joints that this comparison does not map.
+    """
+
+    def __init__(self, chain: ClosedChain) -> None:
+        try:
+            import mujoco
+        except ImportError as error:
+            raise InputError("MuJoCo is not installed; pip install mujoco") from error
+        self._mujoco: Any = mujoco
+        with tempfile.TemporaryDirectory() as folder:
+            path = write(chain.description, Path(folder) / "robot.xml", "mjcf")[0]
+            self._model = mujoco.MjModel.from_xml_path(str(path))
+        self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONTACT
+        self._model.opt.tolerance, self._model.opt.iterations = 0.0, 200
+        self._model.eq_solimp[:] = (IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0)
+        self._data = mujoco.MjData(self._model)
+        self._map(chain)
+
+    def _map(self, chain: ClosedChain) -> None:
+        """Where each joint of the chain stands in MuJoCo's vectors."""
+        names, model = self._mujoco.mjtObj.mjOBJ_JOINT, self._model
+        self._single: list[tuple[int, int, int, int]] = []
+        self._free: list[tuple[int, int, int, int]] = []
+        for joint in chain.description.joints:
+            if joint.type is JointType.FIXED:
+                continue
+            index = self._mujoco.mj_name2id(model, names, joint.name)
+            if index < 0 or joint.type not in (*_ONE, JointType.FLOATING):
+                raise InputError(f"joint '{joint.name}' ({joint.type}) of {chain.name} is not mapped to MuJoCo")
+            own = chain.model.getJointId(joint.name)
+            row = (
+                int(chain.model.idx_qs[own]),
+                int(chain.model.idx_vs[own]),
+                int(model.jnt_qposadr[index]),
+                int(model.jnt_dofadr[index]),
+            )
+            (self._free if joint.type is JointType.FLOATING else self._single).append(row)
+        self._nv = chain.nv
+
+    def opinion(self, q_full: Array, v_full: Array, effort_full: Array) -> Opinion:
+        """MuJoCo's dynamics at a configuration (nq,), velocity and effort (nv,) of the chain."""
+        mujoco, model, data = self._mujoco, self._model, self._data
+        turn, bend = self._transform(q_full, v_full)
+        self._place(q_full)
+        data.qvel[:] = turn @ v_full
+        data.qfrc_applied[:] = np.linalg.solve(turn.T, effort_full)
+        mujoco.mj_forward(model, data)
+        mass = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, mass)
+        bias, jacobian, soft = data.qfrc_bias.copy(), self._constraint_jacobian(), data.qacc.copy()
+        slack, aim = data.efc_R[: data.nefc].copy(), data.efc_aref[: data.nefc].copy()
+        drift = self._constraint_drift(turn @ v_full)
+        free = np.linalg.solve(mass, np.column_stack([data.qfrc_applied - bias, jacobian.T]))
+        compliance = jacobian @ free[:, 1:]
+        forces = np.linalg.lstsq(compliance, -(jacobian @ free[:, 0] + drift), rcond=1e-9)[0]
+        hard = free[:, 0] + free[:, 1:] @ forces
+        yielding = np.linalg.solve(compliance + np.diag(slack), aim - jacobian @ free[:, 0])
+        softened = free[:, 0] + free[:, 1:] @ yielding
+        return Opinion(
+            turn.T @ mass @ turn,
+            turn.T @ (bias + mass @ bend),
+            jacobian @ turn,
+            np.linalg.solve(turn, soft - bend),
+            np.linalg.solve(turn, softened - bend),
+            np.linalg.solve(turn, hard - bend),
+        )
+
+    def _place(self, q_full: Array) -> None:
+        for q, _, there, _ in self._single:
+            self._data.qpos[there] = q_full[q]
+        for q, _, there, _ in self._free:
+            self._data.qpos[there : there + 3] = q_full[q : q + 3]
+            self._data.qpos[there + 3 : there + 7] = np.roll(q_full[q + 3 : q + 7], 1)
+
+    def _transform(self, q_full: Array, v_full: Array) -> tuple[Array, Array]:
+        """Matrix B and vector B_dot v of v_mujoco = B v: order of joints, and linear velocity in world axes there."""
+        turn, bend = np.zeros((self._model.nv, self._nv)), np.zeros(self._model.nv)
+        for _, v, _, there in self._single:
+            turn[there, v] = 1.0
+        for q, v, _, there in self._free:
+            x, y, z, w = q_full[q + 3 : q + 7]
+            rotation = np.array(
+                [
+                    [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                    [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                    [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+                ]
+            )
+            turn[there : there + 3, v : v + 3] = rotation
+            turn[there + 3 : there + 6, v + 3 : v + 6] = np.eye(3)
+            bend[there : there + 3] = rotation @ np.cross(v_full[v + 3 : v + 6], v_full[v : v + 3])
+        return turn, bend
+
+    def _constraint_jacobian(self) -> Array:
+        data = self._data
+        return np.array(data.efc_J).reshape(-1)[: data.nefc * self._model.nv].reshape(data.nefc, self._model.nv).copy()
+
+    def _constraint_drift(self, velocity: Array) -> Array:
+        """J_dot v by a central difference of MuJoCo's own Jacobian along the velocity."""
+        mujoco, model, data = self._mujoco, self._model, self._data
+        origin = data.qpos.copy()
+        sides = []
+        for sign in (1.0, -1.0):
+            data.qpos[:] = origin
+            mujoco.mj_integratePos(model, data.qpos, velocity, sign * _STEP)
+            mujoco.mj_fwdPosition(model, data)
+            sides.append(self._constraint_jacobian() @ velocity)
+        data.qpos[:] = origin
+        return np.asarray((sides[0] - sides[1]) / (2.0 * _STEP))
