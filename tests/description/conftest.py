@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from cutjoint.description import JointType, RobotDescription
 
 URDF = """<?xml version="1.0"?>
 <robot name="fourbar">
@@ -103,6 +106,38 @@ com = [0.1, 0.0, 0.0]
 inertia = [0.0, 0.004, 0.004, 0.0, 0.0, 0.0]
 """
 
+
+def turn(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Rodrigues' formula, (4, 4)."""
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] += np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return matrix
+
+
+def _forward(robot: RobotDescription, values: dict[str, float]) -> dict[str, np.ndarray]:
+    """World placement of every link of the open tree, plain products of transforms."""
+    world = {robot.root: np.eye(4)}
+    below: dict[str, list] = {}
+    for joint in robot.joints:
+        below.setdefault(joint.parent, []).append(joint)
+    stack = [robot.root]
+    while stack:
+        parent = stack.pop()
+        for joint in below.get(parent, []):
+            value = values.get(joint.name, 0.0)
+            motion = np.eye(4)
+            if joint.type in (JointType.REVOLUTE, JointType.CONTINUOUS):
+                motion = turn(joint.axis, value)
+            elif joint.type is JointType.PRISMATIC:
+                motion[:3, 3] = value * joint.axis
+            elif joint.type is JointType.UNIVERSAL and value:
+                motion = turn(joint.axis, value[0]) @ turn(joint.axis2, value[1])
+            world[joint.child] = world[parent] @ joint.placement @ motion
+            stack.append(joint.child)
+    return world
+
+
 Edits = Sequence[tuple[str, str]]
 Write = Callable[..., Path]
 
@@ -127,3 +162,9 @@ def fourbar(tmp_path: Path) -> Write:
         return folder / "loops.toml"
 
     return write
+
+
+@pytest.fixture
+def forward():
+    """forward(robot, values) -> world placement (4, 4) of every link of the open tree."""
+    return _forward

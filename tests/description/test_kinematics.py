@@ -28,35 +28,6 @@ def urdf_of(name: str) -> Path:
     return path if path.suffix == ".urdf" else path.parent / "robot.urdf"
 
 
-def turn(axis: np.ndarray, angle: float) -> np.ndarray:
-    """Rodrigues' formula, (4, 4)."""
-    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    matrix = np.eye(4)
-    matrix[:3, :3] += np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-    return matrix
-
-
-def forward(robot: RobotDescription, values: dict[str, float]) -> dict[str, np.ndarray]:
-    """World placement of every link of the open tree, plain products of transforms."""
-    world = {robot.root: np.eye(4)}
-    below: dict[str, list] = {}
-    for joint in robot.joints:
-        below.setdefault(joint.parent, []).append(joint)
-    stack = [robot.root]
-    while stack:
-        parent = stack.pop()
-        for joint in below.get(parent, []):
-            value = values.get(joint.name, 0.0)
-            motion = np.eye(4)
-            if joint.type in (JointType.REVOLUTE, JointType.CONTINUOUS):
-                motion = turn(joint.axis, value)
-            elif joint.type is JointType.PRISMATIC:
-                motion[:3, 3] = value * joint.axis
-            world[joint.child] = world[parent] @ joint.placement @ motion
-            stack.append(joint.child)
-    return world
-
-
 def random_values(robot: RobotDescription, generator: np.random.Generator) -> dict[str, float]:
     driven = {coupling.joint: coupling for coupling in robot.couplings}
     one = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
@@ -76,7 +47,7 @@ def configuration(model: pin.Model, values: dict[str, float]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_every_link_is_where_pinocchio_has_it(name: str) -> None:
+def test_every_link_is_where_pinocchio_has_it(name: str, forward) -> None:
     robot = load_description(urdf_of(name))
     model = pin.buildModelFromUrdf(str(urdf_of(name)))
     data = model.createData()
@@ -91,7 +62,7 @@ def test_every_link_is_where_pinocchio_has_it(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_every_link_is_where_yourdfpy_has_it(name: str) -> None:
+def test_every_link_is_where_yourdfpy_has_it(name: str, forward) -> None:
     yourdfpy = pytest.importorskip("yourdfpy")
     robot = load_description(urdf_of(name))
     other = yourdfpy.URDF.load(str(urdf_of(name)), load_meshes=False, build_scene_graph=True)
@@ -106,7 +77,7 @@ def test_every_link_is_where_yourdfpy_has_it(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_inertias_are_pinocchios(name: str) -> None:
+def test_inertias_are_pinocchios(name: str, forward) -> None:
     robot = load_description(urdf_of(name))
     model = pin.buildModelFromUrdf(str(urdf_of(name)), pin.JointModelFreeFlyer())
     data = model.createData()

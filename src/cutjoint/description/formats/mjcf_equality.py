@@ -1,7 +1,7 @@
 """`<equality>` in MJCF as cut joints and couplings.
 
 `connect` by body1, body2 and anchor joins the two points that coincide at zero; by sites it joins the sites.  `weld`
-keeps the relative placement at zero unless relpose gives another.  `joint` with a linear polycoef is a coupling.
+keeps the relative placement at zero, or joins the frame relpose of body1 to the anchor of body2.  `joint` with a linear polycoef is a coupling.
 """
 
 from __future__ import annotations
@@ -96,12 +96,12 @@ def _body_frames(
     if anchor is None:
         return None
     at = from_rotation(np.eye(3), anchor)
-    placed = inverse(relative) if pose is None else pose
-    return Frame(first, readonly(placed @ at)), Frame(second, at)
+    placed = readonly(inverse(relative) @ at) if pose is None else pose
+    return Frame(first, placed), Frame(second, at)
 
 
 def _relpose(get: dict[str, str], what: str, findings: Findings, line: int | None) -> Array | None:
-    """The placement of body2 in body1, or None where it is the one at zero."""
+    """The frame on body1 that meets the anchor on body2, or None where that is the one at zero."""
     if "relpose" not in get:
         return None
     values = read_numbers(get["relpose"], 7, f"relpose of {what}", findings, line)

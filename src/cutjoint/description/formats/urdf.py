@@ -38,7 +38,8 @@ def read_robot(path: Path, findings: Findings) -> Element | None:
     if root is None:
         return None
     if root.tag != "robot":
-        findings.error(f"the root element is <{root.tag}>", "<robot>", "is this another format?", root.sourceline)
+        expected = "<robot> (URDF), <mujoco> (MJCF) or <sdf>"
+        findings.error(f"the root element is <{root.tag}>", expected, "is this another format?", root.sourceline)
         return None
     refuse_xacro(root, findings)
     return root

@@ -1,0 +1,326 @@
+"""MJCF: what is read is what MuJoCo compiles, and what is written MuJoCo accepts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cutjoint.description import CutType, JointType, RobotDescription, load_description, read_checked
+from cutjoint.description.catalogue import names
+from cutjoint.description.transforms import rotation_from_quaternion, rpy_from_rotation
+from cutjoint.description.writers import write
+
+mujoco = pytest.importorskip("mujoco")
+
+MODEL = """<mujoco model="everything">
+  <compiler angle="degree" eulerseq="zyX"/>
+  <option gravity="0.1 0 -9.5"/>
+  <default>
+    <joint damping="0.2"/>
+    <geom density="500"/>
+    <default class="arm">
+      <joint axis="0 1 0" range="-90 45"/>
+      <geom type="capsule" size="0.02"/>
+      <default class="tip"><joint frictionloss="0.3"/></default>
+    </default>
+  </default>
+  <worldbody>
+    <geom type="plane" size="1 1 1"/>
+    <site name="post" pos="0.1 0.2 0.3" euler="10 20 30"/>
+    <body name="first" pos="0 0 1" euler="10 20 30" childclass="arm">
+      <joint name="first" ref="15"/>
+      <geom name="rod" fromto="0 0 0 0.3 0.1 0" mass="0.7" rgba="1 0 0 1" contype="0" conaffinity="0"/>
+      <geom type="box" size="0.1 0.2 0.05" pos="0.1 0 0" axisangle="1 1 0 30" class="main"/>
+      <geom type="ellipsoid" size="0.1 0.2 0.05" pos="0.1 0 0.3"/>
+      <geom type="box" fromto="0 0 0 0.1 0.1 0.5" size="0.03"/>
+      <body name="second" pos="0.3 0.1 0" quat="0.5 0.5 0.1 0.2">
+        <joint name="second_x" class="tip" pos="0.05 0 0.1"/>
+        <joint name="second_z" axis="0 0 2" pos="0 0.02 0" range="-180 180" limited="false"/>
+        <geom fromto="0 0 0 0.1 0 0.2" type="cylinder"/>
+        <site name="wrist" pos="0.1 0 0.2" zaxis="1 2 3"/>
+        <body name="third" pos="0 0.1 0.2" xyaxes="0 1 0 -1 0.3 0">
+          <joint name="slide" type="slide" range="-0.1 0.2"/>
+          <inertial pos="0.1 0.2 0.3" mass="0.5" fullinertia="0.01 0.02 0.025 0.001 0.002 0.003"/>
+          <geom type="sphere" size="0.1"/>
+          <body name="fourth" pos="0.1 0 0" zaxis="0 1 1">
+            <inertial pos="0 0 0" quat="0.9 0.1 0.2 0.3" mass="0.25" diaginertia="0.01 0.012 0.015"/>
+          </body>
+        </body>
+      </body>
+      <body name="ball" pos="0 0 -0.4">
+        <joint name="ball" type="ball" range="0 0" limited="false"/>
+        <geom type="sphere" size="0.05"/>
+      </body>
+    </body>
+    <body name="loose" pos="1 2 3" axisangle="0 0 1 90">
+      <freejoint name="loose"/>
+      <geom type="box" size="0.1 0.1 0.1"/>
+    </body>
+  </worldbody>
+  <equality>
+    <connect name="rope" body1="third" body2="ball" anchor="0.1 0.2 0.3"/>
+    <weld name="glue" body1="loose" body2="fourth" anchor="0.1 0 0"/>
+    <weld name="posed" body1="loose" body2="first" relpose="0.1 0.2 0.3 0.5 0.5 0.5 -0.5" anchor="0.3 0 0"/>
+    <connect name="sites" site1="wrist" site2="post"/>
+    <weld name="idle" body1="loose" body2="fourth" active="false"/>
+    <joint name="gear" joint1="second_z" joint2="first" polycoef="0.1 -2 0 0 0"/>
+  </equality>
+  <actuator>
+    <motor joint="first"/>
+    <position joint="slide"/>
+    <velocity joint="first"/>
+  </actuator>
+  <keyframe>
+    <key name="pose" qpos="0.5 0.1 0.2 0.05 0.8 0.6 0 0 1 2 3 0.6 0.8 0 0"/>
+  </keyframe>
+</mujoco>
+"""
+
+
+@pytest.fixture
+def mjcf(tmp_path: Path):
+    def make(*edits: tuple[str, str]) -> Path:
+        text = MODEL
+        for old, new in edits:
+            assert old in text, old
+            text = text.replace(old, new, 1)
+        path = tmp_path / "model.xml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return make
+
+
+def compiled(path: Path):
+    model = mujoco.MjModel.from_xml_path(str(path))
+    return model, mujoco.MjData(model)
+
+
+def body_id(model, name: str) -> int:
+    return mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
+
+
+def compare(robot: RobotDescription, model, data, forward, seed: int) -> None:
+    """Every body of MuJoCo is where our forward kinematics has the link of its name, with the same inertia."""
+    generator = np.random.default_rng(seed)
+    mujoco.mj_resetData(model, data)
+    values: dict[str, float] = {}
+    for joint in robot.joints:
+        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, joint.name)
+        if joint.type in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
+            values[joint.name] = generator.uniform(-1, 1)
+            address = model.jnt_qposadr[index]
+            data.qpos[address] = model.qpos0[address] + values[joint.name]
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    world = forward(robot, values)
+    for link in robot.links:
+        index = body_id(model, link.name)
+        if index < 1:
+            continue
+        here = world[link.name]
+        np.testing.assert_allclose(here[:3, 3], data.xpos[index], atol=1e-13, err_msg=link.name)
+        np.testing.assert_allclose(here[:3, :3], data.xmat[index].reshape(3, 3), atol=1e-13, err_msg=link.name)
+        mass = link.inertial.mass if link.inertial else 0.0
+        assert mass == pytest.approx(model.body_mass[index], rel=1e-13, abs=2e-12)
+        if link.inertial and mass > 0.0:
+            com = here[:3, :3] @ link.inertial.com + here[:3, 3]
+            np.testing.assert_allclose(com, data.xipos[index], atol=1e-13, err_msg=link.name)
+            axes = data.ximat[index].reshape(3, 3)
+            found = axes @ np.diag(model.body_inertia[index]) @ axes.T
+            ours = here[:3, :3] @ link.inertial.inertia @ here[:3, :3].T
+            np.testing.assert_allclose(ours, found, atol=2e-12 + 1e-11 * np.abs(found).max(), err_msg=link.name)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bodies_and_inertias_are_mujocos(seed: int, mjcf, forward) -> None:
+    path = mjcf()
+    compare(load_description(path), *compiled(path), forward, seed)
+
+
+def test_joints_gravity_and_actuators(mjcf) -> None:
+    robot = load_description(mjcf())
+    assert robot.gravity.tolist() == [0.1, 0.0, -9.5]
+    assert robot.actuators == ("first", "slide")
+    first = robot.joint("first")
+    np.testing.assert_allclose((first.limits.lower, first.limits.upper), np.deg2rad([-105, 30]), rtol=1e-15)
+    assert (first.damping, first.friction) == (0.2, 0.0)
+    assert robot.joint("second_x").friction == 0.3
+    assert robot.joint("second_z").type is JointType.CONTINUOUS
+    assert (robot.joint("slide").limits.lower, robot.joint("slide").limits.upper) == (-0.1, 0.2)
+    assert robot.joint("ball").type is JointType.SPHERICAL
+    assert robot.joint("loose").type is JointType.FLOATING
+
+
+def test_equalities_close_where_mujoco_closes_them(mjcf, forward) -> None:
+    """At the initial posture MuJoCo's residual of `connect` by bodies and of `weld` is 0, and so is ours."""
+    robot = load_description(mjcf())
+    cuts = {cut.name: cut for cut in robot.cuts}
+    assert {name: cut.type for name, cut in cuts.items()} == {
+        "rope": CutType.SPHERICAL,
+        "glue": CutType.FIXED,
+        "posed": CutType.FIXED,
+        "sites": CutType.SPHERICAL,
+    }
+    world = forward(robot, {})
+    ends = {name: [world[f.link] @ f.placement for f in (cut.a, cut.b)] for name, cut in cuts.items()}
+    np.testing.assert_allclose(*(end[:3, 3] for end in ends["rope"]), atol=1e-14)
+    np.testing.assert_allclose(*ends["glue"], atol=1e-14)
+    model, data = compiled(mjcf())
+    mujoco.mj_kinematics(model, data)
+    for site, end in zip(("wrist", "post"), ends["sites"], strict=True):
+        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, site)
+        np.testing.assert_allclose(end[:3, 3], data.site_xpos[index], atol=1e-14)
+        np.testing.assert_allclose(end[:3, :3], data.site_xmat[index].reshape(3, 3), atol=1e-13)
+
+
+def test_residuals_are_mujocos(mjcf, forward) -> None:
+    path = mjcf(('<weld name="idle" body1="loose" body2="fourth" active="false"/>', ""))
+    robot = load_description(path)
+    model, data = compiled(path)
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
+    mujoco.mj_resetData(model, data)
+    values = {"first": 0.3, "second_x": -0.2, "second_z": 0.4, "slide": 0.05}
+    for name, value in values.items():
+        address = model.jnt_qposadr[mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)]
+        data.qpos[address] = model.qpos0[address] + value
+    mujoco.mj_forward(model, data)
+    world = forward(robot, values)
+    equality = mujoco.mjtConstraint.mjCNSTR_EQUALITY
+    for cut in robot.cuts:
+        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, cut.name)
+        rows = [i for i in range(data.nefc) if data.efc_type[i] == equality and data.efc_id[i] == index]
+        a, b = (world[frame.link] @ frame.placement for frame in (cut.a, cut.b))
+        np.testing.assert_allclose(
+            np.linalg.norm(a[:3, 3] - b[:3, 3]), np.linalg.norm(data.efc_pos[rows[:3]]), atol=1e-12, err_msg=cut.name
+        )
+        if cut.type is CutType.FIXED:
+            turn = a[:3, :3].T @ b[:3, :3]
+            angle = np.arctan2(np.linalg.norm(turn - turn.T) / np.sqrt(8.0), (np.trace(turn) - 1.0) / 2.0)
+            assert np.linalg.norm(data.efc_pos[rows[3:]]) == pytest.approx(np.sin(angle / 2.0), abs=1e-12)
+    (coupling,) = robot.couplings
+    index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, "gear")
+    (row,) = [i for i in range(data.nefc) if data.efc_type[i] == equality and data.efc_id[i] == index]
+    ours = values[coupling.joint] - coupling.ratio * values[coupling.driver] - coupling.offset
+    assert ours == pytest.approx(data.efc_pos[row], abs=1e-14)
+
+
+def test_keyframes_are_homes(mjcf) -> None:
+    path = mjcf()
+    (home,) = load_description(path).homes
+    assert home.name == "pose"
+    np.testing.assert_allclose(home.actuated["first"], 0.5 - np.deg2rad(15))
+    np.testing.assert_allclose(home.actuated["slide"], 0.05)
+    np.testing.assert_allclose(home.passive["ball"], rpy_from_rotation(rotation_from_quaternion((0.8, 0.6, 0, 0))))
+    model, data = compiled(path)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_kinematics(model, data)
+    free = load_description(path).joint("loose")
+    from cutjoint.description.transforms import placement
+
+    value = home.passive["loose"]
+    here = free.placement @ placement(value[:3], value[3:])
+    np.testing.assert_allclose(here[:3, 3], data.xpos[body_id(model, "loose")], atol=1e-14)
+    np.testing.assert_allclose(here[:3, :3], data.xmat[body_id(model, "loose")].reshape(3, 3), atol=1e-14)
+
+
+@pytest.mark.parametrize("name", [*names(), "cassie", "panda"])
+def test_mujoco_accepts_what_is_written_and_sees_the_same_robot(name: str, tmp_path: Path, forward) -> None:
+    robot = load_description(name)
+    (path,) = write(robot, tmp_path / "robot.xml", to="mjcf")
+    model, data = compiled(path)
+    compare(robot, model, data, forward, 0)
+    assert model.opt.gravity.tolist() == robot.gravity.tolist()
+    assert model.nu == len(robot.actuators)
+    sizes = {"fixed": 6, "spherical": 3, "revolute": 6, "universal": 6, "prismatic": 6}
+    mujoco.mj_forward(model, data)
+    assert data.ne == sum(sizes[cut.type] for cut in robot.cuts) + len(robot.couplings)
+
+
+BAD = {
+    "another root": (
+        [("<mujoco ", "<mujoko "), ("</mujoco>", "</mujoko>")],
+        "the root element is <mujoko>",
+        "<mujoco>",
+    ),
+    "unknown section": ([("<option", "<optoin")], "unknown section <optoin>", "option"),
+    "include": ([("<option", '<include file="x.xml"/><option')], "<include> is not supported", "flat"),
+    "no bodies": ([(MODEL[MODEL.index("    <body") : MODEL.index("  </worldbody>")], "")], "no body under", "<body>"),
+    "angle": ([('angle="degree"', 'angle="degrees"')], "angle is 'degrees'", "degree or radian"),
+    "euler order": ([('eulerseq="zyX"', 'eulerseq="zyw"')], "eulerseq is 'zyw'", "three of"),
+    "euler with two numbers": ([('euler="10 20 30" childclass', 'euler="10 20" childclass')], "2 numbers", "3 numbers"),
+    "two orientations": ([('zaxis="0 1 1"', 'zaxis="0 1 1" euler="0 0 0"')], "zaxis and euler", "one orientation"),
+    "zero quaternion": ([('quat="0.5 0.5 0.1 0.2"', 'quat="0 0 0 0"')], "quat of body 'second' is 0 0 0 0", "rotation"),
+    "parallel axes": ([('xyaxes="0 1 0 -1 0.3 0"', 'xyaxes="0 1 0 0 2 0"')], "xyaxes of body 'third'", "rotation"),
+    "joint type": ([('type="slide"', 'type="slider"')], "type 'slider' of joint 'slide'", "hinge, slide, ball"),
+    "unknown class": ([('class="tip" pos', 'class="tpi" pos')], "unknown class 'tpi'", "class"),
+    "geom type": ([('type="cylinder"', 'type="tube"')], "type 'tube' of geom of body 'second'", "cylinder"),
+    "unknown mesh": ([('type="cylinder"', 'mesh="m" type="mesh"')], "names the unknown mesh 'm'", "<mesh>"),
+    "negative size": ([('size="0.1 0.1 0.1"', 'size="0.1 -0.1 0.1"')], "size of geom of body 'loose'", "negative"),
+    "range with one number": ([('range="-0.1 0.2"', 'range="-0.1"')], "range of joint 'slide'", "two numbers"),
+    "range upside down": (
+        [('range="-0.1 0.2"', 'range="0.2 -0.1"')],
+        "limits of joint 'slide' are upside down",
+        "lower",
+    ),
+    "unknown body": ([('body2="ball"', 'body2="bal"')], "names the unknown body 'bal'", "<body>"),
+    "unknown site": ([('site2="post"', 'site2="psot"')], "names the unknown site 'psot'", "<site>"),
+    "one site": ([(' site2="post"', "")], "<connect> 'sites' with one site", "site1 and site2"),
+    "no anchor": ([(' anchor="0.1 0.2 0.3"', "")], "anchor of <connect> 'rope' is missing", "3 numbers"),
+    "unknown joint": ([('joint2="first"', 'joint2="frist"')], "names the unknown joint 'frist'", "joint"),
+    "cubic coupling": ([("0.1 -2 0 0 0", "0.1 -2 0 1 0")], "polynomial of higher degree", "two numbers"),
+    "coupling of one joint": ([(' joint2="first"', "")], "with one joint", "joint2"),
+    "tendon equality": (
+        [('<joint name="gear"', '<tendon tendon1="t"/><joint name="gear"')],
+        "<tendon> in <equality>",
+        "weld",
+    ),
+    "unknown actuated joint": (
+        [('<motor joint="first"/>', '<motor joint="firts"/>')],
+        "unknown joint 'firts'",
+        "joint",
+    ),
+    "short keyframe": ([('qpos="0.5 0.1 ', 'qpos="0.5 ')], "qpos of key 'pose': 14 numbers", "15 numbers"),
+    "mass text": ([('mass="0.5"', 'mass="half"')], "mass of body 'third': 'half' is not a number", "number"),
+    "impossible inertia": ([('diaginertia="0.01 0.012 0.015"', 'diaginertia="0.01 0.01 0.05"')], "triangle", "sum"),
+    "cut within one body": (
+        [('body1="third" body2="ball"', 'body1="third" body2="third"')],
+        "on link 'third'",
+        "two links",
+    ),
+    "two bodies of one name": ([('body name="ball"', 'body name="third"')], "2 links are called 'third'", "own"),
+    "inertia of a mesh": (
+        [
+            ("<worldbody>", '<asset><mesh name="m" file="model.xml"/></asset><worldbody>'),
+            ('<geom type="sphere" size="0.05"/>', '<geom type="mesh" mesh="m"/>'),
+        ],
+        "the inertia of body 'ball' would come from a mesh",
+        "<inertial>",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input(case: str, mjcf) -> None:
+    edits, found, expected = BAD[case]
+    reading = read_checked(mjcf(*edits))
+    assert reading.description is None
+    hits = [one for one in reading.problems if found in one.found and expected in one.expected]
+    assert hits, [str(one) for one in reading.problems]
+    assert hits[0].severity == "error"
+    assert hits[0].line
+
+
+def test_what_mjcf_ignores_is_a_warning(mjcf) -> None:
+    edits = ('range="-0.1 0.2"', 'range="-0.1 0.2" armature="0.1" stiffness="2"')
+    reading = read_checked(mjcf(edits, ('<velocity joint="first"/>', '<general tendon="t"/>')))
+    assert reading.description is not None
+    found = [one.found for one in reading.problems]
+    for text in (
+        "armature of joint 'slide' is ignored",
+        "stiffness of joint 'slide' is ignored",
+        "<general> without joint",
+    ):
+        assert any(text in one for one in found), text
