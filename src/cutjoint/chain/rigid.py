@@ -14,6 +14,9 @@ from cutjoint.arrays import Array, readonly
 from cutjoint.chain.closure import Closure, Cut
 from cutjoint.description.model import CutType
 
+REGULARISATION = 1e-8
+"""Of the proximal method, as a part of the compliance of the constraints: far above rounding, far below what moves."""
+
 _RIGID = (CutType.FIXED, CutType.SPHERICAL, CutType.REVOLUTE)
 
 
@@ -67,7 +70,25 @@ class RigidConstraints:
             (constraint.calc, data, row, size == 6)
             for constraint, data, row, size in zip(self.models, self.datas, starts, sizes, strict=True)
         ]
-        self._settings = pin.ProximalSettings(1e-12, 1e-8, 1e-6, 5)
+        # relative accuracy, so that a robot of grams and one of tonnes are solved alike
+        self._settings = pin.ProximalSettings(0.0, 1e-10, REGULARISATION * self._compliance(), 6)
+
+    def _compliance(self) -> float:
+        """Smallest acceleration that a unit force on a row causes at that row, at the neutral posture.
+
+        Rows that hardly move are left out: those of a planar robot that point out of its plane.
+        """
+        neutral = pin.neutral(self._model)
+        self.update(neutral)
+        jacobian = self.jacobian()
+        mass = np.triu(pin.crba(self._model, self.data, neutral))
+        try:
+            moved = np.linalg.solve(mass + np.triu(mass, 1).T, jacobian.T)
+        except np.linalg.LinAlgError:
+            return 1.0
+        own = np.einsum("ij,ji->i", jacobian, moved)
+        largest = float(own.max(initial=0.0))
+        return float(own[own > 1e-6 * largest].min()) if np.isfinite(own).all() and largest > 0.0 else 1.0
 
     def _shifts(self, cut: Cut) -> tuple[float, ...]:
         return (-self._arm, self._arm) if cut.type is CutType.REVOLUTE else (0.0,)
