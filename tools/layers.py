@@ -79,8 +79,6 @@ OWNERS: Mapping[str, frozenset[str]] = {
     "zmq": frozenset({"viewer"}),
     "IPython": frozenset({"viewer"}),
     "matplotlib": frozenset({"report"}),
-    "casadi": frozenset({"compile"}),
-    "numba": frozenset({"compile"}),
     "llvmlite": frozenset({"compile"}),
     "mujoco": frozenset({"engines"}),
     "typer": frozenset({"cli", "commands"}),
@@ -88,7 +86,7 @@ OWNERS: Mapping[str, frozenset[str]] = {
 }
 
 # What is too heavy to be loaded by a program that only starts.
-HEAVY = frozenset({"pinocchio", "scipy", "matplotlib", "meshcat", "casadi", "numba", "mujoco", "trimesh", "yourdfpy"})
+HEAVY = frozenset({"pinocchio", "scipy", "matplotlib", "meshcat", "llvmlite", "mujoco", "trimesh", "yourdfpy", "lxml"})
 STARTS: Mapping[str, str] = {
     "import cutjoint": "import cutjoint",
     "cutjoint --help": (
