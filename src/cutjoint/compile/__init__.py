@@ -6,22 +6,30 @@ derivatives, a `batch` for many states at once, and `simulate_many` for many run
 
 from cutjoint.compile.batch import Batch
 from cutjoint.compile.compiled import (
+    Compiled,
     CompiledChain,
     CompiledMechanism,
     CompiledPaper,
     Derivatives,
     Options,
     compiled,
+    functions_of,
 )
 from cutjoint.compile.library import Made
+from cutjoint.compile.many import ClosedLoop, Many, simulate_many
 
 __all__ = [
     "Batch",
+    "ClosedLoop",
+    "Compiled",
     "CompiledChain",
     "CompiledMechanism",
     "CompiledPaper",
     "Derivatives",
     "Made",
+    "Many",
     "Options",
     "compiled",
+    "functions_of",
+    "simulate_many",
 ]

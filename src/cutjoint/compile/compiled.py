@@ -19,6 +19,7 @@ from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.compile.batch import Batch
 from cutjoint.compile.chain_trace import PAYLOAD, ChainSource
+from cutjoint.compile.kernels import BUILDERS, CHAIN_ONLY, PAPER_ONLY
 from cutjoint.compile.library import Library, Made
 from cutjoint.compile.native import Kernel
 from cutjoint.compile.paper_trace import PaperModel, PaperSource
@@ -539,3 +540,13 @@ def compiled(
     if hasattr(model, "full_forward_dynamics") and hasattr(model, "description"):
         return CompiledChain(model, options)
     raise InputError(f"only closed chains and published models can be compiled, found {type(model).__name__}")
+
+
+def functions_of(mechanism: Compiled) -> tuple[str, ...]:
+    """Names of the functions that a compiled mechanism can have (see `CompiledMechanism.kernel`)."""
+    if isinstance(mechanism, CompiledPaper):
+        return tuple(name for name in BUILDERS if name not in CHAIN_ONLY)
+    source = mechanism.source
+    if not source.determined:
+        return ("full_forward",)
+    return tuple(name for name in BUILDERS if name not in PAPER_ONLY and (source.has_tool or name != "tool"))

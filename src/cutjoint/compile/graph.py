@@ -327,7 +327,18 @@ class Expression:
     def __abs__(self) -> Expression:
         return self._make(self.graph.absolute(self.ref))
 
+    def __gt__(self, other: Number) -> bool:
+        difference = (self - other).constant
+        if difference is None:
+            raise InputError("a traced model may not compare values: there are no values while tracing")
+        return difference > 0.0
+
+    def __lt__(self, other: Number) -> bool:
+        return -self > -other
+
     def __bool__(self) -> bool:
+        if self.constant is not None:
+            return self.constant != 0.0
         raise InputError("a traced model may not branch on a value: there is no value while tracing")
 
     def sin(self) -> Expression:

@@ -1,0 +1,112 @@
+"""`cutjoint compile`: a robot as straight-line machine code, with what that costs and what it gives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cutjoint.commands.output import console, print_json, table
+
+if TYPE_CHECKING:
+    from cutjoint.compile import Compiled, Made
+
+USUAL = ("forward", "inverse", "terms", "tool", "step")
+
+
+def command(
+    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")],
+    variant: Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")] = None,
+    published: Annotated[bool, typer.Option("--published", help="The paper's reduced model instead.")] = False,
+    functions: Annotated[
+        str, typer.Option(help="What to compile: names separated by commas, or `all`.  Default: the usual ones.")
+    ] = "",
+    arguments: Annotated[
+        str, typer.Option(help="Inertial parameters that stay arguments: payload, names of links, separated by commas.")
+    ] = "",
+    fast: Annotated[bool, typer.Option("--fast", help="Fast-math: other digits in the last places.")] = False,
+    cache: Annotated[bool, typer.Option("--cache/--no-cache", help="Use the user's cache folder.")] = True,
+    measure: Annotated[bool, typer.Option("--measure", help="Also time every function.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Compile a robot's dynamics and say what became of it; later runs find the instructions in the cache."""
+    from cutjoint.compile import compiled, functions_of
+    from cutjoint.robots import load
+    from cutjoint.robots import published as published_model
+
+    made: list[Made] = []
+    model: Any = published_model(robot) if published else load(robot, variant)
+    mechanism = compiled(model, parameters=_names(arguments), fast=fast, cached=cache, report=made.append)
+    known = functions_of(mechanism)
+    chosen = _names(functions) or tuple(name for name in known if name in USUAL or len(known) == 1)
+    for name in known if chosen == ("all",) else chosen:
+        mechanism.kernel(name)
+        if not json:
+            _say(made[-1])
+    times = {one.what: _measured(mechanism, one.what) for one in made} if measure else {}
+    if json:
+        print_json([_data(one, times.get(one.what)) for one in made])
+    else:
+        _show(mechanism, made, times)
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _say(one: Made) -> None:
+    how = "found in the cache" if one.cached else f"traced in {one.trace_time:.2f} s"
+    console().print(f"[dim]{one.what}: {how}, compiled in {one.compile_time:.2f} s[/]")
+
+
+def _data(one: Made, times: tuple[float, float] | None) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "function": one.what,
+        "operations": one.operations,
+        "cached": one.cached,
+        "trace_s": one.trace_time,
+        "compile_s": one.compile_time,
+    }
+    if times is not None:
+        found["scalar_ns"], found["batch_ns"] = times
+    return found
+
+
+def _show(mechanism: Compiled, made: list[Made], times: dict[str, tuple[float, float]]) -> None:
+    right = ["operations", "trace", "compile", "scalar", "batch"]
+    columns = ["function", "operations", "trace", "compile"] + (["scalar", "batch"] if times else [])
+    shown = table(f"{mechanism.name}", columns, right)
+    for one in made:
+        trace = "cached" if one.cached else f"{one.trace_time:.2f} s"
+        cells = [one.what, str(one.operations), trace, f"{one.compile_time:.2f} s"]
+        if times:
+            cells += [f"{value:.0f} ns" for value in times[one.what]]
+        shown.add_row(*cells)
+    shown.print()
+
+
+def _measured(mechanism: Compiled, what: str) -> tuple[float, float]:
+    """Nanoseconds an evaluation at home takes on one core: one after another, and side by side."""
+    import time
+
+    import numpy as np
+
+    kernel = mechanism.kernel(what)
+    home = mechanism.positions(mechanism.home)
+    values = {"q": home, "target": mechanism.home.q, "parameters": np.array(list(mechanism.parameters.values()))}
+    if what == "reach":
+        values["q"] = mechanism.tool(mechanism.home).position
+    count = 4096
+    given = []
+    for name, size in kernel.program.arguments:
+        row = values.get(name)
+        given.append(np.tile(np.full(size, 0.1) if row is None else row, (count, 1)))
+    found = []
+    for lanes in (False, True):
+        spent = []
+        for _ in range(5):
+            start = time.process_time()
+            kernel.batch(given, lanes=lanes)
+            spent.append(time.process_time() - start)
+        found.append(1e9 * min(spent) / count)
+    return found[0], found[1]
