@@ -130,3 +130,23 @@ def test_wrong_arguments_name_themselves(kit: Any) -> None:
     ):
         with pytest.raises(InputError, match=rf"^{word}\b"):
             call()
+
+
+@pytest.mark.parametrize("name", ["cpm", "fourbar"])
+def test_wrong_full_coordinates_name_themselves(name: str, kit: Any) -> None:
+    chain = kit.robot(name)
+    q, v, short = chain.home.q_full, np.zeros(chain.nv), np.zeros(2)
+    for call, word in (
+        (lambda: chain.full_forward_dynamics(short, v, v), "q_full"),
+        (lambda: chain.full_forward_dynamics(q, short, v), "v_full"),
+        (lambda: chain.full_forward_dynamics(q, v, short), "effort_full"),
+        (lambda: chain.full_inverse_dynamics(q, v, short), "a_full"),
+        (lambda: chain.full_forward_dynamics(q * np.nan, v, v), "q_full"),
+        (lambda: chain.gap(short), "q_full"),
+        (lambda: chain.constraint_jacobian(short), "q_full"),
+        (lambda: chain.link_placements(short), "q_full"),
+        (lambda: chain.cut_placements(short), "q_full"),
+        (lambda: chain.centre_of_mass(short), "q_full"),
+    ):
+        with pytest.raises(InputError, match=rf"^{word}\b"):
+            call()

@@ -95,6 +95,11 @@ class FullChain:
         return int(self.model.nq)
 
     @property
+    def neutral(self) -> Array:
+        """The zero configuration of the open tree, shape (nq,); its loops are open as a rule."""
+        return readonly(pin.neutral(self.model))
+
+    @property
     def nv(self) -> int:
         """Number of velocities of the open tree."""
         return int(self.model.nv)
@@ -229,7 +234,8 @@ class FullChain:
         Raises:
             DynamicsError: the solution does not respect the cuts.
         """
-        return self._dynamics.motion(np.asarray(q_full), np.asarray(v_full), np.asarray(effort_full))
+        v, effort = as_vector("v_full", v_full, self.nv), as_vector("effort_full", effort_full, self.nv)
+        return self._dynamics.motion(self._whole(q_full), v, effort)
 
     def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
         """As `full_forward_dynamics`, the acceleration alone and unchecked, for inner loops, shape (nv,)."""
@@ -243,7 +249,7 @@ class FullChain:
         Raises:
             ActuationError: the actuators cannot produce the motion; it names the joints that would need a motor.
         """
-        q, v, a = np.asarray(q_full), np.asarray(v_full), np.asarray(a_full)
+        q, v, a = self._whole(q_full), as_vector("v_full", v_full, self.nv), as_vector("a_full", a_full, self.nv)
         return actuator_efforts(self.name, self._k, self._v_index, q, v, a)
 
     def full_motion(self, at: Posture, velocity: npt.ArrayLike, acceleration: npt.ArrayLike) -> tuple[Array, Array]:
@@ -291,17 +297,18 @@ class FullChain:
 
     def gap(self, q_full: Array) -> tuple[float, float]:
         """Worst loop gap of a configuration, ([m], [rad])."""
-        self._k.update(np.asarray(q_full))
-        return self._k.gap(np.asarray(q_full))[:2]
+        q = self._whole(q_full)
+        self._k.update(q)
+        return self._k.gap(q)[:2]
 
     def constraint_jacobian(self, q_full: Array) -> Array:
         """Derivative of all constraint rows, unscaled, shape (rows, nv)."""
-        self._k.update(np.asarray(q_full))
+        self._k.update(self._whole(q_full))
         return self._k.closure.jacobian(self._k.data)
 
     def link_placements(self, q_full: Array) -> dict[str, Array]:
         """World placement (4, 4) of every link."""
-        pin.forwardKinematics(self.model, self._k.data, np.asarray(q_full))
+        pin.forwardKinematics(self.model, self._k.data, self._whole(q_full))
         return {
             frame.name: np.array((self._k.data.oMi[frame.parentJoint] * frame.placement).homogeneous)
             for frame in self.model.frames
@@ -310,15 +317,18 @@ class FullChain:
 
     def cut_placements(self, q_full: Array) -> list[tuple[str, Array, Array]]:
         """Name and world placements (4, 4) of both frames of every cut."""
-        self._k.update(np.asarray(q_full))
+        self._k.update(self._whole(q_full))
         placed = self._k.closure.placements(self._k.data)
         return [(name, np.array(a.homogeneous), np.array(b.homogeneous)) for name, a, b in placed]
 
     def centre_of_mass(self, q_full: Array) -> Array:
         """Centre of mass of all moving links, shape (3,) [m]."""
-        return np.array(pin.centerOfMass(self.model, self._k.data, np.asarray(q_full)))
+        return np.array(pin.centerOfMass(self.model, self._k.data, self._whole(q_full)))
 
     # ---- inside ----------------------------------------------------------------------------------------------------
+
+    def _whole(self, q_full: npt.ArrayLike) -> Array:
+        return as_vector("q_full", q_full, self.nq)
 
     @cached_property
     def _actuated_lengths(self) -> Array:
