@@ -11,7 +11,7 @@ import typer
 
 from cutjoint.errors import CutjointError
 
-COMMANDS = ("list", "info", "crosscheck", "view", "play")
+COMMANDS = ("list", "info", "check", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, context_settings={"help_option_names": ["-h", "--help"]})
 for _name in COMMANDS:

@@ -24,6 +24,14 @@ from cutjoint.arrays import Array
 from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, RobotDescription
 
 _LOCKED = (CutType.FIXED, CutType.PRISMATIC)
+ROW_LABELS: dict[CutType, tuple[str, ...]] = {
+    CutType.FIXED: ("x", "y", "z", "rx", "ry", "rz"),
+    CutType.REVOLUTE: ("x", "y", "z", "tilt_x", "tilt_y"),
+    CutType.PRISMATIC: ("x", "y", "rx", "ry", "rz"),
+    CutType.UNIVERSAL: ("x", "y", "z", "twist"),
+    CutType.SPHERICAL: ("x", "y", "z"),
+}
+"""What each row of a cut holds: a displacement along an axis, a rotation about it, or an angle between two axes."""
 _DOTS: dict[CutType, tuple[tuple[int, int], ...]] = {
     CutType.REVOLUTE: ((0, 2), (1, 2)),
     CutType.UNIVERSAL: ((0, 1),),
@@ -81,7 +89,7 @@ class Closure:
         self.cuts = tuple(_bind_cut(model, cut) for cut in description.cuts)
         self.ratios = tuple(_bind_ratio(model, coupling) for coupling in description.couplings)
         self.rows = sum(cut.rows for cut in self.cuts) + len(self.ratios)
-        names = [f"{cut.name}[{i}]" for cut in self.cuts for i in range(cut.rows)]
+        names = [f"{cut.name}.{label}" for cut in self.cuts for label in ROW_LABELS[cut.type]]
         self.row_names = (*names, *(ratio.name for ratio in self.ratios))
         lengths = [flag for cut in self.cuts for flag in _length_rows(cut.type)]
         self.is_length = np.array(lengths + [ratio.is_length for ratio in self.ratios], dtype=bool)

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from cutjoint.commands.mobility import find_modes, show_mobility
 from cutjoint.commands.output import console, print_json
+from cutjoint.tolerances import CLOSURE
 
 if TYPE_CHECKING:
+    from cutjoint.chain import ClosedChain
     from cutjoint.description import RobotDescription
     from cutjoint.errors import Problem
 
@@ -23,25 +26,59 @@ def command(
 ) -> None:
     """Every problem of a robot's files at once: where, what was found, what was expected, how to mend it.
 
-    Exit status: 0 if the robot loads (warnings or not), 1 if it does not.
+    If the files are right the loops are closed at home, and the mobility there is shown: redundant rows by name, joints
+    that stay free, distance to singularities, working modes.
+
+    Exit status: 0 if the robot loads and closes (warnings or not), 1 if it does not.
     """
     from cutjoint.description import read_checked
 
     reading = read_checked(file, lenient)
+    problems, chain = tuple(reading.problems), None
+    if reading.description is not None:
+        from cutjoint.chain.findings import kinematic_problems
+
+        kinematic, chain = kinematic_problems(reading.description)
+        problems += kinematic
     if json:
-        print_json(_data(file, reading.description, reading.problems))
+        print_json(_data(file, reading.description, problems, chain))
     else:
-        _show(file, reading.description, reading.problems)
-    if reading.description is None:
+        _show(file, reading.description, problems)
+        if chain is not None:
+            _show_motion(chain)
+    if any(problem.severity == "error" for problem in problems) or chain is None:
         raise typer.Exit(1)
 
 
-def _data(file: str, robot: RobotDescription | None, problems: Sequence[Problem]) -> dict[str, Any]:
-    return {
+def _data(
+    file: str, robot: RobotDescription | None, problems: Sequence[Problem], chain: ClosedChain | None
+) -> dict[str, Any]:
+    data: dict[str, Any] = {
         "file": file,
         "loads": robot is not None,
+        "closes": chain is not None,
         "problems": [{key: getattr(one, key) for key in one.__dataclass_fields__} for one in problems],
     }
+    if chain is not None:
+        report, modes = chain.mobility(), find_modes(chain)
+        data["mobility"] = {key: getattr(report, key) for key in report.__dataclass_fields__}
+        data["gap_at_zero"] = chain.gap(chain.neutral)
+        data["working_modes"] = None if modes is None else len(modes)
+    return data
+
+
+def _show_motion(chain: ClosedChain) -> None:
+    out = console()
+    out.print()
+    show_mobility(chain.mobility())
+    distance, angle = chain.gap(chain.neutral)
+    if chain.description.cuts or chain.description.couplings:
+        closed = max(distance, angle) <= CLOSURE.value
+        state = "closed" if closed else f"open by up to {distance:.3g} m and {angle:.3g} rad, which is usual"
+        out.print(f"zero configuration: {state}")
+        modes = find_modes(chain)
+        if modes is not None:
+            out.print(f"working modes found at home: {len(modes)} (cutjoint info lists them)")
 
 
 def _show(file: str, robot: RobotDescription | None, problems: Sequence[Problem]) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from cutjoint.commands.mobility import find_modes, show_mobility
 from cutjoint.commands.output import console, print_json, table
 
 if TYPE_CHECKING:
@@ -27,22 +28,11 @@ def command(
 
     chain = load(robot, variant, home)
     report = chain.mobility()
-    found = _modes(chain) if modes else None
+    found = find_modes(chain) if modes else None
     if json:
         print_json(_data(chain, report, found))
     else:
         _show(chain, report, found)
-
-
-def _modes(chain: ClosedChain) -> tuple[Posture, ...] | None:
-    from cutjoint.errors import ActuationError
-
-    if not chain.description.cuts or chain.description.tool is None:
-        return None
-    try:
-        return chain.working_modes()
-    except ActuationError:
-        return None
 
 
 def _data(chain: ClosedChain, report: MobilityReport, modes: tuple[Posture, ...] | None) -> dict[str, Any]:
@@ -81,20 +71,7 @@ def _show(chain: ClosedChain, report: MobilityReport, modes: tuple[Posture, ...]
     out.print(f"{len(robot.links)} links, {sum(masses):.6g} kg in all; gravity {_vector(robot.gravity)} m/s2")
     out.print()
 
-    facts = table("mobility at home", ("", "", ""))
-    facts.add_row("velocities of the open tree", str(report.velocities), "")
-    facts.add_row("constraint rows", str(report.rows), f"{report.rank} independent")
-    redundant = ", ".join(report.redundant_rows)
-    facts.add_row("redundant rows", str(len(report.redundant_rows)), f"[dim]{redundant}[/]")
-    facts.add_row("mobility", f"[bold]{report.mobility}[/]", "")
-    facts.add_row("actuators", str(report.actuators), _verdict(report))
-    if report.type2 == report.type2:
-        facts.add_row("distance to a type-2 singularity", f"{report.type2:.4f}", "0 = moves with the actuators locked")
-    if report.type1 == report.type1:
-        facts.add_row("distance to a type-1 singularity", f"{report.type1:.4f}", "0 = the tool cannot move somewhere")
-        facts.add_row("condition of the tool Jacobian", f"{report.condition:.4g}", "")
-    facts.add_row("loop gap", f"{report.gap[0]:.1e} m", f"{report.gap[1]:.1e} rad")
-    facts.print()
+    show_mobility(report)
 
     actuators = table("actuators", ("joint", "kind", "home", "unit"), right=("home",))
     for actuator, value in zip(chain.actuators, chain.home.q, strict=True):
@@ -137,14 +114,6 @@ def _show_modes(chain: ClosedChain, modes: tuple[Posture, ...]) -> None:
     shown.print()
     if len(modes) > MOST_MODES:
         console().print(f"and {len(modes) - MOST_MODES} more; --json lists all of them")
-
-
-def _verdict(report: MobilityReport) -> str:
-    if report.determined:
-        return "[green]they determine the motion[/]"
-    if report.free:
-        return f"[yellow]locked, these still move: {', '.join(report.free)}[/]"
-    return f"[yellow]{report.actuators - report.mobility} more than the mobility (redundant actuation)[/]"
 
 
 def _vector(values: Any) -> str:
