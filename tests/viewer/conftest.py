@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Iterator
 from functools import cache
 from io import BytesIO
@@ -27,6 +28,11 @@ def chain(request: pytest.FixtureRequest) -> ClosedChain:
     return chain_of(request.param)
 
 
+@pytest.fixture
+def cpm() -> ClosedChain:
+    return chain_of("cpm")
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
     """A headless Chromium, one for all tests; they skip where there is none."""
@@ -38,6 +44,16 @@ def browser() -> Iterator[Any]:
         running = play.chromium.launch(executable_path=path, args=flags())
         yield running
         running.close()
+
+
+def differing(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> int:
+    """Number of pixels that differ visibly, of pictures (height, width, 3) from 0 to 255."""
+    return int((np.abs(a - b).max(axis=2) > 24).sum())
+
+
+@pytest.fixture(name="differing")
+def give_differing() -> Callable[..., int]:
+    return differing
 
 
 class Tab:
@@ -53,7 +69,22 @@ class Tab:
 
     def go(self, url: str) -> None:
         self.page.goto(url)
-        self.page.wait_for_function("document.documentElement.dataset.ready === 'yes'", timeout=30_000)
+        self.wait("document.documentElement.dataset.ready === 'yes'")
+
+    def wait(self, expression: str, seconds: float = 60.0) -> Any:
+        """The value of `expression` once it is true.  (playwright's own waiting needs eval, which the pages forbid.)"""
+        from playwright.sync_api import Error
+
+        until, value = time.monotonic() + seconds, None
+        while not value:
+            assert time.monotonic() < until, f"still not true after {seconds:g} s: {expression}"
+            try:
+                value = self.page.evaluate(expression)
+            except Error as error:
+                if "context was destroyed" not in str(error):  # the page reloads itself
+                    raise
+            self.page.wait_for_timeout(20)
+        return value
 
     def pixels(self) -> np.ndarray[Any, Any]:
         """The 3-D scene as drawn, shape (height, width, 3), 0 to 255."""
@@ -63,25 +94,24 @@ class Tab:
         shot = self.page.locator("#pane").screenshot()
         return np.asarray(Image.open(BytesIO(shot)).convert("RGB")).astype(int)
 
+    def changed(self, before: np.ndarray[Any, Any]) -> int:
+        """Number of pixels of the scene that differ visibly from `before`."""
+        return differing(self.pixels(), before)
+
 
 @pytest.fixture
 def open_tab(browser: Any) -> Iterator[Callable[..., Tab]]:
-    """Opens tabs in a fresh context each, 700 x 500 pixels."""
+    """Opens tabs in a fresh context each, 780 x 420 pixels."""
     contexts = []
 
     def make(offline: bool = False) -> Tab:
-        context = browser.new_context(viewport={"width": 900, "height": 500}, offline=offline)
+        context = browser.new_context(viewport={"width": 780, "height": 420}, offline=offline)
         contexts.append(context)
         return Tab(context.new_page())
 
     yield make
     for context in contexts:
         context.close()
-
-
-def changed(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> int:
-    """Number of pixels that differ visibly."""
-    return int((np.abs(a - b).max(axis=2) > 24).sum())
 
 
 @pytest.fixture(autouse=True)

@@ -33,12 +33,18 @@ def command(
     html: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write one HTML file that plays anywhere, without a network.")
     ] = None,
-    png: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a picture, through a headless browser.")] = None,
+    png: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a picture, through a headless browser.")
+    ] = None,
     time: Annotated[float, typer.Option(min=0.0, help="Time of the picture [s].")] = 0.0,
     size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "1280x800",
     port: Annotated[int, typer.Option(min=0, max=65535, help="First port to try; 0 lets the system choose.")] = 7000,
-    host: Annotated[str, typer.Option(help="Address to listen on; other than loopback it is open to others.")] = "127.0.0.1",
-    open_browser: Annotated[bool, typer.Option("--open/--no-open", help="Open a browser where there is a screen.")] = True,
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; other than loopback it is open to others.")
+    ] = "127.0.0.1",
+    open_browser: Annotated[
+        bool, typer.Option("--open/--no-open", help="Open a browser where there is a screen.")
+    ] = True,
 ) -> None:
     """Play a simulation with its desired and actual path and the efforts of the actuators.
 

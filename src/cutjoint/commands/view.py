@@ -30,8 +30,12 @@ def command(
     ] = None,
     size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "1280x800",
     port: Annotated[int, typer.Option(min=0, max=65535, help="First port to try; 0 lets the system choose.")] = 7000,
-    host: Annotated[str, typer.Option(help="Address to listen on; other than loopback it is open to others.")] = "127.0.0.1",
-    open_browser: Annotated[bool, typer.Option("--open/--no-open", help="Open a browser where there is a screen.")] = True,
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; other than loopback it is open to others.")
+    ] = "127.0.0.1",
+    open_browser: Annotated[
+        bool, typer.Option("--open/--no-open", help="Open a browser where there is a screen.")
+    ] = True,
 ) -> None:
     """Show a robot in the browser: sliders for its actuators and its tool, loops closed all the time.
 

@@ -47,6 +47,7 @@ FLAGS = (
     "--no-first-run",
 )
 SECONDS = 60.0
+GRACE = 2.0
 LARGEST = 8192
 
 
@@ -186,10 +187,8 @@ def _browser(path: str, width: int, height: int) -> Iterator[_Browser]:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    try:
-        process.wait(2.0)
-    except subprocess.TimeoutExpired:
-        pass
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(GRACE)
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
     process.wait(5.0)

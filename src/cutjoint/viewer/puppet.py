@@ -30,7 +30,7 @@ SMALLEST_MOTION = 1e-3
 SMALLEST_STEP = 1e-6
 """The place where a move stops is found to this motion of the joints (dimensionless), or this part of the move."""
 
-WORKSPACE_SAMPLES = 40
+WORKSPACE_SAMPLES = 30
 FREE_TURN = math.pi
 AXES = ("x", "y", "z")
 ROUNDING = 1e-9
