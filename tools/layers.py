@@ -68,7 +68,7 @@ OUTSIDE: Mapping[str, frozenset[str]] = {
 OWNERS: Mapping[str, frozenset[str]] = {
     "pinocchio": frozenset({"chain", "compile", "engines", "simulation", "viewer"}),
     "scipy": frozenset({"simulation", "crosscheck", "chain"}),
-    "yourdfpy": frozenset({"description"}),
+    "yourdfpy": frozenset({"description", "engines"}),
     "lxml": frozenset({"description"}),
     "yaml": frozenset({"description"}),
     "example_robot_data": frozenset({"description"}),

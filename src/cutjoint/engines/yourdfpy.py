@@ -1,0 +1,80 @@
+"""yourdfpy's opinion of a robot's tree: where an independent URDF reader puts every link.
+
+The robot is written as a URDF and read back by yourdfpy, which shares no code with Pinocchio.  A floating joint is no
+joint to yourdfpy, so the links that it carries are compared in the frame of the link that floats.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cutjoint import tolerances
+from cutjoint.arrays import Array
+from cutjoint.chain import ClosedChain
+from cutjoint.crosscheck import Comparison, Reacher, Row, State
+from cutjoint.description.model import JointType
+from cutjoint.description.writers import write
+
+_READ = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+
+
+def compare_with_yourdfpy(
+    chain: ClosedChain, states: Iterable[State], progress: Callable[[int], None] | None = None
+) -> Comparison:
+    """Placements of all links of `chain` at `states` against yourdfpy's: worst difference in metres and of rotations.
+
+    Raises:
+        InputError: the robot has joints that URDF has no word for.
+    """
+    tree = _read(chain)
+    parts = _parts(chain)
+    reacher = Reacher(chain)
+    worst = {"link positions, in metres": (0.0, 0), "link orientations": (0.0, 0)}
+    count = 0
+    for count, state in enumerate(states, start=1):
+        q = reacher.reach(state.position).q_full
+        tree.update_cfg(_values(chain, q, tree.actuated_joint_names))
+        placed = chain.link_placements(q)
+        for root, links in parts.items():
+            back = np.linalg.inv(placed[root])
+            for link in links:
+                apart = np.abs(back @ placed[link] - tree.get_transform(link, root))
+                for name, error in zip(worst, (apart[:3, 3].max(), apart[:3, :3].max()), strict=True):
+                    if not error <= worst[name][0]:
+                        worst[name] = (float(error), count - 1)
+        if progress is not None:
+            progress(count)
+    rows = tuple(Row(name, error, tolerances.PLACEMENT.value, sample) for name, (error, sample) in worst.items())
+    return Comparison(chain.name, "yourdfpy", count, rows)
+
+
+def _read(chain: ClosedChain) -> Any:
+    import yourdfpy
+
+    with tempfile.TemporaryDirectory() as folder:
+        files = write(chain.description, Path(folder) / chain.description.name)
+        urdf = next(file for file in files if file.suffix == ".urdf")
+        return yourdfpy.URDF.load(str(urdf), load_meshes=False, build_scene_graph=True)
+
+
+def _parts(chain: ClosedChain) -> dict[str, list[str]]:
+    """Links by the link they hang on: the root of the tree, or a link that floats."""
+    robot = chain.description
+    above = {joint.child: joint for joint in robot.joints}
+    parts: dict[str, list[str]] = {}
+    for link in robot.links:
+        top = link.name
+        while top in above and above[top].type is not JointType.FLOATING:
+            top = above[top].parent
+        parts.setdefault(top, []).append(link.name)
+    return parts
+
+
+def _values(chain: ClosedChain, q: Array, names: Iterable[str]) -> dict[str, float]:
+    types = {joint.name: joint.type for joint in chain.description.joints}
+    return {name: float(q[chain.model.idx_qs[chain.model.getJointId(name)]]) for name in names if types[name] in _READ}
