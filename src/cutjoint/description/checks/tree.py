@@ -56,7 +56,8 @@ def _shape(robot: RobotDescription, links: set[str], findings: Findings) -> None
             found = f"link '{child}' has {len(joints)} parents, by joints {listing(one.name for one in joints)}"
             findings.error(found, "one joint above each link (a tree)", _MEND_LOOP, joints[1].place)
     cyclic = _cycles(robot, above, findings)
-    roots = [link for link in robot.links if link.name not in above]
+    carried = {joint.child for joint in robot.joints}
+    roots = [link for link in robot.links if link.name not in carried]
     if len(roots) > 1:
         found = f"{len(roots)} root links: {listing(link.name for link in roots)}"
         remedy = f"join '{roots[1].name}' to the rest with a joint (a floating one for a free body), or remove it"

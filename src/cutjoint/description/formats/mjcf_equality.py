@@ -1,7 +1,8 @@
 """`<equality>` in MJCF as cut joints and couplings.
 
 `connect` by body1, body2 and anchor joins the two points that coincide at zero; by sites it joins the sites.  `weld`
-keeps the relative placement at zero, or joins the frame relpose of body1 to the anchor of body2.  `joint` with a linear polycoef is a coupling.
+keeps the relative placement at zero, or joins the frame relpose of body1 to the anchor of body2.  `joint` with a linear
+polycoef is a coupling.
 """
 
 from __future__ import annotations

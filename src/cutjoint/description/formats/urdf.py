@@ -42,7 +42,7 @@ def read_robot(path: Path, findings: Findings) -> Element | None:
         findings.error(f"the root element is <{root.tag}>", expected, "is this another format?", root.sourceline)
         return None
     refuse_xacro(root, findings)
-    return root
+    return None if findings.failed else root
 
 
 def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[str] = frozenset()) -> Tree:

@@ -42,7 +42,7 @@ def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coup
     parent = _end(element, "parent", name or "?", findings)
     child_name = _end(element, "child", name or "?", findings)
     origin = read_origin(element, findings)
-    if name is None or kind is None or parent is None or child_name is None:
+    if name is None or parent is None or child_name is None:
         return None, None
     place = Place(findings.file, element.sourceline)
     damping, friction = _dynamics(element, name, findings)
@@ -61,12 +61,13 @@ def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coup
     return joint, _mimic(element, name, kind, findings)
 
 
-def _type(element: Element, name: str, findings: Findings) -> JointType | None:
+def _type(element: Element, name: str, findings: Findings) -> JointType:
+    """The type; a wrong one is noted once and read as revolute, so that nothing else seems to be missing."""
     text = str(element.get("type") or "").strip()
     if text not in TYPES:
         found = f"type '{text}' of joint '{name}'" if text else f"joint '{name}' without a type"
         findings.error(found, f"one of {', '.join(TYPES)}", nearest(text, TYPES), element.sourceline)
-        return None
+        return JointType.REVOLUTE
     return TYPES[text]
 
 
