@@ -12,11 +12,12 @@ from cutjoint.experiments.cpm_claims import RULED, TITLES, Found, claims, rule_o
 from cutjoint.experiments.pool import Task
 from cutjoint.experiments.tables import claims_table, cost_table, errata_table
 from cutjoint.papers.cpm.errata import ERRATA
-from cutjoint.papers.cpm.published import FORCE_LIMIT, SETTLING_TIME
+from cutjoint.papers.cpm.published import CIRCLE, FORCE_LIMIT, SETTLING_TIME
 from cutjoint.report import Panel, Path, Section, Table, figure
 from cutjoint.report.page import Picture
 
 FIRST_FIGURE = {"pd": 11, "pd-gravity": 14, "feedforward": 17, "computed-torque": 20}
+SMALL = ("feedforward", "computed-torque")  # their late errors need a scale of their own
 AXES = ("x (limb 1)", "y (limb 2)", "z (limb 3)")
 
 
@@ -209,6 +210,7 @@ def figures(found: Found) -> list[str | Picture]:
                         AXES,
                         row.bound,
                         SETTLING_TIME,
+                        zoom=(SETTLING_TIME, CIRCLE.duration) if name in SMALL else None,
                     ),
                     Panel(
                         f"Velocity error (figure {number + 1})",
@@ -217,7 +219,7 @@ def figures(found: Found) -> list[str | Picture]:
                         "m/s",
                         "error",
                         AXES,
-                        start=SETTLING_TIME,
+                        zoom=(0.0, SETTLING_TIME),
                     ),
                     Panel(
                         f"Force (figure {number + 2})",
@@ -227,7 +229,7 @@ def figures(found: Found) -> list[str | Picture]:
                         "force",
                         AXES,
                         FORCE_LIMIT,
-                        start=SETTLING_TIME,
+                        zoom=(0.0, SETTLING_TIME),
                     ),
                 ),
                 f"Figures {number} to {number + 2}. {TITLES[name]}, K_P = {row.k_p:g}, K_D = {row.k_d:g}, "

@@ -14,13 +14,16 @@ from cutjoint.papers.cpm.published import TABLE_3
 
 Gains = Mapping[str, float]
 
+# The linear error equation of computed torque is the same for every robot.
+COMPUTED_TORQUE: Gains = {"kp": 400.0, "kd": 40.0}
+
 GAINS: Mapping[str, Mapping[str, Gains]] = {
     "cpm": {row.controller.replace("_", "-"): {"kp": row.k_p, "kd": row.k_d} for row in TABLE_3},
     "omega3": {
         "pd": {"kp": 1.0, "kd": 0.05},
         "pd-gravity": {"kp": 1.0, "kd": 0.05},
         "feedforward": {"kp": 1.0, "kd": 0.05},
-        "computed-torque": {"kp": 400.0, "kd": 40.0},
+        "computed-torque": COMPUTED_TORQUE,
     },
 }
 
@@ -33,7 +36,7 @@ def default_gains(robot: str, law: str) -> Gains:
     """
     if law == "none":
         return {}
-    known = GAINS.get(robot, {})
+    known = GAINS.get(robot, {"computed-torque": COMPUTED_TORQUE})
     if law not in known:
         have = f"; known for {robot}: {', '.join(known)}" if known else ""
         raise InputError(f"no gains are known for controller '{law}' on '{robot}'; give --kp and --kd{have}")

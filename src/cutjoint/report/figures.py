@@ -30,7 +30,7 @@ class Panel:
         names: of the n curves.
         bound: a limit to draw at plus and minus this value, in `unit`.
         since: time from which the bound counts [s].
-        start: length of the beginning that is shown again, enlarged [s]; 0 for none.
+        zoom: stretch of time [s] that is shown again, enlarged, or None.
     """
 
     title: str
@@ -41,7 +41,7 @@ class Panel:
     names: Sequence[str]
     bound: float | None = None
     since: float = 0.0
-    start: float = 0.0
+    zoom: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -136,33 +136,40 @@ def _over_time(ax: Any, panel: Panel) -> None:
     reach = panel.values if panel.bound is None else np.append(panel.values.ravel(), panel.bound)
     factor, unit = scaled(reach, panel.unit)
     _curves(ax, panel, factor)
-    if panel.bound is not None:
-        from_to = [panel.since, panel.time[-1]]
-        for sign in (1.0, -1.0) if (panel.values < 0.0).any() else (1.0,):
-            ax.plot(
-                from_to,
-                [sign * factor * panel.bound] * 2,
-                color=INK,
-                linewidth=1.0,
-                linestyle=(0, (1, 1.5)),
-                label="limit",
-            )
     ax.set_title(panel.title)
     ax.set_xlabel("time [s]")
     ax.set_ylabel(f"{panel.quantity} [{unit}]")
     ax.set_xlim(panel.time[0], panel.time[-1])
-    if panel.start > 0.0:
-        inset = ax.inset_axes((0.4, 0.56, 0.57, 0.38))
-        _curves(inset, panel, factor)
-        inset.set_xlim(0.0, panel.start)
-        inset.tick_params(labelsize=7)
-        inset.set_title(f"first {panel.start:g} s", fontsize=7.5, fontweight="normal", pad=2)
+    if panel.zoom is not None:
+        _enlarged(ax, panel, panel.zoom)
 
 
 def _curves(ax: Any, panel: Panel, factor: float) -> None:
     for i, name in enumerate(panel.names):
-        colour, dash = LIMBS[i % len(LIMBS)]
+        colour, dash = LIMBS[i % len(LIMBS)] if len(panel.names) > 1 else (INK, "-")
         ax.plot(panel.time, factor * panel.values[:, i], color=colour, linestyle=dash, label=name)
+    if panel.bound is not None:
+        from_to = [panel.since, panel.time[-1]]
+        for sign in (1.0, -1.0) if (panel.values < 0.0).any() else (1.0,):
+            bound = [sign * factor * panel.bound] * 2
+            ax.plot(from_to, bound, color=INK, linewidth=1.0, linestyle=(0, (1, 1.5)), label="limit")
+
+
+def _enlarged(ax: Any, panel: Panel, zoom: tuple[float, float]) -> None:
+    """A small window with its own vertical scale."""
+    inside = panel.values[(panel.time >= zoom[0]) & (panel.time <= zoom[1])]
+    limits = inside if panel.bound is None or zoom[1] <= panel.since else np.append(inside, [panel.bound])
+    factor, unit = scaled(limits, panel.unit)
+    low, high = factor * min(inside.min(), 0.0), factor * limits.max()
+    if panel.bound is not None and zoom[1] > panel.since and low < 0.0:
+        low = min(low, -factor * panel.bound)
+    window = ax.inset_axes((0.42, 0.6, 0.56, 0.27))
+    _curves(window, panel, factor)
+    window.set_xlim(*zoom)
+    window.set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
+    window.tick_params(labelsize=7, length=2, pad=2)
+    when = f"first {zoom[1]:g} s" if zoom[0] == 0.0 else f"from {zoom[0]:g} s on"
+    window.set_title(f"{when} [{unit}]", fontsize=7.5, fontweight="normal", pad=2)
 
 
 def _path(ax: Any, panel: Path) -> None:

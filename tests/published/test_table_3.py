@@ -1,0 +1,126 @@
+"""Table 3 of Elkady et al. 2008: what reproduces it, what does not, and by which digits."""
+
+import numpy as np
+import pytest
+
+from cutjoint.experiments import cpm
+from cutjoint.papers.cpm.published import FORCE_LIMIT, SETTLING_TIME
+from cutjoint.simulation import Adaptive, DormandPrince, run
+
+# Position and velocity error of the inferred code, and of equation (39) every millisecond.
+INFERRED = {
+    "pd": (2.7208e-3, 1.8445e-2),
+    "pd-gravity": (3.5835e-4, 1.7626e-2),
+    "feedforward": (3.02555e-4, 1.8164e-2),
+    "computed-torque": (2.346925e-4, 1.6142e-2),
+}
+EQUATION = {
+    "pd": (2.8835e-3, 1.215e-2),
+    "pd-gravity": (3.6937e-4, 1.067e-2),
+    "feedforward": (2.6655e-4, 1.064e-2),
+    "computed-torque": (1.9147e-4, 1.016e-2),
+}
+PEAK = {"pd": 119.85, "pd-gravity": 119.98, "feedforward": 119.85, "computed-torque": 132.69}
+EXPLAINED = {
+    ("pd", 0),
+    ("feedforward", 0),
+    ("feedforward", 1),
+    ("computed-torque", 0),
+    ("computed-torque", 1),
+}
+
+
+@pytest.fixture(scope="module", params=cpm.ROWS)
+def inferred(request):
+    return request.param, cpm.table_3_run(request.param, "inferred")
+
+
+@pytest.fixture(scope="module", params=cpm.ROWS)
+def equation(request):
+    return request.param, cpm.table_3_run(request.param, "equation")
+
+
+def test_inferred_code_gives_the_printed_digits_of_five_errors(inferred):
+    name, result = inferred
+    row = cpm.ROWS[name]
+    for index, printed in enumerate((row.position_error, row.velocity_error)):
+        assert printed.agrees(result.rmse()[index]) is ((name, index) in EXPLAINED), (printed, result.rmse()[index])
+
+
+def test_inferred_code_gives_the_known_figures(inferred):
+    name, result = inferred
+    assert result.rmse() == pytest.approx(INFERRED[name], rel=5e-5)
+
+
+def test_the_steps_matter_as_much_as_the_model():
+    """The same inferred model, even samples: the printed digits are gone."""
+    made = cpm.controller("computed-torque", "inferred")
+    even = run(cpm.plant("inferred"), made, cpm.reference("inferred"), integrator=Adaptive(1e-8, 1e-10), every=1e-3)
+    row = cpm.ROWS["computed-torque"]
+    assert not row.position_error.agrees(even.rmse().position)
+    assert not row.velocity_error.agrees(even.rmse().velocity)
+
+
+def test_equation_39_every_millisecond(equation):
+    name, result = equation
+    assert len(result) == 4001
+    position, velocity = EQUATION[name]
+    assert result.rmse().position == pytest.approx(position, rel=2e-5)
+    assert result.rmse().velocity == pytest.approx(velocity, abs=5e-6)
+
+
+def test_peak_forces(equation):
+    name, result = equation
+    assert result.peak_effort().max() == pytest.approx(PEAK[name], abs=5e-3)
+    assert np.argmax(np.abs(result.effort)) == 1, "in Fy at t = 0"
+
+
+def test_only_the_inferred_code_keeps_the_bounds_of_pd_and_pd_gravity(equation):
+    name, result = equation
+    bound = cpm.ROWS[name].bound
+    if bound is not None:
+        assert (result.worst_axis_error(SETTLING_TIME) < bound) is (name == "feedforward")
+
+
+def test_largest_derivative_gains():
+    """K_D = 436 and 101 are the largest integers within 120 N; under (39) computed torque would have to stop at 91."""
+    assert [cpm.largest_k_d("inferred", name, FORCE_LIMIT) for name in cpm.ROWS] == [436, 436, 436, 101]
+    assert [cpm.largest_k_d("equation", name, FORCE_LIMIT) for name in cpm.ROWS] == [436, 436, 436, 91]
+
+
+RULES = {
+    ("inferred", "pd"): 12691,
+    ("inferred", "pd-gravity"): 8507,
+    ("inferred", "feedforward"): 7078,
+    ("equation", "pd"): 13299,
+    ("equation", "pd-gravity"): 10649,
+    ("equation", "feedforward"): 7033,
+}
+
+
+@pytest.mark.parametrize(("column", "name"), RULES)
+def test_the_gain_is_the_smallest_that_keeps_the_bound(column, name):
+    gain = RULES[column, name]
+    k_d, bound = cpm.ROWS[name].k_d, cpm.bound(name)
+    assert cpm.settled_error(name, column, gain, k_d) < bound <= cpm.settled_error(name, column, gain - 1, k_d)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("column", "name"), RULES)
+def test_the_rule_finds_it(column, name):
+    assert cpm.gain_rule(name, column).gain == RULES[column, name]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["pd", "pd-gravity", "feedforward"])
+def test_the_error_falls_with_the_gain(name):
+    """Without this a sign change would not be the smallest gain."""
+    gains = np.linspace(0.8, 1.6, 9) * cpm.ROWS[name].k_p
+    errors = [cpm.settled_error(name, "equation", k_p, 436.0) for k_p in gains]
+    assert (np.diff(errors) < 0.0).all(), errors
+
+
+def test_solver_is_the_one_of_the_finding():
+    result = cpm.table_3_run("pd", "inferred")
+    assert result.about["integrator"] == DormandPrince(1e-9, 1e-10).name
+    assert result.about["steps"] == 2654

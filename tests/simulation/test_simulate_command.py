@@ -1,0 +1,142 @@
+"""`cutjoint simulate`: what it prints and saves, and bad input: one clear error, nothing left under the asked name."""
+
+import json
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from cutjoint.commands.motions import trajectory_of
+from cutjoint.commands.simulate import command
+from cutjoint.errors import CutjointError, SimulationError
+from cutjoint.motion import Circle, Hold, PointToPoint, Reference
+from cutjoint.robots import load
+from cutjoint.simulation import load as load_result
+
+app = typer.Typer()
+app.command()(command)
+QUICK = ["--duration", "0.05", "--every", "0.01"]
+
+
+def simulate(*arguments):
+    return CliRunner().invoke(app, [str(one) for one in arguments])
+
+
+@pytest.mark.parametrize("robot", ["cpm", "omega3"])
+@pytest.mark.parametrize("plant", ["chain", "paper"])
+def test_both_plants_of_both_robots(robot, plant):
+    done = simulate(robot, "--plant", plant, "--controller", "feedforward", *QUICK)
+    assert done.exit_code == 0, done.output
+    for what in ("gains", "tool error", "peak effort", "loops", "energy balance"):
+        assert what in done.output
+
+
+def test_json_and_npz_agree(tmp_path):
+    file = tmp_path / "run.npz"
+    done = simulate("omega3", "--rate", "500", "--payload", "0.014", "--save", file, "--json", *QUICK)
+    figures = json.loads(done.stdout)
+    result = load_result(file)
+    assert figures["samples"] == len(result) == 6
+    assert figures["error_rms_m"] == result.rmse().position
+    assert figures["rate"] == result.about["rate"] == 500.0
+    assert figures["gains"] == {"kp": [[400.0]], "kd": [[40.0]]}
+    assert figures["loop_gap_m"] < 1e-9
+    assert [path.name for path in tmp_path.iterdir()] == ["run.npz"]
+
+
+def test_payload_is_the_plants_and_not_the_controllers():
+    plain, heavy = (
+        json.loads(
+            simulate("cpm", "--plant", "paper", "--controller", "feedforward", "--json", "--payload", kg, *QUICK).stdout
+        )
+        for kg in (0.0, 1.0)
+    )
+    first = [one["effort_peak"]["limb2_slide"] for one in (plain, heavy)]
+    assert first[0] == first[1], "the effort at the start is the controller's alone"
+    assert plain["error_last_m"] != heavy["error_last_m"]
+
+
+def test_a_robot_without_a_paper_needs_no_gains_for_computed_torque(tmp_path):
+    done = simulate("fivebar", "--trajectory", "circle:0.02", "--save", tmp_path / "run.csv", *QUICK)
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "run.csv").read_text().startswith("time [s],left_shoulder [rad]")
+
+
+def test_gains_as_list_and_matrix():
+    listed = simulate("cpm", "--plant", "paper", "--controller", "pd", "--kp", "1,2,3", "--kd", "4", "--json", *QUICK)
+    assert json.loads(listed.stdout)["gains"] == {"kp": [[1.0, 2.0, 3.0]], "kd": [[4.0]]}
+    matrix = "[[9,1,0],[1,9,0],[0,0,9]]"
+    full = simulate("cpm", "--plant", "paper", "--controller", "pd", "--kp", matrix, "--kd", "4", "--json", *QUICK)
+    assert json.loads(full.stdout)["gains"]["kp"] == json.loads(matrix)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "about"),
+    [
+        (["nosuch"], "unknown robot 'nosuch'"),
+        (["cpm", "--controller", "pdd"], "did you mean 'pd'"),
+        (["cpm", "--trajectory", "circl:1"], "did you mean 'circle'"),
+        (["cpm", "--trajectory", "line:1,2"], "is no trajectory"),
+        (["cpm", "--trajectory", "line:a,b,c"], "is no trajectory"),
+        (["cpm", "--trajectory", "circle:-1"], "radius"),
+        (["cpm", "--trajectory", "line:5,0,0"], "leaves the workspace"),
+        (["omega3", "--trajectory", "circle:0.5"], "leaves the workspace"),
+        (["fivebar"], "no published trajectory"),
+        (["fivebar", "--trajectory", "hold", "--controller", "pd"], "no gains are known"),
+        (["stewart", "--trajectory", "hold"], "6 actuators"),
+        (["redundant", "--trajectory", "hold"], "actuators"),
+        (["cpm", "--rate", "-5"], "rate"),
+        (["cpm", "--rate", "0"], "rate"),
+        (["cpm", "--duration", "0"], "duration"),
+        (["cpm", "--every", "0"], "every"),
+        (["cpm", "--step", "-1"], "step"),
+        (["cpm", "--payload", "-1"], "payload"),
+        (["cpm", "--payload", "nan"], "payload"),
+        (["cpm", "--plant", "papier"], "did you mean 'paper'"),
+        (["fivebar", "--plant", "paper", "--trajectory", "hold"], "published model"),
+        (["cpm", "--variant", "lumpd"], "did you mean 'lumped'"),
+        (["cpm", "--kp", "1,2", "--kd", "1", "--controller", "pd"], "shape (2,)"),
+        (["cpm", "--kp", "1", "--controller", "pd"], "missing --kd"),
+        (["cpm", "--kp", "1", "--kd", "1", "--ki", "1", "--controller", "pd"], "not used --ki"),
+        (["cpm", "--kp", "stiff", "--kd", "1"], "--kp must be"),
+        (["cpm", "--kp", "[[1", "--kd", "1"], "--kp must be"),
+        (["cpm", "--limit", "-1"], "limits"),
+    ],
+)
+def test_bad_input_is_one_clear_error_and_leaves_no_file(tmp_path, arguments, about):
+    done = simulate(*arguments, "--save", tmp_path / "run.npz")
+    assert isinstance(done.exception, CutjointError), done.exception
+    assert about in str(done.exception)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["run.mat", "run", "none/run.npz", ""])
+def test_a_bad_file_name_is_found_before_anything_runs(tmp_path, name):
+    done = simulate("cpm", "--save", tmp_path / name)
+    assert isinstance(done.exception, CutjointError)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_that_stops_keeps_what_there_was_beside_the_asked_name(tmp_path):
+    done = simulate(
+        "cpm", "--plant", "paper", "--controller", "none", "--trajectory", "hold:2", "--save", tmp_path / "run.npz"
+    )
+    assert isinstance(done.exception, SimulationError)
+    assert [path.name for path in tmp_path.iterdir()] == ["run.stopped.npz"]
+    partial = load_result(tmp_path / "run.stopped.npz")
+    assert 0.3 < partial.time[-1] <= done.exception.t < 0.33
+
+
+@pytest.mark.parametrize(
+    ("spec", "kind"),
+    [("hold", Hold), ("hold:2", Hold), ("line:0.55,0.45,0.3,2", PointToPoint), ("circle:0.05,3", Circle)],
+)
+def test_trajectories_start_at_home(spec, kind):
+    chain = load("cpm")
+    trajectory = trajectory_of(chain, spec)
+    assert isinstance(trajectory, kind)
+    assert np.allclose(trajectory.at(0.0).position, chain.tool(chain.home).position)
+    Reference(trajectory, chain)
+    if "," in spec or ":" in spec:
+        assert trajectory.duration == pytest.approx(float(spec.split(",")[-1].split(":")[-1]))
