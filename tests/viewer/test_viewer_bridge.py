@@ -15,6 +15,7 @@ import tornado.websocket
 
 from cutjoint.errors import ViewerError
 from cutjoint.viewer import bridge as room
+from cutjoint.viewer.addresses import PORTS_TRIED
 from cutjoint.viewer.bridge import Bridge, File
 from cutjoint.viewer.scene import Scene
 
@@ -79,7 +80,9 @@ def test_it_serves_its_page_with_a_policy_that_names_it(server: Bridge) -> None:
     assert "server" not in headers
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:{port}", "127.0.0.1", "127.0.0.1:1", "127.0.0.2:{port}", ""])
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:{port}", "127.0.0.1", "127.0.0.1:1", "127.0.0.2:{port}", ""]
+)
 def test_a_forged_host_gets_403(server: Bridge, host: str) -> None:
     assert get(server, Host=host.format(port=server.port))[0] in (400, 403)
     assert get(server, "/nothing", Host=host.format(port=server.port))[0] in (400, 403)
@@ -99,7 +102,9 @@ def test_nothing_can_be_written(server: Bridge, method: str) -> None:
     assert get(server, method=method)[0] == 405
 
 
-@pytest.mark.parametrize("origin", ["http://evil.example", "null", "", "https://127.0.0.1:{port}", "http://127.0.0.1:1"])
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", "", "https://127.0.0.1:{port}", "http://127.0.0.1:1"]
+)
 def test_a_foreign_page_cannot_open_the_socket(server: Bridge, origin: str) -> None:
     with pytest.raises(tornado.httpclient.HTTPClientError, match="403"):
         talk(lambda: open_socket(server, Origin=origin.format(port=server.port)))
@@ -245,13 +250,13 @@ def test_opened_on_purpose_it_still_refuses_foreign_names() -> None:
 
 def test_a_taken_port_moves_on_to_the_next_free_one(server: Bridge) -> None:
     with Bridge(PAGE, port=server.port) as second:
-        assert server.port < second.port < server.port + room.PORTS_TRIED
+        assert server.port < second.port < server.port + PORTS_TRIED
         assert get(second)[1] == b"hello"
         assert str(second.port) in second.url
 
 
 def test_an_address_that_is_not_ours_is_an_error() -> None:
-    with pytest.raises(ViewerError, match="cannot listen on 192.0.2.1"):
+    with pytest.raises(ViewerError, match="cannot listen on"):
         Bridge(PAGE, host="192.0.2.1", port=0)
 
 

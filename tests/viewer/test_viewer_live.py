@@ -183,7 +183,9 @@ def test_text_that_reaches_the_page_is_never_run(cpm_view: LiveView, open_tab: C
     settle(tab)
     attack = {"type": "set_control", "name": "x", "callback": "window.hacked = 1", "path": ""}
     cpm_view.bridge._send_scene([umsgpack.packb(attack)])
-    cpm_view.bridge.broadcast({"type": "controls", **cpm_view.puppet.controls(), "title": "<img src=x onerror=hacked=1>"})
+    cpm_view.bridge.broadcast(
+        {"type": "controls", **cpm_view.puppet.controls(), "title": "<img src=x onerror=hacked=1>"}
+    )
     tab.wait("document.getElementById('title').textContent.includes('onerror')")
     later = "(done) => setTimeout(() => { try { done(eval('1')); } catch (error) { done(error.name); } })"
     assert tab.page.evaluate(f"() => new Promise({later})") == "EvalError"
@@ -224,7 +226,8 @@ def test_nothing_covers_text(view: LiveView, open_tab: Callable[..., Any]) -> No
         .filter((e) => e.offsetParent && e.textContent.trim()).map((e) => [e.textContent, e.getBoundingClientRect()]);
       const bad = [];
       seen.forEach(([a, p], i) => seen.slice(i + 1).forEach(([b, q]) => {
-        if (p.left < q.right - 1 && q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1) bad.push([a, b]);
+        const across = p.left < q.right - 1 && q.left < p.right - 1;
+        if (across && p.top < q.bottom - 1 && q.top < p.bottom - 1) bad.push([a, b]);
       }));
       const panel = document.getElementById("panel");
       return { bad, wide: panel.scrollWidth > panel.clientWidth };

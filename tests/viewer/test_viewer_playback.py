@@ -213,7 +213,9 @@ def test_a_file_that_cannot_be_written_leaves_nothing(document: Document, tmp_pa
 
 
 @pytest.mark.parametrize("bad", [{"width": 3}, {"height": 100_000}, {"time": -1.0}, {"time": float("nan")}])
-def test_a_picture_of_impossible_size_or_time_is_refused(document: Document, tmp_path: Path, bad: dict[str, Any]) -> None:
+def test_a_picture_of_impossible_size_or_time_is_refused(
+    document: Document, tmp_path: Path, bad: dict[str, Any]
+) -> None:
     with pytest.raises(InputError):
         document.picture(tmp_path / "a.png", **bad)
     assert list(tmp_path.iterdir()) == []
@@ -253,5 +255,5 @@ def test_a_browser_that_never_answers_is_an_error_too(
     broken_browser("sleep 1000")
     monkeypatch.setattr("cutjoint.viewer.browser.SECONDS", 0.3)
     monkeypatch.setattr("cutjoint.viewer.browser.GRACE", 0.1)
-    with pytest.raises(ViewerError, match="did not answer within 0.3 s"):
+    with pytest.raises(ViewerError, match="did not answer"):
         document.picture(tmp_path / "a.png")

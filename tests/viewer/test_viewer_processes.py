@@ -161,9 +161,7 @@ def test_killed_while_it_takes_a_picture_it_leaves_no_browser(tmp_path: Path, br
         (("play", "missing.npz", "--trajectory", "circle"), "--trajectory"),
     ],
 )
-def test_bad_input_gives_one_clear_error_and_no_file(
-    arguments: tuple[str, ...], message: str, tmp_path: Path
-) -> None:
+def test_bad_input_gives_one_clear_error_and_no_file(arguments: tuple[str, ...], message: str, tmp_path: Path) -> None:
     done = subprocess.run([*CUTJOINT, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=SECONDS)
     assert done.returncode == 2
     assert message in done.stderr

@@ -10,7 +10,8 @@ from cutjoint.chain import ClosedChain
 from cutjoint.errors import InputError
 from cutjoint.viewer.figure import Figure
 from cutjoint.viewer.live import parse
-from cutjoint.viewer.puppet import NEAR_SINGULAR, Puppet
+from cutjoint.viewer.puppet import Puppet
+from cutjoint.viewer.walk import NEAR_SINGULAR
 
 STEPS = 4
 
@@ -35,7 +36,11 @@ def test_no_branch_flips_and_no_loop_opens_over_the_range_of_every_slider(puppet
     for move, index, slider in sweeps:
         puppet.go_home()
         middle = float(home.q[index] if move == puppet.actuate else puppet.state()["tool"][index])
-        for value in [*np.linspace(middle, slider.lower, STEPS), *np.linspace(slider.lower, slider.upper, STEPS), middle]:
+        for value in [
+            *np.linspace(middle, slider.lower, STEPS),
+            *np.linspace(slider.lower, slider.upper, STEPS),
+            middle,
+        ]:
             move(index, float(value))
             assert max(puppet.at.gap) <= 1e-9
             assert (np.sign(elbows(puppet)) == signs).all()

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from cutjoint.viewer import Document
 
 HOST_WARNING = (
-    "[bold yellow]warning:[/] the viewer is open to every machine that can reach {host}: anyone there can see the robot "
-    "and move its picture. Nothing is encrypted and no password is asked."
+    "[bold yellow]warning:[/] the viewer is open to every machine that can reach {host}: anyone there can see the "
+    "robot and move its picture. Nothing is encrypted and no password is asked."
 )
 
 

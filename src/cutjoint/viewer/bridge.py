@@ -10,26 +10,21 @@ There is no other process and no other port, so nothing survives the program, wh
 from __future__ import annotations
 
 import asyncio
-import ipaddress
 import json
-import socket
 import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import tornado.httpserver
-import tornado.netutil
-import tornado.web
-import tornado.websocket
+from tornado.httpserver import HTTPServer
+from tornado.web import Application, HTTPError, RequestHandler
+from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from cutjoint.errors import ViewerError
+from cutjoint.viewer.addresses import LOOPBACK, PORT, bind, is_address, is_loopback, own_names, url_of
 from cutjoint.viewer.scene import Scene
 
-LOOPBACK = "127.0.0.1"
-PORT = 7000
-PORTS_TRIED = 100
 TABS = 16
 MESSAGE_BYTES = 2048
 MESSAGES_PER_SECOND = 200.0
@@ -81,11 +76,10 @@ class Bridge:
         self._numbers = iter(range(1, 1 << 62))
         self._loop = asyncio.new_event_loop()
         self._ending = asyncio.Event()
-        self._sockets, self.port = _bind(host, port)
+        self._sockets, self.port = bind(host, port)
         self.host = host
-        self._names = _names(host)
-        shown = LOOPBACK if host in ("", "0.0.0.0") else "[::1]" if host == "::" else host
-        self.url = f"http://{f'[{shown}]' if ':' in shown and '[' not in shown else shown}:{self.port}/"
+        self._names = own_names(host)
+        self.url = url_of(host, self.port)
         self._ready = threading.Event()
         self._thread = threading.Thread(target=self._run, name="cutjoint-viewer", daemon=True)
         self._thread.start()
@@ -97,10 +91,7 @@ class Bridge:
     @property
     def open_to_others(self) -> bool:
         """Whether other machines can reach it."""
-        try:
-            return not ipaddress.ip_address(self.host).is_loopback
-        except ValueError:
-            return self.host != "localhost"
+        return not is_loopback(self.host)
 
     @property
     def tabs(self) -> int:
@@ -124,7 +115,7 @@ class Bridge:
     def broadcast(self, message: Mapping[str, Any]) -> None:
         """Send a JSON message to every tab (from any thread)."""
         text = json.dumps(message, allow_nan=False)
-        self._call(lambda: [tab.enqueue(text) for tab in tuple(self._tabs)])
+        self._call(lambda: self._to_all(text))
 
     def stop(self) -> None:
         """Close tabs and port.  Harmless when already stopped."""
@@ -144,11 +135,11 @@ class Bridge:
         name, _, port = host.rpartition(":")
         if not name or not port.isascii() or not port.isdigit() or int(port) != self.port:
             return False
-        return name.lower() in self._names or (self.open_to_others and _is_address(name))
+        return name.lower() in self._names or (self.open_to_others and is_address(name))
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
-        server = tornado.httpserver.HTTPServer(
+        server = HTTPServer(
             self._application(),
             max_header_size=16 * 1024,
             max_body_size=1024,
@@ -173,11 +164,11 @@ class Bridge:
             self._loop.run_until_complete(asyncio.sleep(0))
             self._loop.close()
 
-    def _application(self) -> tornado.web.Application:
+    def _application(self) -> Application:
         routes: list[Any] = [(r"/.*", _Page, {"bridge": self})]
         if self._scene is not None:
             routes.insert(0, (r"/scene", _Tab, {"bridge": self}))
-        return tornado.web.Application(
+        return Application(
             routes,
             websocket_max_message_size=MESSAGE_BYTES,
             websocket_ping_interval=20,
@@ -193,7 +184,11 @@ class Bridge:
 
     def _send_scene(self, messages: list[bytes]) -> None:
         frame = pack(messages)
-        self._call(lambda: [tab.enqueue(frame) for tab in tuple(self._tabs)])
+        self._call(lambda: self._to_all(frame))
+
+    def _to_all(self, message: str | bytes) -> None:
+        for tab in tuple(self._tabs):
+            tab.enqueue(message)
 
     def file(self, path: str) -> File | None:
         """What `path` answers."""
@@ -227,7 +222,7 @@ class Bridge:
         return self._handler(tab.number, message)
 
 
-class _Guarded(tornado.web.RequestHandler):
+class _Guarded(RequestHandler):  # type: ignore[misc]
     """Refuses a foreign Host, and sends the headers that keep the page to itself."""
 
     def initialize(self, bridge: Bridge) -> None:
@@ -242,7 +237,7 @@ class _Guarded(tornado.web.RequestHandler):
 
     def prepare(self) -> None:
         if not self.bridge.allows_host(self.request.host):
-            raise tornado.web.HTTPError(403)
+            raise HTTPError(403)
 
     def write_error(self, status_code: int, **_: Any) -> None:
         self.set_header("Content-Type", "text/plain")
@@ -253,7 +248,7 @@ class _Page(_Guarded):
     def get(self) -> None:
         file = self.bridge.file(self.request.path)
         if file is None:
-            raise tornado.web.HTTPError(404)
+            raise HTTPError(404)
         self.set_header("Content-Type", file.kind)
         self.set_header("Content-Security-Policy", file.policy.replace("{host}", self.request.host))
         self.write(file.body)
@@ -261,7 +256,7 @@ class _Page(_Guarded):
     head = get
 
 
-class _Tab(_Guarded, tornado.websocket.WebSocketHandler):
+class _Tab(_Guarded, WebSocketHandler):  # type: ignore[misc]
     """A browser tab's websocket."""
 
     number = 0
@@ -272,7 +267,7 @@ class _Tab(_Guarded, tornado.websocket.WebSocketHandler):
     def prepare(self) -> None:
         super().prepare()
         if not self.check_origin(self.request.headers.get("Origin", "")):
-            raise tornado.web.HTTPError(403)
+            raise HTTPError(403)
 
     def open(self, *_: str, **__: str) -> None:
         self._waiting: asyncio.Queue[str | bytes] = asyncio.Queue(BATCHES_WAITING)
@@ -293,7 +288,7 @@ class _Tab(_Guarded, tornado.websocket.WebSocketHandler):
             while True:
                 message = await self._waiting.get()
                 await self.write_message(message, binary=isinstance(message, bytes))
-        except (tornado.websocket.WebSocketClosedError, asyncio.CancelledError):
+        except (WebSocketClosedError, asyncio.CancelledError):
             self.bridge.leave(self)
 
     def on_message(self, message: str | bytes) -> None:
@@ -316,33 +311,3 @@ class _Tab(_Guarded, tornado.websocket.WebSocketHandler):
 def pack(messages: list[bytes]) -> bytes:
     """Several scene messages as one websocket frame: each with its length (4 bytes, little-endian) before it."""
     return b"".join(len(message).to_bytes(4, "little") + message for message in messages)
-
-
-def _bind(host: str, port: int) -> tuple[list[socket.socket], int]:
-    """Sockets listening on `host`, at `port` or the next free one."""
-    last = ""
-    for candidate in range(port, port + (PORTS_TRIED if port else 1)):
-        if candidate > 65535:
-            break
-        try:
-            sockets = tornado.netutil.bind_sockets(candidate, host)
-        except (OSError, UnicodeError) as error:
-            last = str(error)
-            continue
-        return sockets, int(sockets[0].getsockname()[1])
-    raise ViewerError(f"the viewer cannot listen on {host or 'all addresses'}, ports {port} and up: {last}")
-
-
-def _names(host: str) -> frozenset[str]:
-    own = {"127.0.0.1", "localhost", "[::1]"}
-    if host not in ("", LOOPBACK, "localhost", "::1"):
-        own |= {host.lower(), f"[{host}]", socket.gethostname().lower(), socket.getfqdn().lower()}
-    return frozenset(own)
-
-
-def _is_address(name: str) -> bool:
-    try:
-        ipaddress.ip_address(name.strip("[]"))
-    except ValueError:
-        return False
-    return True

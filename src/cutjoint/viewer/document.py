@@ -83,7 +83,9 @@ class Document:
 
     def _repr_html_(self) -> str:
         frame = html.escape(self.html, quote=True)
-        return f'<iframe srcdoc="{frame}" style="width: 100%; height: 480px; border: 0" sandbox="allow-scripts"></iframe>'
+        return (
+            f'<iframe srcdoc="{frame}" style="width: 100%; height: 480px; border: 0" sandbox="allow-scripts"></iframe>'
+        )
 
 
 def write_whole(path: Path, content: bytes) -> int:

@@ -19,7 +19,7 @@ from meshcat import geometry as g
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.description.model import Link, RobotDescription
+from cutjoint.description.model import Link, RobotDescription, Shape
 from cutjoint.mechanism import Posture
 from cutjoint.viewer import shapes
 from cutjoint.viewer.scene import Scene
@@ -35,6 +35,7 @@ PALETTE: tuple[Colour, ...] = (
     (0.337, 0.706, 0.914, 1.0),
 )
 GREY: Colour = (0.62, 0.64, 0.67, 1.0)
+AXES: tuple[Colour, ...] = ((0.8, 0.1, 0.1, 1.0), (0.1, 0.6, 0.1, 1.0), (0.1, 0.2, 0.8, 1.0))
 COLLISION: Colour = (0.9, 0.2, 0.5, 0.35)
 PURPLE: Colour = (0.42, 0.24, 0.6, 1.0)
 GRAVITY: Colour = (0.15, 0.15, 0.18, 1.0)
@@ -159,7 +160,7 @@ class Figure:
         if collisions:
             self.toggle("Collision shapes", collisions, False)
 
-    def _draw(self, path: str, visuals: tuple[shapes.Shape, ...], default: Colour, own: bool = True) -> None:
+    def _draw(self, path: str, visuals: tuple[Shape, ...], default: Colour, own: bool = True) -> None:
         for i, shape in enumerate(visuals):
             colour = shape.colour if own and shape.colour is not None else default
             for j, part in enumerate(shapes.parts(shape, colour)):
@@ -171,9 +172,10 @@ class Figure:
         for i, cut in enumerate(description.cuts):
             path = f"{ROOT}/loops/{_safe(i, cut.name)}"
             self.scene.set_object(f"{path}/a", g.triad(1.3 * size))
-            for axis, colour in enumerate(((0.8, 0.1, 0.1, 1.0), (0.1, 0.6, 0.1, 1.0), (0.1, 0.2, 0.8, 1.0))):
+            for axis, colour in enumerate(AXES):
                 end = 0.8 * size * np.eye(3)[axis]
-                self.scene.set_object(f"{path}/b/{axis}", shapes.tube(np.array([0 * end, end]), 0.07 * size, shapes.material(colour)))
+                stick = shapes.tube(np.array([0 * end, end]), 0.07 * size, shapes.material(colour))
+                self.scene.set_object(f"{path}/b/{axis}", stick)
             self.scene.set_object(f"{path}/gap", shapes.lines(np.array([[0.0, 0, 0], [0, 0, 1.0]]), GAP))
         if description.cuts:
             self.toggle("Loop closures", [f"{ROOT}/loops"], False)
@@ -219,7 +221,7 @@ def turn_down(gravity: Array) -> Array:
 
 
 def limb_colours(description: RobotDescription) -> dict[str, Colour]:
-    """Actuator -> colour of its limb: the most frequent bright colour of the links that it moves, else the palette's."""
+    """Actuator -> colour of its limb: the most frequent bright one of the links that it moves, else the palette's."""
     limbs: dict[str, Counter[Colour]] = {name: Counter() for name in description.actuators}
     owners = limb_of(description)
     for link in description.links:
@@ -264,7 +266,7 @@ def _bounds(description: RobotDescription, placements: Mapping[str, Array]) -> t
     return cloud.min(axis=0), cloud.max(axis=0)
 
 
-def _placed(link: Link, shape: shapes.Shape, placements: Mapping[str, Array]) -> Array:
+def _placed(link: Link, shape: Shape, placements: Mapping[str, Array]) -> Array:
     placement = placements[link.name]
     return np.asarray(shapes.corners(shape) @ placement[:3, :3].T + placement[:3, 3])
 

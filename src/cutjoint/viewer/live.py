@@ -12,12 +12,13 @@ import secrets
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, TypeGuard
 
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import CutjointError
+from cutjoint.viewer.addresses import LOOPBACK, PORT
 from cutjoint.viewer.assets import live_files
-from cutjoint.viewer.bridge import LOOPBACK, PORT, Bridge
+from cutjoint.viewer.bridge import Bridge
 from cutjoint.viewer.figure import Figure
 from cutjoint.viewer.puppet import Puppet
 
@@ -40,10 +41,10 @@ class Command:
 def parse(tab: int, message: Mapping[str, Any]) -> Command | None:
     """A message of the page as a command, None where it makes no sense."""
     kind, number = message.get("move"), message.get("number")
-    if kind not in ("actuated", "tool", "mode", "modes", "home") or not _is_count(number):
-        return None
     index, value = message.get("index", 0), message.get("value", 0.0)
-    if not _is_count(index) or isinstance(value, bool) or not isinstance(value, int | float):
+    if kind not in ("actuated", "tool", "mode", "modes", "home") or not (_is_count(number) and _is_count(index)):
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     if not math.isfinite(value) or abs(value) > 1e6 or set(message) - {"move", "number", "index", "value"}:
         return None
@@ -158,5 +159,5 @@ class LiveView:
         self.bridge.broadcast(self._controls)
 
 
-def _is_count(value: object) -> bool:
+def _is_count(value: object) -> TypeGuard[int]:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53

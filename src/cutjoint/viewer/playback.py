@@ -79,7 +79,8 @@ def _trails(figure: Figure, recording: Recording, data: dict[str, Any]) -> None:
     size = 0.0045 * figure.radius
     legend = data["legend"]
     if recording.desired is not None:
-        figure.scene.set_object(f"{ROOT}/desired", shapes.tube(recording.desired[::every], 2.4 * size, shapes.over(DESIRED)))
+        wanted = shapes.tube(recording.desired[::every], 2.4 * size, shapes.over(DESIRED))
+        figure.scene.set_object(f"{ROOT}/desired", wanted)
         figure.toggle("Desired path", [f"{ROOT}/desired"], True)
         legend.append({"text": "desired path of the tool", "colour": css(DESIRED)})
         data["error"] = _rounded(np.linalg.norm(recording.desired - recording.tool, axis=1))
@@ -146,7 +147,10 @@ def _pose_tracks(frames: Array, matrices: Array) -> list[_Track]:
     turns = np.array([quaternion_from_matrix(matrix)[[1, 2, 3, 0]] for matrix in matrices])
     signs = np.cumprod(np.where(np.einsum("ij,ij->i", turns[1:], turns[:-1]) < 0, -1.0, 1.0))
     turns[1:] *= signs[:, None]  # neighbouring frames on the same side, so that what lies between is short
-    return [_Track("position", "vector3", frames, matrices[:, :3, 3]), _Track("quaternion", "quaternion", frames, turns)]
+    return [
+        _Track("position", "vector3", frames, matrices[:, :3, 3]),
+        _Track("quaternion", "quaternion", frames, turns),
+    ]
 
 
 def _effort_tracks(figure: Figure, recording: Recording, frames: Array) -> dict[str, list[_Track]]:

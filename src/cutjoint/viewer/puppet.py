@@ -8,43 +8,23 @@ No browser and no server here.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.kinematics import velocity_scale
 from cutjoint.description.model import JointType
 from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture
 from cutjoint.viewer.figure import Figure, css, limb_of
-
-NEAR_SINGULAR = 2e-3
-"""A move stops where the distance to a singularity (dimensionless) would fall below this, or below half that of home."""
-
-SMALLEST_MOTION = 1e-3
-SMALLEST_STEP = 1e-6
-"""The place where a move stops is found to this motion of the joints (dimensionless), or this part of the move."""
+from cutjoint.viewer.walk import Go, Stop, Walker
 
 WORKSPACE_SAMPLES = 30
 FREE_TURN = math.pi
 AXES = ("x", "y", "z")
-ROUNDING = 1e-9
-
-Go = Callable[[float, Posture], Posture]
-"""The posture at a fraction of a move, from a posture near it."""
-
-
-@dataclass(frozen=True)
-class Stop:
-    """Why a move ended early."""
-
-    kind: Literal["limit", "workspace", "singularity"]
-    text: str
 
 
 @dataclass(frozen=True)
@@ -81,10 +61,7 @@ class Puppet:
         self.modes: tuple[Posture, ...] = (chain.home,)
         self.mode = 0
         self.box: Array | None = None
-        report = chain.mobility(chain.home)
-        self._scale = velocity_scale(chain.model, chain.length)
-        nearest = min((x for x in (report.type1, report.type2) if math.isfinite(x)), default=math.inf)
-        self._guard = min(NEAR_SINGULAR, 0.5 * nearest)
+        self._walker = Walker(chain)
         self._joints = {joint.name: joint for joint in chain.description.joints}
 
     # ---- moves -----------------------------------------------------------------------------------------------------
@@ -179,7 +156,7 @@ class Puppet:
             def go(fraction: float, near: Posture, start: Array = start, target: Array = target) -> Posture:
                 return self.chain.close(start + fraction * (target - start), near)
 
-            at, _ = self._walk(at, go)
+            at, _ = self._walker.walk(at, go)
             position = self.tool_position(at)
             before = self.box
             if position is not None:
@@ -285,68 +262,8 @@ class Puppet:
 
     def _move(self, go: Go, where: Callable[[Posture], str]) -> None:
         """Take the longest part of a move that is allowed, and say what ended it."""
-        self.at, stop = self._walk(self.at, go)
+        self.at, stop = self._walker.walk(self.at, go)
         self.stop = None if stop is None else Stop(stop.kind, f"Stopped at {where(self.at)}: {stop.text}")
-
-    def _walk(self, at: Posture, go: Go) -> tuple[Posture, Stop | None]:
-        """Walk from `at` along `go`; returns how far it came and what ended it, if anything did.
-
-        A step moves no joint by more than half the distance to a singularity (both dimensionless), so none is stepped
-        over and the branch is kept.  Watching a determinant change sign would be cheaper and is not enough: in a
-        symmetric robot two limbs pass their singularities at once.
-        """
-        before, distances = self.chain.limit_violations(at), self._distances(at)
-        done, step = 0.0, 1.0
-        while done < 1.0:
-            end = min(1.0, done + step)
-            stride = max(0.5 * min(*distances, 1.0), SMALLEST_MOTION)
-            found, stop = self._try(go, end, at)
-            motion = math.inf if found is None else self._motion(at, found)
-            if found is not None and motion <= stride:
-                there = self._distances(found)
-                stop = self._refusal(found, before, distances, there)
-                if stop is None:
-                    at, done, distances = found, end, there
-                    step *= 2.0
-                    continue
-            step = (end - done) * (min(0.5, 0.9 * stride / motion) if math.isfinite(motion) else 0.5)
-            if step < SMALLEST_STEP or (stop is not None and motion < SMALLEST_MOTION):
-                return at, stop or Stop("singularity", "a singularity is near: the joints would have to move very fast")
-        return at, None
-
-    def _try(self, go: Go, fraction: float, near: Posture) -> tuple[Posture | None, Stop | None]:
-        try:
-            return go(fraction, near), None
-        except SingularError as error:
-            return None, Stop("singularity", f"a {error.kind} singularity lies ahead")
-        except UnreachableError:
-            return None, Stop("workspace", "this is the edge of the workspace; the tool cannot go further on this branch")
-        except ClosureError:
-            return None, Stop("workspace", "the loops cannot be kept closed beyond; a type-2 singularity bounds the motion")
-
-    def _refusal(
-        self, at: Posture, before: Mapping[str, object], last: tuple[float, float], now: tuple[float, float]
-    ) -> Stop | None:
-        """Why `at` must not be taken, at distances `now` to singularities, coming from distances `last`."""
-        for name, (value, lower, upper) in self.chain.limit_violations(at).items():
-            if name not in before and not lower - ROUNDING <= value <= upper + ROUNDING:
-                unit = "m" if self._joints[name].type is JointType.PRISMATIC else "rad"
-                return Stop("limit", f"joint {name} is at its limit {lower if value < lower else upper:.4g} {unit}")
-        for kind, here, there in zip(("type-1", "type-2"), now, last, strict=True):
-            if here < self._guard and here < there:
-                return Stop("singularity", f"a {kind} singularity is near (distance {here:.2g})")
-        return None
-
-    def _distances(self, at: Posture) -> tuple[float, float]:
-        """Distance to type-1 and type-2 singularities; infinite where undefined."""
-        report = self.chain.mobility(at)
-        type1, type2 = (x if math.isfinite(x) else math.inf for x in (report.type1, report.type2))
-        return type1, type2
-
-    def _motion(self, start: Posture, end: Posture) -> float:
-        """Largest motion of any joint between two postures, lengths over the characteristic length."""
-        difference = pin.difference(self.chain.model, np.array(start.q_full), np.array(end.q_full))
-        return float(np.abs(difference / self._scale).max(initial=0.0))
 
 
 def _number(value: float) -> float | None:

@@ -177,7 +177,7 @@ def tube(points: Array, radius: float, surface: Any, sides: int = 5) -> Any:
     rings, angles = [], np.linspace(0, 2 * np.pi, sides, endpoint=False)
     for point, tangent in zip(path, tangents, strict=True):
         normal = normal - tangent * (normal @ tangent)
-        size = np.linalg.norm(normal)
+        size = float(np.linalg.norm(normal))
         if size < 1e-9:
             normal, size = np.cross(tangent, np.eye(3)[np.argmin(np.abs(tangent))]), 1.0
         normal = normal / np.linalg.norm(normal)
@@ -196,7 +196,10 @@ def arrow(length: float, radius: float, surface: Any) -> list[Part]:
     head = min(0.3 * length, 5 * radius)
     shaft, tip = arrow_parts(head, radius, surface)
     stretch = np.diag([1.0, 1.0, length - head, 1.0])
-    return [Part(shaft.thing, stretch @ shaft.placement), Part(tip.thing, translation([0, 0, length - head]) @ tip.placement)]
+    return [
+        Part(shaft.thing, stretch @ shaft.placement),
+        Part(tip.thing, translation([0, 0, length - head]) @ tip.placement),
+    ]
 
 
 def arrow_parts(head: float, radius: float, surface: Any) -> tuple[Part, Part]:

@@ -1,0 +1,115 @@
+"""Moves of a closed chain that go as far as they can, and never onto another branch.
+
+A move ends at a joint limit, where the loops cannot be kept closed or the tool cannot go (the edge of the workspace),
+and before a singularity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+
+from cutjoint.chain import ClosedChain
+from cutjoint.chain.kinematics import velocity_scale
+from cutjoint.description.model import JointType
+from cutjoint.errors import ClosureError, SingularError, UnreachableError
+from cutjoint.mechanism import Posture
+
+NEAR_SINGULAR = 2e-3
+"""A move stops where a distance to a singularity (dimensionless) would fall below this, or below half that of home."""
+
+SMALLEST_MOTION = 1e-3
+SMALLEST_STEP = 1e-6
+"""The place where a move stops is found to this motion of the joints (dimensionless), or this part of the move."""
+
+ROUNDING = 1e-9
+
+Go = Callable[[float, Posture], Posture]
+"""The posture at a fraction of a move, from a posture near it."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Why a move ended early."""
+
+    kind: Literal["limit", "workspace", "singularity"]
+    text: str
+
+
+class Walker:
+    """Moves of one chain."""
+
+    def __init__(self, chain: ClosedChain) -> None:
+        self._chain = chain
+        self._scale = velocity_scale(chain.model, chain.length)
+        self._types = {joint.name: joint.type for joint in chain.description.joints}
+        self._guard = min(NEAR_SINGULAR, 0.5 * min(self._distances(chain.home)))
+
+    def walk(self, at: Posture, go: Go) -> tuple[Posture, Stop | None]:
+        """Walk from `at` along `go`; returns how far it came and what ended it, if anything did.
+
+        A step moves no joint by more than half the distance to a singularity (both dimensionless), so none is stepped
+        over and the branch is kept.  Watching a determinant change sign would be cheaper and is not enough: in a
+        symmetric robot two limbs pass their singularities at once.
+        """
+        before, distances = self._chain.limit_violations(at), self._distances(at)
+        done, step = 0.0, 1.0
+        while done < 1.0:
+            end = min(1.0, done + step)
+            stride = max(0.5 * min(*distances, 1.0), SMALLEST_MOTION)
+            found, stop = self._try(go, end, at)
+            motion = math.inf if found is None else self._motion(at, found)
+            if found is not None and motion <= stride:
+                there = self._distances(found)
+                stop = self._refusal(found, before, distances, there)
+                if stop is None:
+                    at, done, distances = found, end, there
+                    step *= 2.0
+                    continue
+            step = (end - done) * (min(0.5, 0.9 * stride / motion) if math.isfinite(motion) else 0.5)
+            if step < SMALLEST_STEP or (stop is not None and motion < SMALLEST_MOTION):
+                return at, stop or Stop("singularity", "a singularity is near: the joints would have to move very fast")
+        return at, None
+
+    def _try(self, go: Go, fraction: float, near: Posture) -> tuple[Posture | None, Stop | None]:
+        try:
+            return go(fraction, near), None
+        except SingularError as error:
+            return None, Stop("singularity", f"a {error.kind} singularity lies ahead")
+        except UnreachableError:
+            return None, Stop(
+                "workspace", "this is the edge of the workspace; the tool cannot go further on this branch"
+            )
+        except ClosureError:
+            return None, Stop(
+                "workspace", "the loops cannot be kept closed beyond; a type-2 singularity bounds the motion"
+            )
+
+    def _refusal(
+        self, at: Posture, before: Mapping[str, object], last: tuple[float, float], now: tuple[float, float]
+    ) -> Stop | None:
+        """Why `at` must not be taken, at distances `now` to singularities, coming from distances `last`."""
+        for name, (value, lower, upper) in self._chain.limit_violations(at).items():
+            if name not in before and not lower - ROUNDING <= value <= upper + ROUNDING:
+                unit = "m" if self._types[name] is JointType.PRISMATIC else "rad"
+                return Stop("limit", f"joint {name} is at its limit {lower if value < lower else upper:.4g} {unit}")
+        for kind, here, there in zip(("type-1", "type-2"), now, last, strict=True):
+            if here < self._guard and here < there:
+                return Stop("singularity", f"a {kind} singularity is near (distance {here:.2g})")
+        return None
+
+    def _distances(self, at: Posture) -> tuple[float, float]:
+        """Distance to type-1 and type-2 singularities; infinite where undefined."""
+        report = self._chain.mobility(at)
+        type1, type2 = (x if math.isfinite(x) else math.inf for x in (report.type1, report.type2))
+        return type1, type2
+
+    def _motion(self, start: Posture, end: Posture) -> float:
+        """Largest motion of any joint between two postures, lengths over the characteristic length."""
+        difference = pin.difference(self._chain.model, np.array(start.q_full), np.array(end.q_full))
+        return float(np.abs(difference / self._scale).max(initial=0.0))
