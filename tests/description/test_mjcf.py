@@ -14,69 +14,7 @@ from cutjoint.description.writers import write
 
 mujoco = pytest.importorskip("mujoco")
 
-MODEL = """<mujoco model="everything">
-  <compiler angle="degree" eulerseq="zyX"/>
-  <option gravity="0.1 0 -9.5"/>
-  <default>
-    <joint damping="0.2"/>
-    <geom density="500"/>
-    <default class="arm">
-      <joint axis="0 1 0" range="-90 45"/>
-      <geom type="capsule" size="0.02"/>
-      <default class="tip"><joint frictionloss="0.3"/></default>
-    </default>
-  </default>
-  <worldbody>
-    <geom type="plane" size="1 1 1"/>
-    <site name="post" pos="0.1 0.2 0.3" euler="10 20 30"/>
-    <body name="first" pos="0 0 1" euler="10 20 30" childclass="arm">
-      <joint name="first" ref="15"/>
-      <geom name="rod" fromto="0 0 0 0.3 0.1 0" mass="0.7" rgba="1 0 0 1" contype="0" conaffinity="0"/>
-      <geom type="box" size="0.1 0.2 0.05" pos="0.1 0 0" axisangle="1 1 0 30" class="main"/>
-      <geom type="ellipsoid" size="0.1 0.2 0.05" pos="0.1 0 0.3"/>
-      <geom type="box" fromto="0 0 0 0.1 0.1 0.5" size="0.03"/>
-      <body name="second" pos="0.3 0.1 0" quat="0.5 0.5 0.1 0.2">
-        <joint name="second_x" class="tip" pos="0.05 0 0.1"/>
-        <joint name="second_z" axis="0 0 2" pos="0 0.02 0" range="-180 180" limited="false"/>
-        <geom fromto="0 0 0 0.1 0 0.2" type="cylinder"/>
-        <site name="wrist" pos="0.1 0 0.2" zaxis="1 2 3"/>
-        <body name="third" pos="0 0.1 0.2" xyaxes="0 1 0 -1 0.3 0">
-          <joint name="slide" type="slide" range="-0.1 0.2"/>
-          <inertial pos="0.1 0.2 0.3" mass="0.5" fullinertia="0.01 0.02 0.025 0.001 0.002 0.003"/>
-          <geom type="sphere" size="0.1"/>
-          <body name="fourth" pos="0.1 0 0" zaxis="0 1 1">
-            <inertial pos="0 0 0" quat="0.9 0.1 0.2 0.3" mass="0.25" diaginertia="0.01 0.012 0.015"/>
-          </body>
-        </body>
-      </body>
-      <body name="ball" pos="0 0 -0.4">
-        <joint name="ball" type="ball" range="0 0" limited="false"/>
-        <geom type="sphere" size="0.05"/>
-      </body>
-    </body>
-    <body name="loose" pos="1 2 3" axisangle="0 0 1 90">
-      <freejoint name="loose"/>
-      <geom type="box" size="0.1 0.1 0.1"/>
-    </body>
-  </worldbody>
-  <equality>
-    <connect name="rope" body1="third" body2="ball" anchor="0.1 0.2 0.3"/>
-    <weld name="glue" body1="loose" body2="fourth" anchor="0.1 0 0"/>
-    <weld name="posed" body1="loose" body2="first" relpose="0.1 0.2 0.3 0.5 0.5 0.5 -0.5" anchor="0.3 0 0"/>
-    <connect name="sites" site1="wrist" site2="post"/>
-    <weld name="idle" body1="loose" body2="fourth" active="false"/>
-    <joint name="gear" joint1="second_z" joint2="first" polycoef="0.1 -2 0 0 0"/>
-  </equality>
-  <actuator>
-    <motor joint="first"/>
-    <position joint="slide"/>
-    <velocity joint="first"/>
-  </actuator>
-  <keyframe>
-    <key name="pose" qpos="0.5 0.1 0.2 0.05 0.8 0.6 0 0 1 2 3 0.6 0.8 0 0"/>
-  </keyframe>
-</mujoco>
-"""
+MODEL = (Path(__file__).parent / "samples" / "everything.xml").read_text(encoding="utf-8")
 
 
 @pytest.fixture

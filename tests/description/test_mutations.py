@@ -42,25 +42,26 @@ HOSTILE = [
     *["${x}", "$(arg y)", "<!--", "]]>", "<!DOCTYPE x>", "<?x?>", "universe", "world", "base", "cutjoint:"],
     *["true", "fixed", "floating", "spherical", "universal", "planar", "continuous", "prismatic"],
 ]
-ROBOTS = ("fourbar", "cpm", "stewart")
-FILES = {"loops": ("loops.toml", "robot.urdf"), "urdf": ("robot.urdf",), "mjcf": ("robot.xml",)}
+SAMPLES = Path(__file__).parent / "samples"
+FILES = {"loops": "loops.toml", "urdf": "robot.urdf", "mjcf": "robot.xml"}
+SOURCES = [
+    *(f"{robot} as {form}" for robot in ("fourbar", "cpm", "stewart") for form in FILES),
+    *sorted(path.name for path in SAMPLES.iterdir()),
+]
 TOKEN = re.compile(r"[\w.+-]+|[^\w\s]")
 
 
 @cache
-def originals(robot: str, form: str) -> dict[str, str]:
-    """The texts of a robot's files in a format."""
-    with TemporaryDirectory() as folder:
-        write(load_description(robot), Path(folder) / FILES[form][0], to=form)
-        return {name: (Path(folder) / name).read_text(encoding="utf-8") for name in FILES[form]}
-
-
-GEPETTO = """closed_loop: [[coupler_link, rocker_link]]
-type: [6d]
-name_mot: [crank]
-joint_name: [coupler]
-joint_type: [SPHERICAL]
-"""
+def originals(source: str) -> dict[str, str]:
+    """The texts of a robot's files, the one to load first: a sample, or `ROBOT as FORMAT`, which is written."""
+    if " as " not in source:
+        names = ("robot.yaml", "robot.urdf") if source == "gepetto" else (source,)
+        folder = SAMPLES / source if source == "gepetto" else SAMPLES
+        return {name: (folder / name).read_text(encoding="utf-8") for name in names}
+    robot, form = source.split(" as ")
+    with TemporaryDirectory() as folder_name:
+        files = write(load_description(robot), Path(folder_name) / FILES[form], to=form)
+        return {path.name: path.read_text(encoding="utf-8") for path in files}
 
 
 @st.composite
@@ -99,17 +100,10 @@ def mutated(draw: st.DrawFn, text: str) -> str:
     return text
 
 
-def texts_of(robot: str, form: str) -> dict[str, str]:
-    """The texts of a robot's files, the one to load first."""
-    if form == "gepetto":
-        return {"robot.yaml": GEPETTO, "robot.urdf": originals("fourbar", "loops")["robot.urdf"]}
-    return dict(originals(robot, form))
-
-
 @st.composite
 def spoiled_files(draw: st.DrawFn) -> dict[str, bytes]:
     """The files of a robot, the one to load first, one of them spoiled."""
-    texts = texts_of(draw(st.sampled_from(ROBOTS)), draw(st.sampled_from([*FILES, "gepetto"])))
+    texts = dict(originals(draw(st.sampled_from(SOURCES))))
     victim = draw(st.sampled_from(list(texts)))
     texts[victim] = draw(mutated(texts[victim]))
     return {name: text.encode("utf-8", errors="surrogatepass") for name, text in texts.items()}
@@ -157,11 +151,9 @@ def test_ten_thousand_spoiled_files(files: dict[str, bytes]) -> None:
         assert_sound(robot)
 
 
-@pytest.mark.parametrize("form", [*FILES, "gepetto"])
-@pytest.mark.parametrize("robot", ROBOTS)
-def test_what_is_spoiled_here_is_sound(robot: str, form: str) -> None:
-    files = {name: text.encode() for name, text in texts_of(robot, form).items()}
-    description = loaded(files)
+@pytest.mark.parametrize("source", SOURCES)
+def test_what_is_spoiled_here_is_sound(source: str) -> None:
+    description = loaded({name: text.encode() for name, text in originals(source).items()})
     assert description is not None
     assert_sound(description)
 

@@ -10,53 +10,7 @@ import pytest
 from cutjoint.description import CutType, JointType, load_description, read_checked
 from cutjoint.description.transforms import inverse, placement
 
-INERTIA = "<inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>"
-
-MODEL = f"""<?xml version="1.0"?>
-<sdf version="1.7">
-  <model name="fourbar">
-    <link name="ground"><pose>0 0 0.5 0 0 0.3</pose></link>
-    <link name="crank">
-      <pose relative_to="ground">0.1 0 0 0.2 0 0</pose>
-      <inertial>
-        <pose>0.1 0.2 0.3 0 0 1.5707963267948966</pose>
-        <mass>2</mass>
-        <inertia><ixx>1</ixx><iyy>2</iyy><izz>2.5</izz><ixy>0.1</ixy></inertia>
-      </inertial>
-      <visual name="v">
-        <pose>0.1 0 0 0 0 0</pose>
-        <geometry><cylinder><radius>0.1</radius><length>0.4</length></cylinder></geometry>
-        <material><diffuse>0.1 0.2 0.3 1</diffuse></material>
-      </visual>
-    </link>
-    <link name="coupler"><pose relative_to="crank_turn">0.2 0 0 0 0 0</pose>{INERTIA}</link>
-    <link name="rocker"><pose degrees="true">0.5 0.1 0.5 0 90 0</pose>{INERTIA}</link>
-    <frame name="corner" attached_to="rocker"><pose>0 0 0.2 0 0 0</pose></frame>
-    <joint name="weld" type="fixed"><parent>world</parent><child>ground</child></joint>
-    <joint name="crank_turn" type="revolute">
-      <parent>ground</parent><child>crank</child>
-      <axis>
-        <xyz>0 0 1</xyz>
-        <limit><lower>-2</lower><upper>1e16</upper><velocity>3</velocity><effort>-1</effort></limit>
-        <dynamics><damping>0.5</damping><friction>0.25</friction></dynamics>
-      </axis>
-    </joint>
-    <joint name="coupler_turn" type="revolute">
-      <parent>crank</parent><child>coupler</child>
-      <pose>0 0 -0.1 0 0.3 0</pose>
-      <axis><xyz expressed_in="__model__">0 0 1</xyz></axis>
-    </joint>
-    <joint name="rocker_turn" type="continuous">
-      <parent>ground</parent><child>rocker</child><axis><xyz>1 0 0</xyz></axis>
-    </joint>
-    <joint name="tip" type="revolute">
-      <parent>coupler</parent><child>rocker</child>
-      <pose relative_to="corner">0.1 0 0 0 0 0</pose>
-      <axis><xyz>0 1 0</xyz></axis>
-    </joint>
-  </model>
-</sdf>
-"""
+MODEL = (Path(__file__).parent / "samples" / "fourbar.sdf").read_text(encoding="utf-8")
 
 WORLDS = {
     "ground": placement((0, 0, 0.5), (0, 0, 0.3)),
