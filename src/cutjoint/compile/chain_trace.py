@@ -246,6 +246,11 @@ class ChainState:
         """See `TracedState`."""
         return self.reduction.gravity()
 
+    def coriolis(self, v: Sequence[Number]) -> list[Number]:
+        """See `TracedState`."""
+        u, motion, drift = self.moving(v)
+        return self.reduction.effort(u, motion, drift, weight=False)
+
     def bias(self, v: Sequence[Number]) -> list[Number]:
         """See `TracedState`."""
         u, motion, drift = self.moving(v)

@@ -368,6 +368,11 @@ def is_zero(value: Number) -> bool:
     return (value.constant if isinstance(value, Expression) else value) == 0.0
 
 
+def absolute(x: Number) -> Number:
+    """|x|."""
+    return Expression(x.graph, x.graph.absolute(x.ref)) if isinstance(x, Expression) else abs(x)
+
+
 def minimum(x: Number, y: Number) -> Number:
     """The smaller one."""
     graph = _graph(x, y)

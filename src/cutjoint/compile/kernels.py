@@ -73,9 +73,8 @@ def _inverse(call: _Call) -> tuple[Results, Number]:
 
 def _terms(call: _Call) -> tuple[Results, Number]:
     state = call.state
-    gravity, bias = state.gravity(), state.bias(call.argument("v", call.source.n))
-    coriolis = [x - y for x, y in zip(bias, gravity, strict=True)]
-    return {"mass": _flat(state.mass()), "coriolis": coriolis, "gravity": gravity}, state.strain
+    coriolis = state.coriolis(call.argument("v", call.source.n))
+    return {"mass": _flat(state.mass()), "coriolis": coriolis, "gravity": state.gravity()}, state.strain
 
 
 def _tool(call: _Call) -> tuple[Results, Number]:

@@ -99,9 +99,7 @@ class TracedModel:
         state = self._measured()
         gravity_now = state.gravity()
         still: Objects = _objects([0.0] * n)
-        moving = (
-            still if v is None else _objects([x - y for x, y in zip(state.bias(list(v)), gravity_now, strict=True)])
-        )
+        moving = still if v is None else _objects(state.coriolis(list(v)))
         rows = _objects([x for row in state.mass() for x in row]).reshape(n, n)
         return _Terms(rows, moving, _objects(gravity_now))
 

@@ -24,7 +24,7 @@ from cutjoint.compile.batch import cores
 from cutjoint.compile.chain_trace import ChainSource
 from cutjoint.compile.compiled import Compiled
 from cutjoint.compile.emit import declarations, flat_function
-from cutjoint.compile.graph import Graph, Number, maximum
+from cutjoint.compile.graph import Graph, Number, absolute, maximum
 from cutjoint.compile.kernels import accelerations
 from cutjoint.compile.law_trace import Table, TracedDesired, trace_law
 from cutjoint.compile.native import PREAMBLE, Machine, host
@@ -142,9 +142,8 @@ class ClosedLoop:
         settled, residuals = traced.settled(None)
         if residuals:
             open_by: Number = 0.0
-            rows: list[Number] = list(residuals)
-            for one in rows:
-                open_by = maximum(abs(one), open_by)
+            for residual in residuals:
+                open_by = maximum(absolute(residual), open_by)
             self.settle = scheduled(
                 assemble(
                     graph,

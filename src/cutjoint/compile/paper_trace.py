@@ -114,9 +114,17 @@ class _PaperState:
         """See `TracedState`."""
         raise AssertionError
 
-    def bias(self, v: Sequence[Number]) -> list[Number]:
+    def gravity(self) -> list[Number]:
         """See `TracedState`."""
         raise AssertionError
+
+    def coriolis(self, v: Sequence[Number]) -> list[Number]:
+        """See `TracedState`."""
+        raise AssertionError
+
+    def bias(self, v: Sequence[Number]) -> list[Number]:
+        """See `TracedState`."""
+        return [x + y for x, y in zip(self.coriolis(v), self.gravity(), strict=True)]
 
     def inverse(self, v: Sequence[Number], a: Sequence[Number]) -> list[Number]:
         """See `TracedState`."""
@@ -150,12 +158,11 @@ class CpmState(_PaperState):
         """See `TracedState`."""
         return list(cpm.gravity(self._k, self._limbs, self._gamma))
 
-    def bias(self, v: Sequence[Number]) -> list[Number]:
+    def coriolis(self, v: Sequence[Number]) -> list[Number]:
         """See `TracedState`."""
         velocity = (v[0], v[1], v[2])
         rates = cpm.gamma_dot(self._p, self._limbs, velocity)
-        moving = cpm.coriolis(self._k, self._gamma, rates, velocity)
-        return [x + y for x, y in zip(moving, self.gravity(), strict=True)]
+        return list(cpm.coriolis(self._k, self._gamma, rates, velocity))
 
     def potential(self) -> Number:
         """See `TracedState`."""
@@ -192,10 +199,9 @@ class Omega3State(_PaperState):
         """See `TracedState`."""
         return list(omega3.gravity(self._k, self._arms, self._jacobian))
 
-    def bias(self, v: Sequence[Number]) -> list[Number]:
+    def coriolis(self, v: Sequence[Number]) -> list[Number]:
         """See `TracedState`."""
-        moving = omega3.coriolis(self._k, self._jacobian, self._drift(v))
-        return [x + y for x, y in zip(moving, self.gravity(), strict=True)]
+        return list(omega3.coriolis(self._k, self._jacobian, self._drift(v)))
 
     def potential(self) -> Number:
         """See `TracedState`."""

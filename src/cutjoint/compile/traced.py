@@ -38,6 +38,10 @@ class TracedState(Protocol):
         """Effort that holds the posture."""
         ...
 
+    def coriolis(self, v: Sequence[Number]) -> list[Number]:
+        """Coriolis vector."""
+        ...
+
     def bias(self, v: Sequence[Number]) -> list[Number]:
         """Coriolis vector plus gravity."""
         ...

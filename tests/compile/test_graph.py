@@ -1,0 +1,219 @@
+"""Laws of the expression graph: sharing, signs, and the same numbers as plain floats, whatever is written."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cutjoint.compile import emit
+from cutjoint.compile.derivative import tangent
+from cutjoint.compile.elementary import LARGEST
+from cutjoint.compile.graph import Expression, Functions, Graph, Op, maximum, minimum
+from cutjoint.compile.native import Kernel
+from cutjoint.compile.program import assemble, interpret
+from cutjoint.compile.schedule import scheduled
+from cutjoint.errors import InputError
+
+TREES = st.recursive(
+    st.one_of(st.integers(0, 3), st.floats(-2, 2).map(lambda x: round(x, 3))),
+    lambda inner: st.one_of(
+        st.tuples(st.sampled_from("+-*/<>"), inner, inner),
+        st.tuples(st.sampled_from(["neg", "sin", "cos", "abs"]), inner),
+    ),
+    max_leaves=25,
+)
+
+
+def evaluate(tree: Any, x: list[Any]) -> Any:
+    """A random formula on floats or expressions; integers are inputs; quotients and roots stay away from trouble."""
+    match tree:
+        case int():
+            return x[tree]
+        case float():
+            return tree
+        case ("neg", a):
+            return -evaluate(a, x)
+        case ("abs", a):
+            return abs(evaluate(a, x))
+        case ("sin", a):
+            return Functions.sin(evaluate(a, x))
+        case ("cos", a):
+            return Functions.cos(evaluate(a, x))
+    sign, a, b = tree[0], evaluate(tree[1], x), evaluate(tree[2], x)
+    match sign:
+        case "+":
+            return a + b
+        case "-":
+            return a - b
+        case "*":
+            return a * b
+        case "/":
+            return a / (Functions.sqrt(b * b + 1.5))
+        case "<":
+            return minimum(a, b) if any(isinstance(y, Expression) for y in (a, b)) else min(a, b)
+    return maximum(a, b) if any(isinstance(y, Expression) for y in (a, b)) else max(a, b)
+
+
+@given(TREES, st.lists(st.floats(-3, 3), min_size=4, max_size=4), st.booleans())
+def test_a_traced_formula_gives_what_the_formula_gives(tree: Any, x: list[float], fused: bool) -> None:
+    graph = Graph()
+    symbols = graph.symbols(4)
+    program = assemble(graph, "f", {"x": symbols}, {"y": [evaluate(tree, symbols)]}, fused=fused)
+    program.validate()
+    wanted = evaluate(tree, x)
+    scale = max(1.0, abs(wanted)) * 1e3
+    assert abs(float(interpret(program, x)[0]) - wanted) <= 1e-13 * scale
+    assert abs(float(interpret(scheduled(program), x)[0]) - wanted) <= 1e-13 * scale
+
+
+def test_signs_and_order_do_not_make_new_nodes() -> None:
+    graph = Graph()
+    a, b, c = graph.symbols(3)
+    assert (a - b).ref == -(b - a).ref
+    assert (a + b).ref == (b + a).ref
+    assert (a * -b).ref == -(b * a).ref
+    assert (-a - b).ref == -(a + b).ref
+    assert ((a + b) - (b + a)).constant == 0.0
+    assert (2.0 * (3.0 * c)).ref == (6.0 * c).ref
+    assert (Functions.sin(a - b) + Functions.sin(b - a)).constant == 0.0
+    assert (Functions.cos(a - b) - Functions.cos(b - a)).constant == 0.0
+
+
+def test_trigonometry_of_inverse_functions_becomes_algebra() -> None:
+    graph = Graph()
+    u, w, k = graph.symbols(3)
+    angle = Functions.atan2(w, u) - Functions.acos(k)
+    program = assemble(graph, "f", {"x": [u, w, k]}, {"y": [Functions.sin(angle), Functions.cos(angle)]})
+    assert not {"sin", "cos", "atan2", "acos"} & set(program.counts())
+    sine, cosine = interpret(program, [0.4, -0.7, 0.3])
+    wanted = math.atan2(-0.7, 0.4) - math.acos(0.3)
+    np.testing.assert_allclose([sine, cosine], [math.sin(wanted), math.cos(wanted)], rtol=0, atol=1e-15)
+
+
+def test_a_branch_on_a_value_is_refused() -> None:
+    x = Graph().symbols(1)[0]
+    with pytest.raises(InputError, match="branch"):
+        bool(x)
+    with pytest.raises(InputError, match="compare"):
+        _ = x > 0.0
+
+
+@given(TREES, st.lists(st.floats(-3, 3), min_size=4, max_size=4))
+def test_tangents_are_the_limit_of_differences(tree: Any, x: list[float]) -> None:
+    if any(sign in repr(tree) for sign in ("'<'", "'>'", "'abs'")):
+        return
+    graph = Graph()
+    symbols = graph.symbols(4)
+    direction = [0.3, -0.5, 0.7, 0.2]
+    seed = {abs(symbol.ref): rate for symbol, rate in zip(symbols, direction, strict=True)}
+    slope = tangent(graph, [evaluate(tree, symbols)], seed)
+    program = assemble(graph, "df", {"x": symbols}, {"y": slope})
+    h = 1e-5
+    ahead = [a + h * b for a, b in zip(x, direction, strict=True)]
+    behind = [a - h * b for a, b in zip(x, direction, strict=True)]
+    wanted = (evaluate(tree, ahead) - evaluate(tree, behind)) / (2 * h)
+    size = 1.0 + abs(evaluate(tree, x)) / h * 1e-10 + abs(wanted)
+    assert abs(float(interpret(program, x)[0]) - wanted) <= 1e-4 * size
+
+
+def test_every_rule_of_differentiation() -> None:
+    graph = Graph()
+    x = graph.symbols(2)
+    made = {
+        "acos": (Functions.acos(x[0] * x[1]), lambda a, b: math.acos(a * b)),
+        "atan2": (Functions.atan2(x[0], x[1]), math.atan2),
+        "sqrt": (Functions.sqrt(x[0] + x[1] * x[1]), lambda a, b: math.sqrt(a + b * b)),
+        "div": (x[0] / (x[1] + 3.0), lambda a, b: a / (b + 3.0)),
+        "trig": (Functions.sin(x[0]) * Functions.cos(x[1]), lambda a, b: math.sin(a) * math.cos(b)),
+    }
+    at, h = (0.4, 0.7), 1e-6
+    for name, (expression, function) in made.items():
+        for k in range(2):
+            slope = tangent(graph, [expression], {abs(x[k].ref): 1.0})
+            found = float(interpret(assemble(graph, name, {"x": x}, {"y": slope}), at)[0])
+            step = [h if i == k else 0.0 for i in range(2)]
+            wanted = (function(at[0] + step[0], at[1] + step[1]) - function(at[0] - step[0], at[1] - step[1])) / (2 * h)
+            assert found == pytest.approx(wanted, rel=1e-8), (name, k)
+
+
+def kernel_of_everything() -> Kernel:
+    """A kernel that uses every operation at least once."""
+    graph = Graph()
+    x = graph.symbols(6)
+    fn = Functions
+    results = [
+        fn.sin(x[0]),
+        fn.cos(x[0]),
+        fn.sin(x[0] + x[1]),
+        fn.atan2(x[0], x[1]),
+        fn.acos(x[2] / (abs(x[2]) + 1.0)),
+        fn.sqrt(abs(x[3]) + 0.1) - x[4],
+        minimum(x[0], x[1]) * maximum(x[2], x[3]),
+        x[0] * x[1] + x[2],
+        x[1] * x[2] - fn.sqrt(x[4] * x[4] + 2.0),
+        x[5] - x[0] * x[3],
+        x[4] / x[5] + x[3] / x[5],
+        -x[0],
+        3.25,
+    ]
+    program = assemble(graph, "everything", {"a": x[:2], "b": x[2:]}, {"y": results})
+    used = {Op(int(code)) for code in program.op}
+    assert used == set(Op), set(Op) - used
+    return Kernel(program)
+
+
+def test_one_state_and_many_give_the_same_digits() -> None:
+    kernel = kernel_of_everything()
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=(37, 2)) * 3, rng.normal(size=(37, 4)) * 3
+    (side_by_side,) = kernel.batch([a, b])
+    (one_by_one,) = kernel.batch([a, b], lanes=False)
+    called = np.array([kernel(x, y) for x, y in zip(a, b, strict=True)])
+    np.testing.assert_array_equal(side_by_side, one_by_one)
+    np.testing.assert_array_equal(side_by_side, called)
+    wanted = np.array([interpret(kernel.program, [*x, *y]) for x, y in zip(a, b, strict=True)])
+    np.testing.assert_allclose(called, wanted, rtol=1e-13, atol=1e-14)
+
+
+def test_pieces_of_a_long_program_give_the_same_digits(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = kernel_of_everything()
+    monkeypatch.setattr(emit, "WHOLE", 5)
+    monkeypatch.setattr(emit, "PIECE", 4)
+    pieces = kernel_of_everything()
+    rng = np.random.default_rng(1)
+    a, b = rng.normal(size=(20, 2)), rng.normal(size=(20, 4))
+    np.testing.assert_array_equal(whole.batch([a, b])[0], pieces.batch([a, b])[0])
+    np.testing.assert_array_equal(whole(a[0], b[0]), pieces(a[0], b[0]))
+
+
+def test_a_shared_argument_and_threads_change_nothing() -> None:
+    kernel = kernel_of_everything()
+    rng = np.random.default_rng(2)
+    a, b = rng.normal(size=(5000, 2)), rng.normal(size=4)
+    (shared,) = kernel.batch([a, b], threads=3)
+    (tiled,) = kernel.batch([a, np.tile(b, (5000, 1))])
+    np.testing.assert_array_equal(shared, tiled)
+    with pytest.raises(InputError, match="shape"):
+        kernel.batch([a[:, :1], b])
+    with pytest.raises(InputError, match="rows"):
+        kernel.batch([a, np.tile(b, (3, 1))])
+
+
+def test_sine_and_cosine_to_the_last_digits() -> None:
+    graph = Graph()
+    x = graph.symbols(1)
+    kernel = Kernel(assemble(graph, "sincos", {"x": x}, {"s": [x[0].sin()], "c": [x[0].cos()]}))
+    rng = np.random.default_rng(0)
+    quarters = np.arange(-200, 200)[:, None] * np.pi / 2 + rng.normal(size=(1, 50)) * 10.0 ** rng.uniform(-12, 0, 50)
+    angles = np.concatenate([rng.uniform(-7, 7, 20000), rng.uniform(-LARGEST, LARGEST, 20000), quarters.ravel(), [0.0]])
+    s, c = kernel.batch([angles[:, None]])
+    np.testing.assert_allclose(s[:, 0], np.sin(angles), rtol=4e-16, atol=3e-17)
+    np.testing.assert_allclose(c[:, 0], np.cos(angles), rtol=4e-16, atol=3e-17)
+    beyond = np.array([[2 * LARGEST], [-1e300], [np.inf], [np.nan], [1e5], [0.5], [1.0], [2.0]])
+    assert np.isnan(kernel.batch([beyond])[0][:5]).all()
+    assert np.isnan(kernel(np.array([np.inf]))).all()
