@@ -1,16 +1,16 @@
 """Figures and pages: units, colours, one file that needs nothing else."""
 
 import re
+import sys
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
+from cutjoint.errors import InputError
 from cutjoint.report import LIMBS, Panel, Path, Section, Table, figure, page
 from cutjoint.report.figures import scaled
 from cutjoint.report.page import Picture
-
-pytest.importorskip("matplotlib")
 
 TIME = np.linspace(0.0, 2.0, 201)
 WAVES = np.column_stack([np.sin(3 * TIME), np.cos(2 * TIME), 0.3 * TIME])
@@ -99,6 +99,12 @@ def test_verdicts_are_told_by_words_and_marks_too():
     assert 'class="verdict good">holds<' in html
     assert 'class="verdict bad">does not hold<' in html
     assert 'class="verdict half">holds with the inferred code only<' in html
+
+
+def test_without_matplotlib_it_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(InputError, match=r"cutjoint\[report\]"):
+        figure(Panel("p", TIME, WAVES, "m", "q", NAMES))
 
 
 def test_a_row_that_does_not_fit_is_noticed():

@@ -113,6 +113,15 @@ def test_adaptive_methods_keep_their_tolerance(method, exact):
     assert more.size > times.size
 
 
+@pytest.mark.parametrize("method", [DormandPrince(1e-6, 1e-8), Adaptive(1e-6, 1e-8), Adaptive(1e-6, 1e-8, "RK45")])
+def test_the_last_component_rides_along_and_does_not_steer(method):
+    def loud(t, y):
+        return np.array([*swing(t, y)[:2], 1e9 * np.sin(40.0 * t)])
+
+    quiet, loud_times = solve(method, swing, START, 3.0)[1], solve(method, loud, START, 3.0)[1]
+    assert np.array_equal(quiet, loud_times)
+
+
 @pytest.mark.parametrize("method", [DormandPrince(), Adaptive()])
 def test_walls_are_found_by_shorter_steps(method):
     """Not a number beyond y = 2: the method creeps up to it and says that no step is small enough."""

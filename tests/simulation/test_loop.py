@@ -8,6 +8,7 @@ from cutjoint.errors import InputError, SimulationError
 from cutjoint.motion import Hold, PointToPoint, Reference
 from cutjoint.papers.cpm import CpmModel
 from cutjoint.simulation import Adaptive, ConstrainedPlant, DormandPrince, ReducedPlant, Result, RungeKutta4, run
+from cutjoint.simulation.integrators import Step
 
 MODEL = CpmModel()
 PLANT = ReducedPlant(MODEL)
@@ -33,6 +34,26 @@ def test_samples_lie_where_they_were_asked_for_and_at_the_end(method, every, dur
     found = run(PLANT, PD(1000, 100), WAY, integrator=method, every=every, duration=duration)
     expected = np.append(np.arange(0.0, duration - 1e-9, every), duration)
     assert np.allclose(found.time, expected, rtol=0, atol=1e-12)
+
+
+def test_a_step_cut_short_by_a_sample_does_not_shorten_the_next():
+    asked = []
+
+    class Doubling:
+        """Takes what it is given, asks for twice what it took."""
+
+        name, interpolates = "doubling", False
+
+        def first(self, field, t, y, slope, span):
+            return 0.04
+
+        def step(self, field, t, y, slope, h, end, span):
+            asked.append(h)
+            taken = min(h, end - t)
+            return Step(t + taken if taken < end - t else end, y + taken * slope, None, 2.0 * taken)
+
+    run(PLANT, PD(10.0, 10.0), Reference(Hold(START, 0.2), MODEL), integrator=Doubling(), every=0.05)
+    assert np.allclose(asked[:3], [0.04, 0.08, 0.08])
 
 
 def test_without_spacing_every_step_is_a_sample():

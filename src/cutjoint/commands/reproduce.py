@@ -31,8 +31,10 @@ def command(
     from cutjoint.experiments.study import PARTS, reproduce, tasks
     from cutjoint.files import check_place, write_whole
     from cutjoint.report import Table, page
+    from cutjoint.report.figures import plotting
 
     check_place(output)
+    plotting()
     robots = list(PARTS) if robot == "all" else [robot]
     began = time.perf_counter()
     with Progress(transient=True) as bar:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from cutjoint.arrays import Array
+from cutjoint.errors import InputError
 from cutjoint.report.style import ACTUAL, DESIRED, INK, LIMBS, SETTINGS
 
 HEIGHT = 2.9
@@ -69,10 +70,8 @@ class Drawing:
 
     def svg(self, key: str) -> str:
         """As an SVG element to put into HTML; `key` keeps its identifiers apart from those of other figures."""
-        import matplotlib as mpl
-
         buffer = io.StringIO()
-        with mpl.rc_context(SETTINGS):
+        with plotting().rc_context(SETTINGS):
             self._figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
         text = buffer.getvalue()
         text = text[text.index("<svg") :]
@@ -86,17 +85,15 @@ class Drawing:
 
     def png(self, dpi: int = 110) -> bytes:
         """As a picture."""
-        import matplotlib as mpl
-
         buffer = io.BytesIO()
-        with mpl.rc_context(SETTINGS):
+        with plotting().rc_context(SETTINGS):
             self._figure.savefig(buffer, format="png", dpi=dpi)
         return buffer.getvalue()
 
 
 def figure(*panels: Panel | Path) -> Drawing:
     """The panels beside each other."""
-    import matplotlib as mpl
+    mpl = plotting()
     from matplotlib.figure import Figure
 
     with mpl.rc_context(SETTINGS):
@@ -119,6 +116,19 @@ def _legend(drawn: Any, axes: Any) -> None:
             entries.setdefault(label, handle)
     if len(entries) > 1:
         drawn.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries), handlelength=2.4)
+
+
+def plotting() -> Any:
+    """Matplotlib.
+
+    Raises:
+        InputError: it is not installed.
+    """
+    try:
+        import matplotlib as mpl
+    except ImportError as error:
+        raise InputError("reports need matplotlib: pip install 'cutjoint[report]'") from error
+    return mpl
 
 
 def scaled(values: Array, unit: str) -> tuple[float, str]:
