@@ -1,4 +1,4 @@
-"""Compiled mechanisms give what the models give: every robot under urdf/, every published model, every joint and cut."""
+"""Compiled mechanisms give what the models give: every robot under urdf/, every published model, joint and cut."""
 
 from __future__ import annotations
 

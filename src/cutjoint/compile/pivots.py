@@ -38,7 +38,7 @@ class Plan:
 
     Attributes:
         pivots: (row, rate) in order.
-        sizes: what each pivot was at its smallest on the cloud, against which a posture's pivots are judged.
+        sizes: the largest entry of each pivot column on a typical posture of the cloud, against which pivots are judged.
         independent: rates that remain, in the order of the reduced coordinates.
         redundant: rows that are left out.
     """
@@ -163,7 +163,7 @@ def choose(survey: Survey, cloud: Array, keep: Sequence[int]) -> Plan:
             pivots.append(pick)
             size = np.abs(active[:, sorted(left_rows), rate]).max(axis=1)
             scale = survey.row_scale[row] * survey.rate_scale[rate]
-            sizes.append(float(size.min() / scale))
+            sizes.append(float(np.median(size) / scale))
             left_rows.discard(row)
             left_rates.discard(rate)
             for other in left_rows:
