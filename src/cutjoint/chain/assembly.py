@@ -25,6 +25,9 @@ NEWTON_STEPS = 12
 SMALLEST_STEP = 1e-6
 MOST_STEPS = 2000
 LARGEST_TURN = 0.5
+CROSSING = 1e-4
+"""Where `follow` stops, a crossing of branches lies nearer than this; the end of a branch, where they turn back and the
+distance goes with the root of the step, further."""
 
 
 class Driver(Protocol):
@@ -91,13 +94,17 @@ class PoseDriver:
         return self._tool.jacobian(data)
 
 
+UNBOUND = "the joints would have to move without bound"
+
+
 @dataclass(frozen=True)
 class Stopped:
     """How far `follow` came: fraction of the way, the last closed configuration, and why it stopped.
 
     Attributes:
-        singular: whether the way could go on, but only through a posture where branches meet.
+        singular: whether it stopped where branches cross, so that the robot could go on, but on more than one of them.
         far: whether it was given up for its length.
+        measure: smallest singular value of the equations there, dimensionless.
     """
 
     fraction: float
@@ -105,6 +112,7 @@ class Stopped:
     why: str
     singular: bool = False
     far: bool = False
+    measure: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +152,7 @@ class Assembler:
 
     def follow(self, q: Array, driver: Driver) -> Array | Stopped:
         """Walk from the closed configuration `q`, shape (nq,), to the driver's target on the same branch."""
-        k, fraction, step, singular = self._k, 0.0, 1.0, False
+        k, fraction, step, converged = self._k, 0.0, 1.0, False
         scale = self._scale(driver)
         k.update(q)
         here = _Linear.of(self._matrix(driver))
@@ -160,12 +168,12 @@ class Assembler:
                 return Stopped(fraction, q, "the equations are singular")
             if size > 1.01 * tolerances.STRIDE.value:
                 step *= max(tolerances.STRIDE.value / size, 0.1)
-                singular = False
+                converged = False
             else:
                 corrected = self._newton(
                     pin.integrate(k.model, q, motion * k.column_scale), driver, end, 0.5 * size + 1e-9
                 )
-                singular = corrected is not None
+                converged = corrected is not None
                 if corrected is not None:
                     k.update(corrected)
                     there = _Linear.of(self._matrix(driver))
@@ -178,10 +186,9 @@ class Assembler:
                         continue
                 step *= 0.5
             if step < SMALLEST_STEP:
-                why = (
-                    "branches meet in a singular posture" if singular else "the joints would have to move without bound"
-                )
-                return Stopped(fraction, q, why, singular=singular)
+                crossing = converged and here.regular and bool(here.values[-1] < CROSSING)
+                why = "branches meet" if crossing else UNBOUND
+                return Stopped(fraction, q, why, singular=crossing, measure=float(here.values.min(initial=np.inf)))
         return Stopped(fraction, q, f"{MOST_STEPS} steps were not enough; go there by way of nearer postures", far=True)
 
     def assemble(self, q: Array, driver: Driver | None, iterations: int = 100) -> Array | None:

@@ -20,11 +20,14 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
-from cutjoint.chain.assembly import ActuatedDriver, Driver, Stopped, ToolDriver
+from cutjoint.chain.assembly import UNBOUND, ActuatedDriver, Driver, Stopped, ToolDriver
 from cutjoint.chain.full import FullChain
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import ActuationError, ClosureError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture, Terms, Tool
+
+FURTHEST_DETOUR = 2.0 * np.pi
+"""Ways longer than this (in radians or link lengths) are walked straight or not at all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +79,7 @@ class ClosedChain(FullChain):
         found = self._walk(start, start[self._q_index], target, driver)
         if isinstance(found, Stopped):
             if found.singular:
-                raise self._crossing(f"be closed at {self._show(target)}", found, "type-2", self._type2(found.q))
+                raise self._crossing(f"be closed at {self._show(target)}", found, "type-2")
             distance, angle, cut = self._open_gap(found, target)
             raise ClosureError(
                 f"{self.name} cannot be closed at {self._show(target)}: from {self._show(start[self._q_index])} it got "
@@ -111,8 +114,7 @@ class ClosedChain(FullChain):
         found = self._walk(start, origin, target, lambda here, goal: ToolDriver(tool, here, goal))
         if isinstance(found, Stopped):
             if found.singular:
-                type1 = self.mobility(self._posture(found.q)).type1
-                raise self._crossing(f"reach {np.round(target, 6).tolist()} m", found, "type-1", type1)
+                raise self._crossing(f"reach {np.round(target, 6).tolist()} m", found, "type-1")
             self._k.update(found.q)
             reached = readonly(tool.pose(self._k.data).translation)
             raise UnreachableError(
@@ -258,13 +260,16 @@ class ClosedChain(FullChain):
     ) -> Array | Stopped:
         """Follow the straight line from `origin` to `target`, or where it leaves the workspace, a detour of two lines.
 
-        A detour is tried only where the robot can be closed at the target at all.
+        A detour is tried only where the robot can be closed at the target at all, and only for short ways.
         """
-        straight = self._assembler.follow(q, driver(origin, target))
+        line = driver(origin, target)
+        straight = self._assembler.follow(q, line)
         if not isinstance(straight, Stopped) or straight.far:
             return straight
         if self._assembler.assemble(straight.q, driver(target, target)) is None:
-            return replace(straight, singular=False)
+            return replace(straight, why=UNBOUND, singular=False) if straight.singular else straight
+        if np.abs((target - origin) / np.where(line.is_length, self.length, 1.0)).max(initial=0.0) > FURTHEST_DETOUR:
+            return straight
         for corner in _detours(origin, target, self.length):
             there = self._assembler.follow(q, driver(origin, corner))
             if isinstance(there, Stopped):
@@ -274,13 +279,13 @@ class ClosedChain(FullChain):
                 return found
         return straight
 
-    def _crossing(self, what: str, stopped: Stopped, kind: str, measure: float) -> SingularError:
+    def _crossing(self, what: str, stopped: Stopped, kind: str) -> SingularError:
         return SingularError(
             f"{self.name} cannot {what} without leaving its branch: {stopped.fraction:.1%} of the way, at "
-            f"{self._show(stopped.q[self._q_index])}, {stopped.why} (distance to a {kind} singularity {measure:.2g}); "
-            "start from a posture beyond it",
+            f"{self._show(stopped.q[self._q_index])}, {stopped.why} (distance to a {kind} singularity "
+            f"{stopped.measure:.2g}); start from a posture beyond it",
             kind=kind,
-            measure=measure,
+            measure=stopped.measure,
             limit=tolerances.SINGULAR.value,
         )
 
