@@ -22,10 +22,10 @@ from cutjoint.arrays import Array
 from cutjoint.chain.kinematics import Kinematics, ToolPoint
 
 NEWTON_STEPS = 12
-SMALLEST_STEP = 1e-6
+SMALLEST_STEP = 1e-8
 MOST_STEPS = 2000
 LARGEST_TURN = 0.5
-CROSSING = 1e-4
+CROSSING = 2e-5
 """Where `follow` stops, a crossing of branches lies nearer than this; the end of a branch, where they turn back and the
 distance goes with the root of the step, further."""
 

@@ -29,6 +29,9 @@ from cutjoint.mechanism import Posture, Terms, Tool
 FURTHEST_DETOUR = 2.0 * np.pi
 """Ways longer than this (in radians or link lengths) are walked straight or not at all."""
 
+CURVE_STEP = 0.2
+"""How finely a robot with one actuator is searched along its curve, in radians or link lengths."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Tangent:
@@ -99,7 +102,8 @@ class ClosedChain(FullChain):
     def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The closed posture with the tool point at `p`, shape (3,) [m], on the branch of `near`.
 
-        The tool is walked there along a line (or two) inside the workspace, which keeps the robot on its branch.
+        The tool is walked there along a line (or two) inside the workspace, which keeps the robot on its branch.  Where
+        it can only move on a curve (one actuator), it is walked along that.
 
         Raises:
             InputError: wrong shape, not finite, or the robot has no tool.
@@ -112,6 +116,9 @@ class ClosedChain(FullChain):
         self._k.update(start)
         origin = np.array(tool.pose(self._k.data).translation)
         found = self._walk(start, origin, target, lambda here, goal: ToolDriver(tool, here, goal))
+        if isinstance(found, Stopped) and self.n == 1:
+            on_curve = self._on_curve(start, ToolDriver(tool, target, target))
+            found = found if on_curve is None else on_curve
         if isinstance(found, Stopped):
             if found.singular:
                 raise self._crossing(f"reach {np.round(target, 6).tolist()} m", found, "type-1")
@@ -278,6 +285,31 @@ class ClosedChain(FullChain):
             if not isinstance(found, Stopped):
                 return found
         return straight
+
+    def _on_curve(self, start: Array, driver: ToolDriver) -> Array | None:
+        """Configuration of a robot with one actuator that meets the driver, within half a turn either way."""
+        passed: list[Array] = []
+        for stride in (CURVE_STEP, -CURVE_STEP):
+            step = np.where(self._actuated_lengths, stride * self.length, stride)
+            q: Array | Stopped = start
+            for _ in range(int(np.pi / CURVE_STEP) + 1):
+                if isinstance(q, Stopped):
+                    break
+                passed.append(q)
+                now = q[self._q_index]
+                q = self._assembler.follow(
+                    q, ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, now, now + step)
+                )
+
+        def miss(q: Array) -> float:
+            self._k.update(q)
+            return float(np.linalg.norm(driver.error(self._k.data, q, 1.0)))
+
+        for nearest in sorted(passed, key=miss)[:3]:
+            found = self._assembler.assemble(nearest, driver)
+            if found is not None and np.abs(pin.difference(self.model, nearest, found)).max() < 2.0 * CURVE_STEP:
+                return found
+        return None
 
     def _crossing(self, what: str, stopped: Stopped, kind: str) -> SingularError:
         return SingularError(
