@@ -5,12 +5,12 @@ Colours from M. Okabe, K. Ito: Color Universal Design (2008).
 
 from __future__ import annotations
 
-BLUE, VERMILLION, GREEN = "#0072B2", "#D55E00", "#009E73"
-PURPLE, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
+BLUE, ORANGE, GREEN = "#0072B2", "#E69F00", "#009E73"
+PURPLE = "#CC79A7"
 INK, GREY = "#222222", "#8a8a8a"
 
-LIMBS = ((BLUE, "-"), (VERMILLION, (0, (6, 1.5))), (GREEN, (0, (2, 1.2))))
-"""Colour and dash of limb 1, 2 and 3 (and of the axes x, y and z)."""
+LIMBS = ((BLUE, "-"), (ORANGE, (0, (6, 1.5))), (GREEN, (0, (2, 1.2))))
+"""Colour and dash of limb 1, 2 and 3 (and of the axes x, y and z); the robots under urdf/ wear the same colours."""
 
 DESIRED, ACTUAL = GREY, PURPLE
 
