@@ -249,6 +249,14 @@ def test_the_cut_that_fixed_joints_satisfy_already(fourbar) -> None:
     assert any("'ground' and 'rocker', which fixed joints hold together" in one.found for one in problems), problems
 
 
+def test_each_cut_has_its_own_line(fourbar) -> None:
+    path: Path = fourbar(loops=[("\n[home.default]", SECOND_CUT.replace('"tip"', '"top"').replace("ground", "gruond"))])
+    (problem,) = read_checked(path).problems
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert "'gruond'" in problem.found
+    assert problem.line == len(lines) - lines[::-1].index("[[cut]]")
+
+
 def test_a_coupling_is_read(fourbar) -> None:
     (coupling,) = load_description(fourbar(loops=[("[tool]", COUPLING)])).couplings
     assert (coupling.joint, coupling.driver, coupling.ratio) == ("rocker_turn", "crank_turn", 2.0)

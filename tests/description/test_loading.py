@@ -59,6 +59,9 @@ def test_a_variant_replaces_inertias_only(fourbar) -> None:
 def test_a_turned_inertia_keeps_its_moments(fourbar) -> None:
     tensor = load_description(fourbar()).link("coupler").inertial.inertia
     given = np.array([[0.001, 0.0001, 0.0], [0.0001, 0.0107, 0.0], [0.0, 0.0, 0.0107]])
+    cosine, sine = np.cos(0.1), np.sin(0.1)
+    turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(tensor, turn @ given @ turn.T, atol=1e-17)
     assert np.array_equal(tensor, tensor.T)
     np.testing.assert_allclose(np.linalg.eigvalsh(tensor), np.linalg.eigvalsh(given), rtol=1e-13)
     assert abs(tensor[0, 1] - given[0, 1]) > 1e-4

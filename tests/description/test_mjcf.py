@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cutjoint.description import CutType, JointType, RobotDescription, load_description, read_checked
+from cutjoint.description import (
+    CutJoint,
+    CutType,
+    Frame,
+    Inertial,
+    Joint,
+    JointType,
+    Link,
+    RobotDescription,
+    load_description,
+    read_checked,
+)
 from cutjoint.description.catalogue import names
 from cutjoint.description.transforms import rotation_from_quaternion, rpy_from_rotation
 from cutjoint.description.writers import write
@@ -175,6 +187,42 @@ def test_mujoco_accepts_what_is_written_and_sees_the_same_robot(name: str, tmp_p
     sizes = {"fixed": 6, "spherical": 3, "revolute": 6, "universal": 6, "prismatic": 6}
     mujoco.mj_forward(model, data)
     assert data.ne == sum(sizes[cut.type] for cut in robot.cuts) + len(robot.couplings)
+
+
+MOVED = {  # how the second link may move while the cut stays closed, and the coordinates of MuJoCo's extra body
+    CutType.REVOLUTE: (JointType.REVOLUTE, [0.7], []),
+    CutType.PRISMATIC: (JointType.PRISMATIC, [0.2], [0.2]),
+    CutType.UNIVERSAL: (JointType.UNIVERSAL, [0.3, -0.5], [0.3, -0.5]),
+}
+
+
+@pytest.mark.parametrize("kind", MOVED)
+def test_written_cuts_leave_their_own_motion_free_and_no_other(kind: CutType, tmp_path: Path) -> None:
+    joint_type, values, carried = MOVED[kind]
+    inertial = Inertial(1.0, inertia=np.eye(3))
+    axes = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]) if kind is CutType.UNIVERSAL else ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0])
+    robot = RobotDescription(
+        name="pair",
+        links=(Link("base"), Link("arm", inertial)),
+        joints=(Joint("move", joint_type, "base", "arm", axis=np.array(axes[0]), axis2=np.array(axes[1])),),
+        cuts=(CutJoint("cut", kind, Frame("base"), Frame("arm")),),
+    )
+    model, data = compiled(write(robot, tmp_path / "pair.xml", to="mjcf")[0])
+
+    def residual(coordinates: list[float], extra: list[float]) -> float:
+        names = ["move", "move/2"][: len(coordinates)] + ["cutjoint:cut", "cutjoint:cut/2"][: len(extra)]
+        for name, value in zip(names, [*coordinates, *extra], strict=True):
+            data.qpos[model.jnt_qposadr[mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)]] = value
+        mujoco.mj_forward(model, data)
+        return float(np.abs(data.efc_pos[: data.ne]).max(initial=0.0))  # MuJoCo leaves out rows that cannot move
+
+    assert residual(values, carried) < 1e-14
+    if kind is CutType.REVOLUTE:
+        tilted = replace(robot, joints=(replace(robot.joints[0], axis=np.array([0.0, 1.0, 0.0])),))
+        model, data = compiled(write(tilted, tmp_path / "pair.xml", to="mjcf")[0])
+        assert residual([0.3], []) > 0.01
+    else:
+        assert residual(values, [0.0] * len(carried)) > 0.1
 
 
 BAD = {
