@@ -49,6 +49,9 @@ SOURCES = [
     *sorted(path.name for path in SAMPLES.iterdir()),
 ]
 TOKEN = re.compile(r"[\w.+-]+|[^\w\s]")
+NUMBER = re.compile(r"(?<![\w.#])-?\d+(\.\d+)?(e[+-]?\d+)?(?![\w.])")
+KINDS = ["number"] * 6 + ["token"] * 2 + ["swap", "drop", "double", "move", "cut", "insert", "chars"]
+FACTORS = [0.0, -1.0, 0.5, 2.0, 1e-3, 1e3, 1e-8, 1e8, 1.0 + 1e-9]
 
 
 @cache
@@ -66,13 +69,19 @@ def originals(source: str) -> dict[str, str]:
 
 @st.composite
 def mutated(draw: st.DrawFn, text: str) -> str:
-    """A text with one to four random changes."""
-    for _ in range(draw(st.integers(1, 4))):
+    """A text with one to three random changes."""
+    for _ in range(draw(st.integers(1, 3))):
         lines = text.split("\n")
-        kind = draw(
-            st.sampled_from(["token", "token", "token", "swap", "drop", "double", "move", "cut", "insert", "chars"])
-        )
-        if kind in ("token", "swap"):
+        kind = draw(st.sampled_from(KINDS))
+        if kind == "number":
+            numbers = list(NUMBER.finditer(text))
+            if numbers:
+                at = draw(st.sampled_from(numbers))
+                value = float(at.group()) * draw(st.sampled_from(FACTORS)) + draw(
+                    st.sampled_from([0.0, 0.0, 0.1, -1.0])
+                )
+                text = f"{text[: at.start()]}{value!r}{text[at.end() :]}"
+        elif kind in ("token", "swap"):
             tokens = list(TOKEN.finditer(text))
             if not tokens:
                 continue
