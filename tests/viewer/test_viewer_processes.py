@@ -68,8 +68,15 @@ def in_session(leader: int) -> list[str]:
 
 
 @LINUX
-@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL, signal.SIGINT])
-@pytest.mark.parametrize("arguments", [("view", "cpm")])
+@pytest.mark.parametrize(
+    ("end", "arguments"),
+    [
+        (signal.SIGTERM, ("view", "cpm")),
+        (signal.SIGKILL, ("view", "cpm")),
+        (signal.SIGINT, ("view", "cpm")),
+        (signal.SIGTERM, ("play", "cpm", "--trajectory", "circle:0.05,1")),
+    ],
+)
 def test_however_it_ends_no_process_and_no_port_is_left(end: signal.Signals, arguments: tuple[str, ...]) -> None:
     process, port = start(*arguments, "--port", "0", "--no-open")
     assert answers(port)
@@ -125,6 +132,18 @@ browser._READY = "false"
 print("started", flush=True)
 show(load("cpm")).picture(sys.argv[1])
 """
+
+
+def test_a_simulation_is_saved_and_played_into_one_file(tmp_path: Path) -> None:
+    for arguments in (
+        ("simulate", "cpm", "--trajectory", "circle:0.05,0.2", "--duration", "0.2", "--save", "run.npz"),
+        ("play", "run.npz", "--html", "run.html"),
+    ):
+        done = subprocess.run([*CUTJOINT, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=SECONDS)
+        assert done.returncode == 0, done.stderr
+    assert "wrote run.html" in done.stdout
+    assert re.search(r"\d\.\d\d MB", done.stdout)
+    assert (tmp_path / "run.html").read_text().startswith("<!DOCTYPE html>")
 
 
 @LINUX

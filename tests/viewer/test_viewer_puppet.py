@@ -13,7 +13,7 @@ from cutjoint.viewer.live import parse
 from cutjoint.viewer.puppet import Puppet
 from cutjoint.viewer.walk import NEAR_SINGULAR
 
-STEPS = 4
+STEPS = 3
 
 
 @pytest.fixture
@@ -78,7 +78,7 @@ def test_an_actuator_stops_at_its_limit_and_says_so(puppet: Puppet) -> None:
 
 def test_a_move_that_ends_early_ends_where_one_step_more_is_refused(puppet: Puppet) -> None:
     for axis in range(3):
-        for way in (-10.0, 10.0):
+        for way in (-1.0, 1.0):
             puppet.go_home()
             puppet.pull(axis, way)
             stop, at = puppet.stop, puppet.tool_position(puppet.at)
@@ -138,7 +138,7 @@ def test_the_state_holds_the_chains_own_figures(puppet: Puppet) -> None:
 
 
 def test_the_sampled_workspace_grows_around_home(puppet: Puppet) -> None:
-    for _ in puppet.sample_workspace(12):
+    for _ in puppet.sample_workspace(8):
         pass
     home = puppet.tool_position(puppet.chain.home)
     assert puppet.box is not None

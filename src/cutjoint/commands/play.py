@@ -57,12 +57,12 @@ def command(
     if html is not None or png is not None:
         write(document, html, png, time, size)
         return
-    with Bridge(document.files(), host=host, port=port) as bridge:
-        announce(bridge.url, bridge.open_to_others, host, open_browser)
-        try:
+    try:
+        with Bridge(document.files(), host=host, port=port) as bridge:
+            announce(bridge.url, bridge.open_to_others, host, open_browser)
             bridge.wait()
-        except KeyboardInterrupt:
-            console().print("closed")
+    except KeyboardInterrupt:
+        console().print("closed")
 
 
 def _document(source: str, trajectory: str | None, robot: str | None, variant: str | None) -> Document:

@@ -49,12 +49,12 @@ def command(
     if html is not None or png is not None:
         write(show(chain), html, png, 0.0, size)
         return
-    with LiveView(chain, host=host, port=port) as view:
-        announce(view.url, view.bridge.open_to_others, host, open_browser)
-        try:
+    try:
+        with LiveView(chain, host=host, port=port) as view:
+            announce(view.url, view.bridge.open_to_others, host, open_browser)
             view.wait()
-        except KeyboardInterrupt:
-            console().print("closed")
+    except KeyboardInterrupt:
+        console().print("closed")
 
 
 def write(document: Document, html: Path | None, png: Path | None, time: float, size: str) -> None:

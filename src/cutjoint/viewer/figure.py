@@ -5,7 +5,7 @@ puts its middle into the point that the camera turns about, and scales it to rad
 suit a robot of any size.  Everything below the root is in the world frame of the description, in metres.
 
 Colours are the description's own; a link without one gets the colour of its limb, from the palette of Okabe and Ito
-(distinguishable for the colour-blind), limbs being the subtrees that the actuators move.
+(distinguishable for the colour-blind).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from meshcat import geometry as g
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.description.model import Link, RobotDescription, Shape
+from cutjoint.description.model import Joint, Link, RobotDescription, Shape
 from cutjoint.mechanism import Posture
 from cutjoint.viewer import shapes
 from cutjoint.viewer.scene import Scene
@@ -33,6 +33,7 @@ PALETTE: tuple[Colour, ...] = (
     (0.8, 0.475, 0.655, 1.0),
     (0.835, 0.369, 0.0, 1.0),
     (0.337, 0.706, 0.914, 1.0),
+    (0.941, 0.894, 0.259, 1.0),
 )
 GREY: Colour = (0.62, 0.64, 0.67, 1.0)
 AXES: tuple[Colour, ...] = ((0.8, 0.1, 0.1, 1.0), (0.1, 0.6, 0.1, 1.0), (0.1, 0.2, 0.8, 1.0))
@@ -234,10 +235,19 @@ def limb_colours(description: RobotDescription) -> dict[str, Colour]:
 
 
 def limb_of(description: RobotDescription) -> dict[str, str]:
-    """Link -> the first actuator on its way from the root."""
-    children: dict[str, list[Any]] = {}
+    """Link -> the actuator whose limb it is part of: the last one on the way from the root, or else the only one
+    further on."""
+    children: dict[str, list[Joint]] = {}
     for joint in description.joints:
         children.setdefault(joint.parent, []).append(joint)
+    parents = {joint.child: joint for joint in description.joints}
+    beyond: dict[str, set[str]] = {}
+    for name in description.actuators:
+        joint = description.joint(name)
+        beyond.setdefault(joint.child, set()).add(name)
+        while joint.parent in parents:
+            joint = parents[joint.parent]
+            beyond.setdefault(joint.child, set()).add(name)
     found: dict[str, str] = {}
     stack: list[tuple[str, str | None]] = [(description.root, None)]
     while stack:
@@ -245,7 +255,11 @@ def limb_of(description: RobotDescription) -> dict[str, str]:
         if limb is not None:
             found[link] = limb
         for joint in children.get(link, []):
-            stack.append((joint.child, limb or (joint.name if joint.name in description.actuators else None)))
+            ahead = beyond.get(joint.child, set())
+            if joint.name in description.actuators:
+                stack.append((joint.child, joint.name))
+            else:
+                stack.append((joint.child, next(iter(ahead)) if limb is None and len(ahead) == 1 else limb))
     return found
 
 

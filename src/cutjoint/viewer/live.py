@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 import secrets
 import threading
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeGuard
 
@@ -25,6 +26,10 @@ from cutjoint.viewer.puppet import Puppet
 Kind = Literal["actuated", "tool", "mode", "modes", "home"]
 WORKSPACE = "Workspace box"
 WAITING = 64
+QUIET = 1.0
+"""The workspace is sampled only when nothing was asked for this long [s]."""
+
+FIRST_SAMPLES = 8
 
 
 @dataclass(frozen=True)
@@ -113,24 +118,25 @@ class LiveView:
         return True
 
     def _work(self) -> None:
-        sampling, grown = True, False
+        """Obey commands; in quiet moments, sample the workspace."""
+        samples, quiet_from = 0, 0.0
+        sampler: Iterator[bool] | None = self._sampler
         while True:
             with self._wake:
-                if not self._queue and not sampling:
-                    self._wake.wait()
+                while not self._queue and not self._stopped and (sampler is None or time.monotonic() < quiet_from):
+                    self._wake.wait(None if sampler is None else max(quiet_from - time.monotonic(), 0.0))
                 if self._stopped:
                     return
                 command = self._queue.pop(0) if self._queue else None
             if command is not None:
                 self._obey(command)
-                continue
-            try:
-                grown = next(self._sampler) or grown
-            except StopIteration:
-                sampling = False
-                if grown and self.puppet.box is not None:
-                    self.figure.show_box(WORKSPACE, *self.puppet.box)
-                    self._publish_controls()
+                quiet_from = time.monotonic() + QUIET
+            elif sampler is not None:
+                samples += 1
+                if next(sampler, None) is None:
+                    sampler = None
+                if sampler is None or samples == FIRST_SAMPLES:
+                    self._publish_workspace()
 
     def _obey(self, command: Command) -> None:
         puppet, trouble = self.puppet, ""
@@ -153,6 +159,12 @@ class LiveView:
             trouble = str(error)
         answer = {"tab": command.tab, "number": command.number, "trouble": trouble}
         self.bridge.broadcast({**self._state, "answer": answer})
+
+    def _publish_workspace(self) -> None:
+        box = self.puppet.box
+        if box is not None and (box[0] < box[1]).any():
+            self.figure.show_box(WORKSPACE, box[0], box[1])
+            self._publish_controls()
 
     def _publish_controls(self) -> None:
         self._controls = self.puppet.controls()

@@ -22,15 +22,16 @@ from cutjoint.mechanism import Posture
 from cutjoint.viewer.figure import Figure, css, limb_of
 from cutjoint.viewer.walk import Go, Stop, Walker
 
-WORKSPACE_SAMPLES = 30
+WORKSPACE_SAMPLES = 24
 FREE_TURN = math.pi
 AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
 class Slider:
-    """A slider of the panel: what it moves, its unit and range."""
+    """A slider of the panel: what it moves (number of an actuator or of an axis), its unit and range."""
 
+    index: int
     name: str
     unit: str
     lower: float
@@ -39,7 +40,7 @@ class Slider:
 
     def as_json(self) -> dict[str, Any]:
         """As the page wants it."""
-        return {k: getattr(self, k) for k in ("name", "unit", "lower", "upper", "colour")}
+        return {k: getattr(self, k) for k in ("index", "name", "unit", "lower", "upper", "colour")}
 
 
 class Puppet:
@@ -61,6 +62,7 @@ class Puppet:
         self.modes: tuple[Posture, ...] = (chain.home,)
         self.mode = 0
         self.box: Array | None = None
+        self._axes = [axis for axis in range(3) if self._can_pull(axis)]
         self._walker = Walker(chain)
         self._joints = {joint.name: joint for joint in chain.description.joints}
 
@@ -141,27 +143,40 @@ class Puppet:
         self.at, self.mode = found, index
 
     def sample_workspace(self, samples: int = WORKSPACE_SAMPLES) -> Iterator[bool]:
-        """Widen `box` by one random posture of this branch each time; yields whether it has changed."""
-        random = np.random.default_rng(0)
-        sliders = self.actuated_sliders()
-        low, high = (np.array([getattr(s, end) for s in sliders]) for end in ("lower", "upper"))
-        at = self.chain.home
-        home = self.tool_position(at)
-        if home is None or not sliders:
+        """Widen `box` by one walk to the edge of the workspace each time; yields whether it has changed.
+
+        The tool is pulled from home along the axes both ways, then in random directions; where it cannot be pulled
+        along any axis, the actuators are moved to random places instead.
+        """
+        home = self.tool_position(self.chain.home)
+        if home is None:
             return
         self.box = np.array([home, home])
-        for _ in range(samples):
-            start, target = np.array(at.q), random.uniform(low, high)
-
-            def go(fraction: float, near: Posture, start: Array = start, target: Array = target) -> Posture:
-                return self.chain.close(start + fraction * (target - start), near)
-
-            at, _ = self._walker.walk(at, go)
-            position = self.tool_position(at)
+        for go in self._walks(home, samples):
+            end = self.tool_position(self._walker.walk(self.chain.home, go, longest=0.05)[0])
             before = self.box
-            if position is not None:
-                self.box = np.array([np.minimum(before[0], position), np.maximum(before[1], position)])
+            if end is not None:
+                self.box = np.array([np.minimum(before[0], end), np.maximum(before[1], end)])
             yield bool((self.box != before).any())
+
+    def _walks(self, home: Array, samples: int) -> Iterator[Go]:
+        random, chain = np.random.default_rng(0), self.chain
+        axes = np.eye(3)[self._axes]
+        ways = list(np.concatenate([axes, -axes]))
+        sliders = self.actuated_sliders()
+
+        def pull(to: Array) -> Go:
+            return lambda share, near: chain.reach(home + share * (to - home), near)
+
+        def actuate(to: Array) -> Go:
+            return lambda share, near: chain.close(chain.home.q + share * (to - chain.home.q), near)
+
+        for _ in range(samples):
+            if len(axes):
+                way = ways.pop(0) if ways else random.normal(size=len(axes)) @ axes
+                yield pull(home + 2.0 * self._figure.radius * way / np.linalg.norm(way))
+            elif sliders:
+                yield actuate(np.array([random.uniform(slider.lower, slider.upper) for slider in sliders]))
 
     # ---- what the page shows ---------------------------------------------------------------------------------------
 
@@ -175,18 +190,23 @@ class Puppet:
             lower = lower if math.isfinite(lower) else home - free
             upper = upper if math.isfinite(upper) else home + free
             colour = css(self._figure.colours[actuator.name])
-            found.append(Slider(actuator.name, actuator.unit, lower, upper, colour))
+            found.append(Slider(i, actuator.name, actuator.unit, lower, upper, colour))
         return found
 
     def tool_sliders(self) -> list[Slider]:
-        """A slider per tool axis, over the sampled workspace and a little more; none where the robot has no tool."""
+        """A slider per world axis along which the tool can be pulled at home, over the sampled workspace and a little
+        more."""
         position = self.tool_position(self.at)
         if position is None:
             return []
         half = 0.5 * self._figure.radius
-        low, high = (position - half, position + half) if self.box is None else (self.box[0], self.box[1])
-        margin = 0.1 * np.maximum(high - low, 0.1 * self._figure.radius)
-        return [Slider(n, "m", float(low[i] - margin[i]), float(high[i] + margin[i])) for i, n in enumerate(AXES)]
+        low, high = position - half, position + half
+        if self.box is not None:
+            wide = np.ptp(self.box, axis=0) > 0.0
+            low, high = np.where(wide, self.box[0], low), np.where(wide, self.box[1], high)
+        margin = 0.1 * (high - low)
+        low, high = low - margin, high + margin
+        return [Slider(axis, AXES[axis], "m", float(low[axis]), float(high[axis])) for axis in self._axes]
 
     def mode_names(self) -> list[str]:
         """A name per working mode: the limbs whose joints stand otherwise than at home."""
@@ -211,10 +231,20 @@ class Puppet:
             "source": self.chain.description.source,
             "actuated": [slider.as_json() for slider in self.actuated_sliders()],
             "tool": [slider.as_json() for slider in self.tool_sliders()],
+            "note": self._note(),
             "modes": self.mode_names(),
             "labels": self._figure.labels(),
             "toggles": [{"title": t, "paths": p, "shown": s} for t, (p, s) in self._figure.toggles.items()],
         }
+
+    def _note(self) -> str:
+        """What a user should know about how the actuators move this robot."""
+        report = self.chain.mobility(self.chain.home)
+        if report.determined or not self.chain.n:
+            return ""
+        if report.actuators > report.mobility:
+            return "The actuators depend on each other: one alone cannot move. Pull the tool instead."
+        return f"With all actuators locked, {', '.join(report.free)} can still move; they move as little as they can."
 
     def state(self) -> dict[str, Any]:
         """The posture and its live figures, as JSON; None where a figure is not defined."""
@@ -249,6 +279,16 @@ class Puppet:
             return None
         link = self.chain.link_placements(at.q_full)[frame.link]
         return np.array((link @ frame.placement)[:3, 3])
+
+    def _can_pull(self, axis: int) -> bool:
+        position = self.tool_position(self.chain.home)
+        if position is None:
+            return False
+        try:
+            self.chain.reach(position + 1e-3 * self.chain.length * np.eye(3)[axis], self.chain.home)
+        except (ClosureError, SingularError, UnreachableError):
+            return False
+        return True
 
     def _range(self, index: int) -> tuple[float, float]:
         """Limits of an actuated joint; infinite where the description gives none."""

@@ -24,7 +24,7 @@ NEAR_SINGULAR = 2e-3
 """A move stops where a distance to a singularity (dimensionless) would fall below this, or below half that of home."""
 
 SMALLEST_MOTION = 1e-3
-SMALLEST_STEP = 1e-6
+SMALLEST_STEP = 1e-4
 """The place where a move stops is found to this motion of the joints (dimensionless), or this part of the move."""
 
 ROUNDING = 1e-9
@@ -50,31 +50,37 @@ class Walker:
         self._types = {joint.name: joint.type for joint in chain.description.joints}
         self._guard = min(NEAR_SINGULAR, 0.5 * min(self._distances(chain.home)))
 
-    def walk(self, at: Posture, go: Go) -> tuple[Posture, Stop | None]:
+    def walk(self, at: Posture, go: Go, longest: float = 1.0) -> tuple[Posture, Stop | None]:
         """Walk from `at` along `go`; returns how far it came and what ended it, if anything did.
 
         A step moves no joint by more than half the distance to a singularity (both dimensionless), so none is stepped
         over and the branch is kept.  Watching a determinant change sign would be cheaper and is not enough: in a
-        symmetric robot two limbs pass their singularities at once.
+        symmetric robot two limbs pass their singularities at once.  `longest` bounds a step, as part of the move: what
+        lies far outside the workspace takes long to refuse.
         """
         before, distances = self._chain.limit_violations(at), self._distances(at)
-        done, step = 0.0, 1.0
+        done, step, stride = 0.0, longest, self._stride(distances)
         while done < 1.0:
             end = min(1.0, done + step)
-            stride = max(0.5 * min(*distances, 1.0), SMALLEST_MOTION)
             found, stop = self._try(go, end, at)
             motion = math.inf if found is None else self._motion(at, found)
+            tried = end - done
             if found is not None and motion <= stride:
                 there = self._distances(found)
                 stop = self._refusal(found, before, distances, there)
                 if stop is None:
-                    at, done, distances = found, end, there
-                    step *= 2.0
+                    at, done, distances, stride = found, end, there, self._stride(there)
+                    step = min(longest, tried * min(2.0, 0.9 * stride / max(motion, 1e-12)))
                     continue
-            step = (end - done) * (min(0.5, 0.9 * stride / motion) if math.isfinite(motion) else 0.5)
+            step = tried * (min(0.5, 0.9 * stride / motion) if math.isfinite(motion) else 0.5)
             if step < SMALLEST_STEP or (stop is not None and motion < SMALLEST_MOTION):
                 return at, stop or Stop("singularity", "a singularity is near: the joints would have to move very fast")
         return at, None
+
+    @staticmethod
+    def _stride(distances: tuple[float, float]) -> float:
+        """Longest motion of a joint in one step, at these distances to singularities."""
+        return max(0.5 * min(*distances, 1.0), SMALLEST_MOTION)
 
     def _try(self, go: Go, fraction: float, near: Posture) -> tuple[Posture | None, Stop | None]:
         try:

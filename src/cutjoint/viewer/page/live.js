@@ -83,7 +83,10 @@ function connect(delay) {
 
 function receive(message) {
   if (message.type === "hello") {
-    if (state.session && state.session !== message.session) location.reload();
+    if (state.session && state.session !== message.session) {
+      location.reload(); // another program answers here now
+      return;
+    }
     state.session = message.session;
     state.tab = message.tab;
     stage.node("robot").add(trail.line);
@@ -105,7 +108,7 @@ function build(controls) {
   byId("source").textContent = controls.source;
   for (const kind of ["actuated", "tool"]) {
     if (sliders[kind].length !== controls[kind].length) {
-      sliders[kind] = controls[kind].map((spec, index) => makeSlider(kind, index, spec));
+      sliders[kind] = controls[kind].map((spec) => makeSlider(kind, spec));
       byId(kind).replaceChildren(...sliders[kind].map((slider) => slider.box));
     }
     controls[kind].forEach((spec, index) => {
@@ -114,7 +117,8 @@ function build(controls) {
       if (value !== "") range.value = value;
     });
   }
-  byId("tool-section").hidden = controls.tool.length === 0;
+  byId("note").textContent = controls.note;
+  for (const kind of ["actuated", "tool"]) byId(`${kind}-section`).hidden = controls[kind].length === 0;
   byId("mode").replaceChildren(...controls.modes.map((name, index) => new Option(name, index)));
   state.controls = controls;
   const own = [{ title: "Tool trail", shown: false }, { title: "Names", shown: false }];
@@ -127,7 +131,8 @@ function build(controls) {
   if (state.last) update(state.last);
 }
 
-function makeSlider(kind, index, spec) {
+function makeSlider(kind, spec) {
+  const { index } = spec;
   const box = document.createElement("div"), name = document.createElement("label");
   const range = document.createElement("input"), number = document.createElement("input"), unit = document.createElement("span");
   box.className = "slider";
@@ -150,7 +155,7 @@ function makeSlider(kind, index, spec) {
   range.addEventListener("pointerdown", () => { state.held = range; });
   number.addEventListener("change", () => moved(number.value === "" ? NaN : +number.value));
   box.append(name, range, number, unit);
-  return { box, range, number };
+  return { box, range, number, index };
 }
 
 window.addEventListener("pointerup", () => {
@@ -169,7 +174,7 @@ function update(message) {
   }
   const settled = !state.wanted && !state.inFlight;
   for (const [kind, values] of [["actuated", message.q], ["tool", message.tool || []]]) {
-    sliders[kind].forEach(({ range, number }, index) => {
+    sliders[kind].forEach(({ range, number, index }) => {
       if (values[index] === undefined) return;
       const own = range === state.held || document.activeElement === number;
       if (own && !(settled && message.stop) && !(settled && range !== state.held)) return;
@@ -183,6 +188,7 @@ function update(message) {
     return [`${spec.name} holds`, `${figure(effort)} ${message.effort_units[i]}`, spec.colour];
   });
   fillTable(byId("figures"), [
+    ...(message.tool && sliders.tool.length < 3 ? [["Tool", `${message.tool.map((x) => fixed(x)).join(", ")} m`]] : []),
     ["Loop gap", `${figure(message.gap[0])} m, ${figure(message.gap[1])} rad`],
     ["Mobility", `${message.mobility} (rank ${message.rank} of ${message.rows} rows)`],
     ["Condition number", figure(message.condition)],
