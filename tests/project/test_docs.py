@@ -90,11 +90,11 @@ def missing_paths(file: Path) -> list[str]:
     return [name for name in named if not (ROOT / name).exists() and name not in ("loops.toml",)]
 
 
-def commands(text: str) -> list[str]:
-    """The `cutjoint` commands shown after a prompt in console blocks; a line that ends in a backslash goes on."""
-    lines = "".join(block.text for block in blocks(text) if block.language == "console").replace("\\\n", " ")
-    shown = [line[2:].split(" # ")[0].strip() for line in lines.splitlines() if line.startswith("$ ")]
-    return [line for line in shown if line.startswith("cutjoint ")]
+def commands(text: str, language: str = "console", prompt: str = "$ ") -> list[str]:
+    """The `cutjoint` commands shown after a prompt in such blocks; a line that ends in a backslash goes on."""
+    lines = "".join(block.text for block in blocks(text) if block.language == language).replace("\\\n", " ")
+    start = f"{prompt}cutjoint "
+    return [line[len(prompt) :].split(" # ")[0].strip() for line in lines.splitlines() if line.startswith(start)]
 
 
 def run_python(text: str, name: str, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -123,15 +123,15 @@ def workplace(folder: Path) -> Path:
     return folder
 
 
-def run_command(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run one `cutjoint ...` line in a shell; of one that would stay open, look for the options in its help."""
+def run_command(line: str, folder: Path, *, ask: bool = False) -> subprocess.CompletedProcess[str]:
+    """Run one `cutjoint ...` line in a shell; of one that would stay open, or to `ask`, look into its help."""
     words = shlex.split(line)
     program = Path(sys.executable).parent
     settings = os.environ | {"PATH": f"{program}{os.pathsep}{os.environ['PATH']}", "NO_COLOR": "1", "COLUMNS": "200"}
     options = [word.split("=")[0] for word in words if word.startswith("--")]
-    staying = words[1] in STAYING and not WRITING & set(options)
+    staying = ask or (words[1] in STAYING and not WRITING & set(options))
     run = subprocess.run(
-        f"cutjoint {words[1]} --help" if staying else line,
+        f"cutjoint {words[1] if len(words) > 1 else ''} --help" if staying else line,
         shell=True,
         cwd=folder,
         stdin=subprocess.DEVNULL,
@@ -200,6 +200,12 @@ def test_commands_run(file: Path, tmp_path: Path) -> None:
         assert run.returncode == 0, f"$ {line}\n{run.stdout[-2000:]}\n{run.stderr[-2000:]}"
 
 
+@pytest.mark.parametrize("file", shown("sh"), ids=ids)
+def test_commands_that_are_not_run_have_the_options(file: Path, tmp_path: Path) -> None:
+    for line in commands(file.read_text(encoding="utf-8"), "sh", ""):
+        assert run_command(line, tmp_path, ask=True).returncode == 0, line
+
+
 # The checks above can fail: the same functions on documents that are wrong.
 
 WRONG = """# A title, with `code` & more
@@ -234,6 +240,8 @@ def test_wrong_document_is_noticed(tmp_path: Path) -> None:
     assert run.returncode != 0
     assert 'File "wrong.md", line 10' in run.stderr
     assert run_command("cutjoint nonsense", tmp_path).returncode != 0
+    with pytest.raises(AssertionError, match="--nonsense"):
+        run_command("cutjoint list --nonsense", tmp_path, ask=True)
 
 
 def test_unclosed_block_is_noticed() -> None:
