@@ -25,7 +25,11 @@ NEAR_SINGULAR = 2e-3
 
 SMALLEST_MOTION = 1e-3
 SMALLEST_STEP = 1e-4
-"""The place where a move stops is found to this motion of the joints (dimensionless), or this part of the move."""
+"""The place where a move stops is found to this motion of the joints (dimensionless), or, where the chain cannot be
+closed beyond it, to this part of the move."""
+
+FASTEST = 1e-8
+"""A step that would have to be a smaller part of the move than this is not taken: the joints run away."""
 
 ROUNDING = 1e-9
 
@@ -73,7 +77,7 @@ class Walker:
                     step = min(longest, tried * min(2.0, 0.9 * stride / max(motion, 1e-12)))
                     continue
             step = tried * (min(0.5, 0.9 * stride / motion) if math.isfinite(motion) else 0.5)
-            if step < SMALLEST_STEP or (stop is not None and motion < SMALLEST_MOTION):
+            if step < (SMALLEST_STEP if found is None else FASTEST) or (stop and motion < SMALLEST_MOTION):
                 return at, stop or Stop("singularity", "a singularity is near: the joints would have to move very fast")
         return at, None
 
