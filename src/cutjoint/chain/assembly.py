@@ -22,10 +22,10 @@ from cutjoint.arrays import Array
 from cutjoint.chain.kinematics import Kinematics, ToolPoint
 
 NEWTON_STEPS = 12
-SMALLEST_STEP = 1e-8
+SMALLEST_STEP = 1e-7
 MOST_STEPS = 2000
 LARGEST_TURN = 0.5
-CROSSING = 2e-5
+CROSSING = 5e-5
 """Where `follow` stops, a crossing of branches lies nearer than this; the end of a branch, where they turn back and the
 distance goes with the root of the step, further."""
 
@@ -152,7 +152,8 @@ class Assembler:
 
     def follow(self, q: Array, driver: Driver) -> Array | Stopped:
         """Walk from the closed configuration `q`, shape (nq,), to the driver's target on the same branch."""
-        k, fraction, step, converged = self._k, 0.0, 1.0, False
+        k, fraction, step = self._k, 0.0, 1.0
+        converged = refused = False
         scale = self._scale(driver)
         k.update(q)
         here = _Linear.of(self._matrix(driver))
@@ -182,9 +183,9 @@ class Assembler:
                         q, fraction, here, direction = corrected, end, there, onward
                         if fraction == 1.0:
                             return q
-                        step *= 2.0
+                        step, refused = step if refused else 2.0 * step, False
                         continue
-                step *= 0.5
+                step, refused = 0.5 * step, True
             if step < SMALLEST_STEP:
                 crossing = converged and here.regular and bool(here.values[-1] < CROSSING)
                 why = "branches meet" if crossing else UNBOUND

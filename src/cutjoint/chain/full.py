@@ -340,8 +340,9 @@ class FullChain:
         if self._tool is None:
             return 0
         self._k.update(self._home.q_full)
-        free = null_space(self._k.scaled_jacobian())
-        return rank_of((self._tool.jacobian(self._k.data)[:3] * self._k.column_scale) @ free)
+        matrix = self._k.scaled_jacobian()
+        point = self._tool.jacobian(self._k.data)[:3] * self._k.column_scale / self.length
+        return rank_of(np.concatenate([matrix, point])) - rank_of(matrix)
 
     @cached_property
     def _determined(self) -> MobilityReport:

@@ -76,7 +76,8 @@ def mobility_report(
     locked = null_space(np.concatenate([matrix, np.eye(nv)[actuated]]))
     idle = locked
     if tool is not None and locked.shape[1]:
-        idle = locked @ null_space(tool.jacobian(k.data) * k.column_scale @ locked)
+        still = tool.jacobian(k.data) * k.column_scale * np.array([1.0 / k.length] * 3 + [1.0] * 3)[:, None]
+        idle = null_space(np.concatenate([matrix, np.eye(nv)[actuated], still]))
     determined = locked.shape[1] == 0 and n == nv - rank
     type1 = type2 = condition = float("nan")
     if determined:
