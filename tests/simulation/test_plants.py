@@ -86,7 +86,7 @@ def test_the_constrained_plant_passes_limb_singularities_where_the_reduced_one_s
 def test_actuators_do_all_the_work_for_ten_seconds(robot, plant):
     made = ReducedPlant(robot.paper) if plant == "reduced" else ConstrainedPlant(robot.chain)
     result = run(
-        made, robot.law("feedforward"), robot.reference, integrator=Adaptive(1e-10, 1e-12), duration=10.0, every=0.1
+        made, robot.law("feedforward"), robot.reference, integrator=Adaptive(1e-9, 1e-11), duration=10.0, every=0.1
     )
     assert result.energy_drift() < 1e-8
 

@@ -47,7 +47,7 @@ def claims(found: Found) -> list[Claim]:
             Claim(
                 "5.4",
                 f"{TITLES[name]}: error along every axis below {1e3 * bound:g} mm after {SETTLING_TIME:g} s",
-                f"(39): {1e3 * errors[0]:.5g} mm; inferred code: {1e3 * errors[1]:.5g} mm",
+                f"(39): {1e3 * errors[0]:.6g} mm; inferred code: {1e3 * errors[1]:.6g} mm",
                 Verdict.of(*holds),
             )
         )

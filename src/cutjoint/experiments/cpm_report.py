@@ -22,14 +22,14 @@ AXES = ("x (limb 1)", "y (limb 2)", "z (limb 3)")
 
 
 def tasks() -> dict[Any, Task]:
-    """Everything that has to be run."""
+    """Everything that has to be run, the longest first, so that no core is left with it at the end."""
     wanted: dict[Any, Task] = {}
-    for column in ("lumped", "distributed", "inferred", "equation"):
-        for name in cpm.ROWS:
-            wanted["run", name, column] = (cpm.table_3_run, (name, column))
     for column in ("equation", "inferred"):
         for name in RULED:
             wanted["rule", name, column] = (cpm.gain_rule, (name, column))
+    for column in ("lumped", "distributed", "inferred", "equation"):
+        for name in cpm.ROWS:
+            wanted["run", name, column] = (cpm.table_3_run, (name, column))
     wanted["cost"] = (lumping_cost, ())
     return wanted
 

@@ -36,7 +36,8 @@ th { border-bottom: 1.5px solid var(--ink); font-weight: 600; vertical-align: bo
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 td.n { white-space: nowrap; }
 .note { color: var(--soft); font-size: .88rem; margin: .2rem 0 0; }
-.verdict { white-space: nowrap; font-weight: 600; }
+.verdict { font-weight: 600; }
+@media (min-width: 700px) { .verdict { white-space: nowrap; } }
 .verdict::before { display: inline-block; width: 1.2em; }
 .good { color: #00694c; } .good::before { content: "✓"; }
 .half { color: #8a5a00; } .half::before { content: "◐"; }
