@@ -26,7 +26,8 @@ setup:
 
 demo: setup
 	@$(BIN)/cutjoint crosscheck all
-	@$(BIN)/cutjoint reproduce all
+	@mkdir -p out
+	@$(BIN)/cutjoint reproduce all --output out/reproduction.html
 
 test: setup
 	@$(BIN)/python -m pytest -q -m "not slow"
