@@ -6,7 +6,15 @@ import io
 
 from benchmarks.sections import Section
 
-STYLES = (("o", "#0b6e4f"), ("s", "#1f6feb"), ("^", "#b35900"), ("D", "#a11d33"), ("v", "#6f42c1"))
+STYLES = (
+    ("o", "#0b6e4f"),
+    ("s", "#1f6feb"),
+    ("^", "#b35900"),
+    ("D", "#a11d33"),
+    ("v", "#6f42c1"),
+    ("P", "#57606a"),
+    ("X", "#c2255c"),
+)
 
 
 def draw(section: Section) -> bytes:

@@ -13,7 +13,6 @@ Those that are not installed are left out.
 from __future__ import annotations
 
 import tempfile
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -184,12 +183,3 @@ def constraint_dynamics(chain: ClosedChain, *, baumgarte: bool = False) -> Any:
         return call(model, data, q, v, effort, models, datas, settings)
 
     return solve
-
-
-@cache
-def optional() -> tuple[str, ...]:
-    """Peers that are installed, by name."""
-    from importlib.util import find_spec
-
-    known = {"MuJoCo": "mujoco", "Drake": "pydrake", "PyBullet": "pybullet", "Exudyn": "exudyn"}
-    return tuple(name for name, module in known.items() if find_spec(module) is not None)

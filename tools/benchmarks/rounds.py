@@ -87,7 +87,9 @@ def machine() -> str:
     from cutjoint.compile.batch import cores
     from cutjoint.compile.native import host
 
-    versions = ", ".join(f"{name} {version(name)}" for name in ("pin", "mujoco", "llvmlite", "numpy") if _has(name))
+    versions = ", ".join(
+        f"{name} {version(name)}" for name in ("pin", "mujoco", "drake", "pybullet", "llvmlite", "numpy") if _has(name)
+    )
     return (
         f"{cpu} ({host().name}, {host().lanes} lanes), {cores()} cores, {platform.system()}, "
         f"Python {platform.python_version()}, {versions}"

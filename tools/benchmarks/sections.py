@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import partial
+from importlib.util import find_spec
 
 import numpy as np
 
-from benchmarks import peers
+from benchmarks import more_peers, peers
 from benchmarks.ladder import ladder
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
 from benchmarks.task import KD, KP, SAMPLE, Task
@@ -141,6 +142,13 @@ def work_precision(size: Size) -> Section:
                 name = f"MuJoCo {method} | {step * 1e3:g} ms"
                 contenders[name] = Contender(other.run)
                 errors[name] = other.error()
+    for engine, (module, kind) in more_peers.RUNS.items():
+        if find_spec(module) is not None:
+            for step in size.peer_steps[:2]:
+                run_it = kind(task, step)
+                name = f"{engine} | {step * 1e3:g} ms"
+                contenders[name] = Contender(run_it.run)
+                errors[name] = run_it.error()
     times = measure(contenders, max(2, size.rounds // 2))
     for name, timing in times.items():
         engine, how = name.split(" | ")
