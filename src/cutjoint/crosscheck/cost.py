@@ -33,12 +33,12 @@ class Cost:
     @property
     def percent(self) -> Array:
         """Error in percent of the peak effort, shape (n,)."""
-        return np.asarray(100.0 * self.error / self.peak)
+        return _percent(self.error, self.peak)
 
     @property
     def percent_inertial(self) -> Array:
         """Error in percent of the peak of the inertial part, shape (n,)."""
-        return np.asarray(100.0 * self.error / self.inertial_peak)
+        return _percent(self.error, self.inertial_peak)
 
 
 def effort_along(mechanism: Mechanism, path: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array]:
@@ -73,3 +73,9 @@ def hypothesis_cost(simplified: Mechanism, physical: Mechanism, path: Sequence[t
         readonly(np.abs(needed - predicted).max(axis=0)),
         readonly(np.abs(needed - gravity).max(axis=0)),
     )
+
+
+def _percent(error: Array, peak: Array) -> Array:
+    """Error in percent of the peak; an actuator that is never wrong has none, also where it does nothing."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(error > 0.0, 100.0 * error / peak, 0.0)
