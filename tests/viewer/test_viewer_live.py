@@ -187,6 +187,8 @@ def test_text_that_reaches_the_page_is_never_run(cpm_view: LiveView, open_tab: C
         {"type": "controls", **cpm_view.puppet.controls(), "title": "<img src=x onerror=hacked=1>"}
     )
     tab.wait("document.getElementById('title').textContent.includes('onerror')")
+    assert tab.page.evaluate("Object.keys(cutjoint.stage.viewer.gui_controllers)") == []
+    assert tab.errors == []
     later = "(done) => setTimeout(() => { try { done(eval('1')); } catch (error) { done(error.name); } })"
     assert tab.page.evaluate(f"() => new Promise({later})") == "EvalError"
     assert tab.page.evaluate("typeof window.hacked") == "undefined"

@@ -18,6 +18,7 @@ from cutjoint.errors import InputError, ViewerError
 from cutjoint.robots import PUBLISHED
 from cutjoint.simulation import Result
 from cutjoint.viewer import Document, play, show
+from cutjoint.viewer.playback import _pose_tracks
 from cutjoint.viewer.recording import FRAMES, frame_times, from_result, from_trajectory
 
 LAG = np.array([0.0, 0.001, 0.0])
@@ -138,6 +139,17 @@ def test_the_animation_ends_where_the_run_ends_and_turns_the_short_way(chain: Cl
     moving = {name for name in last if np.abs(last[name] - first[name]).max() > 0}
     assert seen == moving
     assert len(moving) >= 8
+
+
+def test_a_link_that_turns_twice_never_takes_the_long_way() -> None:
+    angles, axis = np.linspace(0.0, 4 * np.pi, 60), np.array([1.0, 2.0, -2.0]) / 3.0
+    skew = np.cross(np.eye(3), axis).T
+    matrices = np.tile(np.eye(4), (60, 1, 1))
+    matrices[:, :3, :3] += np.sin(angles)[:, None, None] * skew + (1 - np.cos(angles))[:, None, None] * (skew @ skew)
+    _, turns = (track.lower() for track in _pose_tracks(np.arange(60.0), matrices))
+    values = np.frombuffer(turns["values"].data, "<f4").reshape(-1, 4)
+    np.testing.assert_allclose(np.einsum("ij,ij->i", values[1:], values[:-1]), np.cos(2 * np.pi / 59), atol=1e-5)
+    np.testing.assert_allclose(np.abs(values[:, 3]), np.abs(np.cos(angles / 2)), atol=1e-5)
 
 
 def test_arrows_show_the_efforts(chain: ClosedChain) -> None:

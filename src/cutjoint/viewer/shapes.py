@@ -7,7 +7,9 @@ mesh with several materials becomes its own object, because meshcat keeps only t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -114,8 +116,6 @@ def load_mesh(shape: Shape) -> list[Any]:
     Raises:
         InputError: the file is missing, of another kind, too large, or cannot be read.
     """
-    import trimesh
-
     path = shape.mesh
     if path is None or not path.is_file():
         raise InputError(f"mesh file {path} is not there; give the file or remove the shape")
@@ -123,6 +123,14 @@ def load_mesh(shape: Shape) -> list[Any]:
         raise InputError(f"mesh file {path} is of an unknown kind; known: {', '.join(MESH_SUFFIXES)}")
     if path.stat().st_size > MESH_BYTES:
         raise InputError(f"mesh file {path} has {path.stat().st_size} bytes, more than {MESH_BYTES}; simplify it")
+    return list(_read_mesh(path, path.stat().st_mtime_ns, shape.size if len(shape.size) == 3 else (1.0, 1.0, 1.0)))
+
+
+@lru_cache(maxsize=64)
+def _read_mesh(path: Path, changed: int, scale: tuple[float, ...]) -> tuple[Any, ...]:
+    """Parts of a file as it was when it `changed` [ns], read once though bounds and objects both want it."""
+    import trimesh
+
     try:
         loaded = trimesh.load(path, force="scene")
         meshes = [mesh for mesh in loaded.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
@@ -133,10 +141,10 @@ def load_mesh(shape: Shape) -> list[Any]:
     if (faces := sum(len(mesh.faces) for mesh in meshes)) > MESH_FACES:
         raise InputError(f"mesh file {path} has {faces} triangles, more than {MESH_FACES}; simplify it")
     for mesh in meshes:
-        mesh.apply_scale(np.asarray(shape.size if len(shape.size) == 3 else (1.0, 1.0, 1.0)))
+        mesh.apply_scale(np.asarray(scale))
         if not np.isfinite(mesh.vertices).all():
             raise InputError(f"mesh file {path} holds vertices that are not finite")
-    return meshes
+    return tuple(meshes)
 
 
 def _mesh_part(mesh: Any, at: Array, colour: Colour, own: bool) -> Part:
