@@ -21,6 +21,7 @@ import pinocchio as pin
 from cutjoint import tolerances
 from cutjoint.arrays import Array, readonly
 from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.mobility import null_space
 from cutjoint.chain.rigid import RigidConstraints, Wrench, is_rigid
 from cutjoint.description.model import CutType
 from cutjoint.errors import DynamicsError
@@ -49,7 +50,9 @@ class FullDynamics:
     def __init__(self, kinematics: Kinematics) -> None:
         self._k = kinematics
         closure = kinematics.closure
-        self.rigid = RigidConstraints(kinematics.model, closure.cuts, kinematics.length) if is_rigid(closure) else None
+        self.massless = has_massless_joint(kinematics)
+        rigid = is_rigid(closure) and not self.massless
+        self.rigid = RigidConstraints(kinematics.model, closure.cuts, kinematics.length) if rigid else None
 
     def acceleration(self, q: Array, v: Array, effort: Array) -> Array:
         """Acceleration of all joints, shape (nv,), not checked against the constraints: for inner loops."""
@@ -105,14 +108,9 @@ class FullDynamics:
         bias = np.array(pin.nonLinearEffects(k.model, k.data, q, v))
         pin.computeJointJacobiansTimeVariation(k.model, k.data, q, v)
         jacobian, drift = k.closure.jacobian(k.data), k.closure.drift(k.data, v)
-        try:
-            free = np.linalg.solve(mass, np.column_stack([effort - bias, jacobian.T]))
-        except np.linalg.LinAlgError:
-            raise DynamicsError(
-                "the mass matrix of the tree is singular: a body at the end of a limb has no mass, or none that its "
-                "joint moves; give it an inertia",
-                residual=np.inf,
-            ) from None
+        if self.massless:
+            return self._solve_by_motions(mass, effort - bias, jacobian, drift)
+        free = np.linalg.solve(mass, np.column_stack([effort - bias, jacobian.T]))
         if not len(jacobian):
             return free[:, 0], np.zeros(0)
         compliance = jacobian @ free[:, 1:]
@@ -121,6 +119,27 @@ class FullDynamics:
         scaled = scale[:, None] * compliance * scale
         multipliers = scale * np.linalg.lstsq(scaled, scale * wanted, rcond=tolerances.RANK.value**1.5)[0]
         return free[:, 0] + free[:, 1:] @ multipliers, multipliers
+
+    def _solve_by_motions(self, mass: Array, force: Array, jacobian: Array, drift: Array) -> tuple[Array, Array]:
+        """The same where the tree has joints that move no mass: in a basis of the motions that the loops allow.
+
+        Raises:
+            DynamicsError: even a motion that the loops allow moves no mass.
+        """
+        scale = self._k.column_scale
+        basis = scale[:, None] * null_space(jacobian * scale)
+        start = scale * np.linalg.lstsq(jacobian * scale, -drift, rcond=tolerances.RANK.value)[0]
+        energy = basis.T @ mass @ basis
+        values = np.linalg.eigvalsh(energy) if energy.size else np.ones(1)
+        if values[0] <= 1e-12 * values[-1]:
+            raise DynamicsError(
+                "the robot has a motion that moves no mass: a body at the end of a limb has none, or none that its "
+                "joint moves; give it an inertia",
+                residual=np.inf,
+            )
+        acceleration = start + basis @ np.linalg.solve(energy, basis.T @ (force - mass @ start))
+        multipliers = np.linalg.lstsq(jacobian.T, mass @ acceleration - force, rcond=tolerances.RANK.value)[0]
+        return acceleration, multipliers
 
     def _wrenches(self, q: Array, multipliers: Array) -> dict[str, Wrench]:
         """Multipliers of the closure rows as wrenches on body B at frame b, world axes."""
@@ -144,3 +163,17 @@ class FullDynamics:
                 moment = part[3] * np.cross(b.rotation[:, 1], a.rotation[:, 0])
             found[cut.name] = Wrench(readonly(force), readonly(moment))
         return found
+
+
+def has_massless_joint(kinematics: Kinematics) -> bool:
+    """Whether some motion of the open tree moves no mass, which Pinocchio's constrained dynamics cannot stand."""
+    k = kinematics
+    if not k.model.nv:
+        return False
+    bent = k.integrate(np.array(pin.neutral(k.model)), k.column_scale * np.linspace(0.3, 0.7, k.model.nv))
+    upper = pin.crba(k.model, k.data, bent)
+    mass = (np.triu(upper) + np.triu(upper, 1).T) * k.column_scale[:, None] * k.column_scale
+    size = np.sqrt(np.maximum(np.diag(mass), 0.0))
+    if size.min() <= 0.0:
+        return True
+    return bool(np.linalg.eigvalsh(mass / size[:, None] / size)[0] < 1e-12)

@@ -351,7 +351,7 @@ class FullChain:
     @cached_property
     def _nearby(self) -> Nearby | None:
         rigid = self._dynamics.rigid
-        if rigid is None or not self._determined.determined or not len(self._passive):
+        if rigid is None or not self._determined.determined or not (self.n and len(self._passive)):
             return None
         return Nearby(self._k, rigid, self._v_index, self._passive, self._home.q_full)
 

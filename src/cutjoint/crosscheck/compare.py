@@ -95,7 +95,7 @@ def compare(
     reacher = Reacher(checked)
     for count, state in enumerate(states, start=1):
         try:
-            at = reacher.reach(state.position)
+            at = reacher.take_up(state)
             found = _evaluate(checked, at, state)
         except REFUSED as error:
             refused, reason = refused + 1, reason or str(error)

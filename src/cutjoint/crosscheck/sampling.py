@@ -1,13 +1,14 @@
 """Random reachable states of a mechanism.
 
-The workspace is boxed by walking from home along the axes of the tool until the robot cannot follow; tool positions are
-drawn evenly from that box and kept where the robot can be closed and is well conditioned.  Near a singularity two right
-models differ by conditioning alone, so such postures are left out (and counted).
+The workspace is boxed by walking from home along each axis until the robot cannot follow; targets are drawn evenly from
+that box and kept where the robot can be closed and is well conditioned.  A target is a position of the tool where three
+actuators place it, and else the coordinates of the actuators.  Near a singularity two right models differ by
+conditioning alone, so such postures are left out.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,14 +25,14 @@ REFUSED = (UnreachableError, ClosureError, SingularError, DynamicsError)
 
 @dataclass(frozen=True, eq=False)
 class Workspace:
-    """Box of tool positions around home: lower and upper corner, shape (3,) [m]."""
+    """Box of targets around home: lower and upper corner, shape (3,) [m] of the tool, or (n,) of the actuators."""
 
     lower: Array
     upper: Array
 
     @property
     def diagonal(self) -> float:
-        """Length of the box's diagonal [m]."""
+        """Length of the box's diagonal."""
         return float(np.linalg.norm(self.upper - self.lower))
 
 
@@ -47,48 +48,67 @@ class State:
 
 
 class Reacher:
-    """Takes a mechanism to tool positions all over its workspace, each time from the nearest one it has been to."""
+    """Takes a mechanism to states that another model of the robot was sampled at, each time from the nearest posture it
+    has been to."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism
-        home = mechanism.home
-        self._known: list[tuple[Array, Posture]] = [(mechanism.tool(home).position, home)]
+        self._origin, self._go = _targets(mechanism)
+        self._known: list[tuple[Array, Posture]] = [(self._origin, mechanism.home)]
 
-    def reach(self, position: Array) -> Posture:
-        """The posture with the tool at `position` (3,), on the branch of home.
+    def take_up(self, state: State) -> Posture:
+        """The posture of `state`, on the branch of home.
 
         Raises:
-            UnreachableError, SingularError: as the mechanism's `reach`.
+            UnreachableError, ClosureError, SingularError: as the mechanism's `reach` or `close`.
         """
-        near = min(self._known, key=lambda one: float(np.sum(np.square(one[0] - position))))[1]
-        at = self._mechanism.reach(position, near)
-        self._known.append((position, at))
+        target = state.position if self._mechanism.n == 3 else state.at.q
+        near = min(self._known, key=lambda one: float(np.sum(np.square(one[0] - target))))[1]
+        at = self._go(target, near)
+        self._known.append((target, at))
         return at
 
 
 def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: float = 10.0) -> Workspace:
-    """How far the tool of `mechanism` gets from home along each axis, to `resolution` [m]."""
-    home = mechanism.tool(mechanism.home).position
-    corners = np.zeros((2, 3))
-    for axis in range(3):
+    """How far `mechanism` gets from home along each axis, to `resolution` [m] or [rad]."""
+    origin, go = _targets(mechanism)
+
+    def goes(axis: int, distance: float) -> bool:
+        target = np.array(origin)
+        target[axis] += distance
+        try:
+            go(target, None)
+        except REFUSED:
+            return False
+        return True
+
+    corners = np.zeros((2, len(origin)))
+    for axis in range(len(origin)):
         for row, sign in enumerate((-1.0, 1.0)):
             inside, outside = 0.0, resolution
-            while outside < furthest and _reaches(mechanism, home, axis, sign * outside):
+            while outside < furthest and goes(axis, sign * outside):
                 inside, outside = outside, 2.0 * outside
             while outside - inside > resolution:
                 middle = 0.5 * (inside + outside)
-                if _reaches(mechanism, home, axis, sign * middle):
+                if goes(axis, sign * middle):
                     inside = middle
                 else:
                     outside = middle
-            corners[row, axis] = home[axis] + sign * inside
+            corners[row, axis] = origin[axis] + sign * inside
     return Workspace(readonly(corners[0]), readonly(corners[1]))
+
+
+def _targets(mechanism: Mechanism) -> tuple[Array, Callable[[Array, Posture | None], Posture]]:
+    """Home as a target, and what takes the mechanism to a target."""
+    if mechanism.n == 3:
+        return mechanism.tool(mechanism.home).position, mechanism.reach
+    return mechanism.home.q, mechanism.close
 
 
 def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[State]:
     """`samples` random states of `mechanism`; the same for the same seed.
 
-    Speeds and accelerations are drawn so that the tool moves at up to about one workspace a second; efforts are those
+    Speeds and accelerations are drawn so that the robot moves at up to about one workspace a second; efforts are those
     of the acceleration plus a random part of the same size, so that forward dynamics is not asked what inverse dynamics
     just answered.
 
@@ -96,19 +116,21 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sta
         CutjointError: hardly any posture around home can be closed and is well conditioned.
     """
     random = np.random.default_rng(seed)
-    box = workspace_box(mechanism)
+    box, go = workspace_box(mechanism), _targets(mechanism)[1]
     made = 0
     for _ in range(1000 * samples):
         if made == samples:
             return
         try:
-            at = mechanism.reach(random.uniform(box.lower, box.upper))
+            at = go(random.uniform(box.lower, box.upper), None)
             tool, terms = mechanism.tool(at), mechanism.terms(at)
         except REFUSED:
             continue
         if max(_condition(tool.jacobian), _condition(terms.mass)) > WORST_CONDITION:
             continue
-        speed = box.diagonal / max(float(np.linalg.norm(tool.jacobian, 2)), 1e-12)
+        speed = box.diagonal
+        if mechanism.n == 3:
+            speed /= max(float(np.linalg.norm(tool.jacobian, 2)), 1e-12)
         v = speed * random.normal(size=mechanism.n)
         a = 10.0 * speed * random.normal(size=mechanism.n)
         effort = terms.mass @ a + terms.gravity
@@ -117,19 +139,9 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sta
         yield State(at, tool.position, readonly(v), readonly(a), readonly(effort))
     if made < samples:
         raise CutjointError(
-            f"of {1000 * samples} random tool positions of {mechanism.name} between {box.lower.tolist()} and "
-            f"{box.upper.tolist()} m only {made} can be reached and are well conditioned; {samples} were asked for"
+            f"of {1000 * samples} random targets of {mechanism.name} between {box.lower.tolist()} and "
+            f"{box.upper.tolist()} only {made} can be reached and are well conditioned; {samples} were asked for"
         )
-
-
-def _reaches(mechanism: Mechanism, home: Array, axis: int, distance: float) -> bool:
-    target = np.array(home)
-    target[axis] += distance
-    try:
-        mechanism.reach(target)
-    except REFUSED:
-        return False
-    return True
 
 
 def _condition(matrix: Array) -> float:

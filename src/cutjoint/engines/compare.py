@@ -40,7 +40,7 @@ def compare_with_mujoco(
     reacher = Reacher(chain)
     count = 0
     for count, state in enumerate(states, start=1):
-        near = reacher.reach(state.position)
+        near = reacher.take_up(state)
         q, v, effort = near.q_full, chain.full_velocity(near, state.v), chain.full_effort(state.effort)
         opinion = robot.opinion(q, v, effort)
         upper = pin.crba(chain.model, data, q)

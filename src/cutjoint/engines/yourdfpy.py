@@ -37,7 +37,7 @@ def compare_with_yourdfpy(
     worst = {"link positions, in metres": (0.0, 0), "link orientations": (0.0, 0)}
     count = 0
     for count, state in enumerate(states, start=1):
-        q = reacher.reach(state.position).q_full
+        q = reacher.take_up(state).q_full
         tree.update_cfg(_values(chain, q, tree.actuated_joint_names))
         placed = chain.link_placements(q)
         for root, links in parts.items():
