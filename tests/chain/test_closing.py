@@ -11,6 +11,7 @@ import pytest
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.assembly import _Linear, _same_branch
 from cutjoint.description import catalogue
 from cutjoint.description.model import Frame
 from cutjoint.errors import (
@@ -422,3 +423,14 @@ def test_a_robot_that_is_a_tree_needs_no_closing(kit: Any) -> None:
     np.testing.assert_array_equal(at.q_full, q)
     effort = chain.inverse_dynamics(at, q, -q)
     np.testing.assert_allclose(chain.forward_dynamics(at, q, effort), -q, atol=1e-10)
+
+
+def test_a_step_that_left_its_branch_is_told_by_each_sign_alone() -> None:
+    """Onto the other branch the motion turns and the determinant may keep its sign; straight on, the other way round."""
+    here, along = _Linear.of(np.eye(2)), np.array([1.0, 0.2])
+    assert _same_branch(here, along, _Linear.of(np.diag([0.9, 1.2])), np.array([1.1, 0.1]))
+    assert not _same_branch(here, along, _Linear.of(np.eye(2)), np.array([1.0, -0.6]))
+    assert not _same_branch(here, along, _Linear.of(np.diag([1.0, -1.0])), along)
+    assert not _same_branch(here, along, _Linear.of(np.diag([1.0, 1e-9])), along)
+    loose = _Linear.of(np.array([[1.0, 0.0]]))
+    assert _same_branch(loose, along, loose, -along), "where the equations leave motions free nothing can be told"
