@@ -26,6 +26,16 @@ SINGULAR = Tolerance(1e-6, "-", "below this distance to a singularity accelerati
 STRIDE = Tolerance(
     0.2, "rad or link lengths", "largest predicted joint motion of one continuation step; keeps Newton on its branch"
 )
+SMALLEST_STEP = Tolerance(
+    1e-7, "of the way", "shortest continuation step; the end of a branch is found as exactly as that"
+)
+TURN = Tolerance(0.5, "relative", "largest change of direction over a continuation step; a jump means another branch")
+CROSSING = Tolerance(
+    5e-5, "-", "at the shortest step branches that cross are nearer than this to singular, one that ends is further"
+)
+REGULARISATION = Tolerance(
+    1e-8, "of the compliance", "of the proximal method for redundant rows: far above rounding, far below what moves"
+)
 DYNAMICS = Tolerance(1e-7, "relative", "constraint residual of forward dynamics against the size of its terms")
 AGREEMENT = Tolerance(
     1e-10, "relative", "two independent formulations of one robot; 2e-13 is typical, the rest is conditioning"

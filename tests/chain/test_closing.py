@@ -14,6 +14,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.chain.assembly import _Linear, _same_branch
 from cutjoint.description import catalogue
 from cutjoint.description.model import Frame
+from cutjoint.description.transforms import placement
 from cutjoint.errors import (
     ActuationError,
     ClosureError,
@@ -334,6 +335,10 @@ def test_postures_of_other_robots_are_refused(kit: Any) -> None:
         ):
             with pytest.raises(InputError, match="this posture"):
                 call(other)
+    description = chain.description
+    links = replace(description.cuts[0], b=Frame("right_distal", placement((0.25001, 0.0, 0.0))))
+    with pytest.raises(InputError, match="'tip'"):
+        chain.terms(ClosedChain(replace(description, cuts=(links,))).home)
     with pytest.raises(InputError, match="posture is wanted"):
         chain.terms(chain.home.q_full)
 
@@ -426,7 +431,7 @@ def test_a_robot_that_is_a_tree_needs_no_closing(kit: Any) -> None:
 
 
 def test_a_step_that_left_its_branch_is_told_by_each_sign_alone() -> None:
-    """Onto the other branch the motion turns and the determinant may keep its sign; straight on, the other way round."""
+    """Onto the other branch the motion turns and the determinant may keep its sign; straight on, conversely."""
     here, along = _Linear.of(np.eye(2)), np.array([1.0, 0.2])
     assert _same_branch(here, along, _Linear.of(np.diag([0.9, 1.2])), np.array([1.1, 0.1]))
     assert not _same_branch(here, along, _Linear.of(np.eye(2)), np.array([1.0, -0.6]))

@@ -22,12 +22,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain.kinematics import Kinematics, ToolPoint
 
 NEWTON_STEPS = 12
-SMALLEST_STEP = 1e-7
 MOST_STEPS = 2000
-LARGEST_TURN = 0.5
-CROSSING = 5e-5
-"""Where `follow` stops, a crossing of branches lies nearer than this; the end of a branch, where they turn back and the
-distance goes with the root of the step, further."""
 
 
 class Driver(Protocol):
@@ -186,8 +181,8 @@ class Assembler:
                         step, refused = step if refused else 2.0 * step, False
                         continue
                 step, refused = 0.5 * step, True
-            if step < SMALLEST_STEP:
-                crossing = converged and here.regular and bool(here.values[-1] < CROSSING)
+            if step < tolerances.SMALLEST_STEP.value:
+                crossing = converged and here.regular and bool(here.values[-1] < tolerances.CROSSING.value)
                 why = "branches meet" if crossing else UNBOUND
                 return Stopped(fraction, q, why, singular=crossing, measure=float(here.values.min(initial=np.inf)))
         return Stopped(fraction, q, f"{MOST_STEPS} steps were not enough; go there by way of nearer postures", far=True)
@@ -272,4 +267,8 @@ def _same_branch(here: _Linear, direction: Array, there: _Linear, onward: Array)
         return True
     turn = float(np.abs(onward - direction).max(initial=0.0))
     size = max(float(np.abs(direction).max(initial=0.0)), float(np.abs(onward).max(initial=0.0)))
-    return bool(there.values[-1] > tolerances.SINGULAR.value) and turn <= LARGEST_TURN * size and not here.flips(there)
+    return (
+        bool(there.values[-1] > tolerances.SINGULAR.value)
+        and turn <= tolerances.TURN.value * size
+        and not here.flips(there)
+    )

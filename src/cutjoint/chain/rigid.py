@@ -10,12 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from cutjoint import tolerances
 from cutjoint.arrays import Array, readonly
 from cutjoint.chain.closure import Closure, Cut
 from cutjoint.description.model import CutType
-
-REGULARISATION = 1e-8
-"""Of the proximal method, as a part of the compliance of the constraints: far above rounding, far below what moves."""
 
 _RIGID = (CutType.FIXED, CutType.SPHERICAL, CutType.REVOLUTE)
 
@@ -71,7 +69,7 @@ class RigidConstraints:
             for constraint, data, row, size in zip(self.models, self.datas, starts, sizes, strict=True)
         ]
         # relative accuracy, so that a robot of grams and one of tonnes are solved alike
-        self._settings = pin.ProximalSettings(0.0, 1e-10, REGULARISATION * self._compliance(), 6)
+        self._settings = pin.ProximalSettings(0.0, 1e-10, tolerances.REGULARISATION.value * self._compliance(), 6)
 
     def _compliance(self) -> float:
         """Smallest acceleration that a unit force on a row causes at that row, at the neutral posture.
