@@ -32,7 +32,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "tolerances": frozenset(),
     "mechanism": BASE,
     "description": BASE,
-    "chain": MODEL | {"description"},
+    "chain": MODEL | {"description", PACKAGE},  # chain.compile() asks the package for the compiler, at call time
     "papers": MODEL,
     "motion": MODEL,
     "control": MODEL | {"motion"},

@@ -14,6 +14,7 @@ from cutjoint.mechanism import Actuator, Mechanism, Posture, Terms, Tool, kineti
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, FullMotion, MobilityReport
+    from cutjoint.compile.compiled import CompiledChain, CompiledPaper, compiled
     from cutjoint.description import RobotDescription, check, load_description
     from cutjoint.robots import load, published
 
@@ -21,10 +22,13 @@ __version__ = "0.1.0"
 
 _LAZY = {
     "ClosedChain": "cutjoint.chain",
+    "CompiledChain": "cutjoint.compile.compiled",
+    "CompiledPaper": "cutjoint.compile.compiled",
     "FullMotion": "cutjoint.chain",
     "MobilityReport": "cutjoint.chain",
     "RobotDescription": "cutjoint.description",
     "check": "cutjoint.description",
+    "compiled": "cutjoint.compile.compiled",
     "load_description": "cutjoint.description",
     "load": "cutjoint.robots",
     "published": "cutjoint.robots",
@@ -33,6 +37,8 @@ _LAZY = {
 __all__ = [
     "Actuator",
     "ClosedChain",
+    "CompiledChain",
+    "CompiledPaper",
     "CutjointError",
     "FullMotion",
     "Mechanism",
@@ -43,6 +49,7 @@ __all__ = [
     "Tool",
     "__version__",
     "check",
+    "compiled",
     "kinetic_energy",
     "load",
     "load_description",

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -31,6 +32,9 @@ FURTHEST_DETOUR = 2.0 * np.pi
 
 CURVE_STEP = 0.2
 """How finely a robot with one actuator is searched along its curve, in radians or link lengths."""
+
+if TYPE_CHECKING:
+    from cutjoint import CompiledChain
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,6 +229,18 @@ class ClosedChain(FullChain):
             InputError: no tool, or not a mass.
         """
         return ClosedChain(self.description.with_payload(mass), self._home_name)
+
+    def compile(self) -> CompiledChain:
+        """This robot as straight-line machine code; `cutjoint.compiled` has the options.
+
+        Raises:
+            CompileError: the extra `compile` is not installed, or the robot cannot be compiled.
+        """
+        from cutjoint import CompiledChain, compiled
+
+        robot = compiled(self)
+        assert isinstance(robot, CompiledChain)
+        return robot
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 

@@ -9,7 +9,10 @@ if TYPE_CHECKING:
     from cutjoint.mechanism import Mechanism
     from cutjoint.motion import Trajectory
 
-HELP = "paper (the robot's own), hold, line:X,Y,Z[,SECONDS] from home [m], circle:RADIUS[,SECONDS] through home [m]."
+HELP = (
+    "paper (the robot's own), hold, line:X,Y,Z[,SECONDS] by so many metres from home, circle:RADIUS[,SECONDS] in "
+    "metres through home."
+)
 NAMES = ("paper", "hold", "line", "circle")
 
 

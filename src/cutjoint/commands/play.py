@@ -36,7 +36,7 @@ def command(
     png: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a picture, through a headless browser.")
     ] = None,
-    time: Annotated[float, typer.Option(min=0.0, help="Time of the picture [s].")] = 0.0,
+    time: Annotated[float, typer.Option(min=0.0, help="Time of the picture, in seconds.")] = 0.0,
     size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "1280x800",
     port: Annotated[int, typer.Option(min=0, max=65535, help="First port to try; 0 lets the system choose.")] = 7000,
     host: Annotated[
