@@ -219,9 +219,9 @@ def test_the_limbs_are_told_apart_by_colour(view: LiveView, open_tab: Callable[.
         assert (np.abs(bright.astype(int) - wanted) < 8).sum() > 150, colour
 
 
-def test_nothing_covers_text(view: LiveView, open_tab: Callable[..., Any]) -> None:
+def test_nothing_covers_text(cpm_view: LiveView, open_tab: Callable[..., Any]) -> None:
     tab = open_tab()
-    tab.go(view.url)
+    tab.go(cpm_view.url)
     settle(tab)
     script = """() => {
       const seen = [...document.querySelectorAll("#panel h1, #panel h2, #panel label, #panel td, #panel button")]
