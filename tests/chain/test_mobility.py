@@ -199,6 +199,11 @@ def test_working_modes_do_not_depend_on_the_seed(kit: Any) -> None:
     assert one == two
 
 
+def test_what_was_found_for_one_limb_is_combined_with_the_others(kit: Any) -> None:
+    """Six starts find at most six postures besides home, eight there are."""
+    assert any(len(kit.robot("cpm").working_modes(starts=6, seed=seed)) == 8 for seed in range(4))
+
+
 def test_working_modes_of_a_robot_that_is_not_held_are_refused(kit: Any) -> None:
     description = kit.robot("stewart").description
     few = replace(description, cuts=description.cuts[:5])

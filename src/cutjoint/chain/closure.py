@@ -96,6 +96,7 @@ class Closure:
         self._layout = _Layout(self.cuts)
         self._on_a = np.array([cut.support_a for cut in self.cuts]).reshape(len(self.cuts), self.nv)
         self._on_b = np.array([cut.support_b for cut in self.cuts]).reshape(len(self.cuts), self.nv)
+        self._on_both = np.concatenate([self._on_a, self._on_b])
         self._ratio_rows = np.zeros((len(self.ratios), self.nv))
         for row, ratio in zip(self._ratio_rows, self.ratios, strict=True):
             row[ratio.v_joint], row[ratio.v_driver] = 1.0, -ratio.ratio
@@ -165,9 +166,11 @@ class Closure:
         placed, rows = self.placements(data), self._layout
         twist, rate = np.asarray(data.J), np.asarray(data.dJ)
         pa, pb = _positions(placed)
-        on_a, on_b = (self._on_a * v).T, (self._on_b * v).T
-        wa, va, alpha_a, point_a = _point_motion((twist @ on_a).T, (rate @ on_a).T, pa)
-        wb, vb, alpha_b, point_b = _point_motion((twist @ on_b).T, (rate @ on_b).T, pb)
+        on, points = self._on_both * v, np.concatenate([pa, pb])
+        w, velocity, alpha, point = _point_motion(on @ twist.T, on @ rate.T, points)
+        half = len(self.cuts)
+        wa, wb, va, vb = w[:half], w[half:], velocity[:half], velocity[half:]
+        alpha_a, alpha_b, point_a, point_b = alpha[:half], alpha[half:], point[:half], point[half:]
         drift[rows.point_rows] = (point_b - point_a)[rows.point_cuts].ravel()
         drift[rows.lock_rows] = (alpha_b - alpha_a)[rows.lock_cuts].ravel()
         for cut_index, row, i, j in rows.dots:
