@@ -38,8 +38,9 @@ class Plan:
 
     Attributes:
         pivots: (row, rate) in order.
-        sizes: the largest entry of each pivot column on a typical posture of the cloud, against which pivots are
-        judged. independent: rates that remain, in the order of the reduced coordinates.
+        sizes: the largest entry of each pivot column on a typical posture of the cloud, against which a posture's
+            pivots are judged.
+        independent: rates that remain, in the order of the reduced coordinates.
         redundant: rows that are left out.
     """
 
