@@ -83,9 +83,8 @@ class Kernel:
         program: what it computes.
         lanes: states that a batch evaluates side by side.
         compile_time: seconds that LLVM took.
-        address: of `void f(const double *x, double *y)`, to be called from other compiled code; x holds all arguments
-        one
-            after another, y all results.
+        address: of `void f(const double *x, double *y)`, to be called from other compiled code; x holds all
+            arguments one after another, y all results.
     """
 
     def __init__(self, program: Program, *, fast: bool = False) -> None:
