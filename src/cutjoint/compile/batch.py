@@ -229,9 +229,10 @@ class Batch:
             raise
 
     def _walk(self, q: Array, target: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
-        """Walk all rows from the closed `q` to their actuated `target`, in steps short against the links; also which
-        rows
-        arrived, on the branch they started from."""
+        """Walk all rows from the closed `q` to their actuated `target`, in steps short against the links.
+
+        Also returns which rows arrived, on the branch they started from.
+        """
         kernel = self._kernel("step")
         chain = self._mechanism
         scale = chain._q_scale
