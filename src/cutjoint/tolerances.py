@@ -43,3 +43,6 @@ AGREEMENT = Tolerance(
 ENGINE_MATRIX = Tolerance(1e-9, "relative", "the same matrices from another engine, which bounds small masses at 1e-12")
 ENGINE_HARD = Tolerance(1e-6, "relative", "J_dot v by central differences of the other engine's Jacobian")
 PLACEMENT = Tolerance(1e-12, "m, -", "link placements of two readers: rounding along a few joints of about a metre")
+ROUNDING = Tolerance(
+    1e-3, "-", "singular values and gaps at home below this are rounding of exported lengths, where they are not zero"
+)

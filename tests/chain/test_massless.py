@@ -1,4 +1,4 @@
-"""A limb may end in a link without mass, as exported robots often do: the loops carry it, and dynamics stays defined."""
+"""A limb may end in a link without mass, as exported robots do: the loops carry it, and dynamics stays defined."""
 
 from __future__ import annotations
 

@@ -189,6 +189,11 @@ class Assembler:
 
     def assemble(self, q: Array, driver: Driver | None, iterations: int = 100) -> Array | None:
         """A closed configuration from any start `q`, shape (nq,), or None; damped least squares, then Newton."""
+        near, cost = self.nearest(q, driver, iterations)
+        return self._newton(near, driver, 1.0, np.inf) if cost < 1e-12 else None
+
+    def nearest(self, q: Array, driver: Driver | None, iterations: int = 100) -> tuple[Array, float]:
+        """Where damped least squares comes to rest from `q`, shape (nq,), and the sum of squared scaled errors."""
         damping = 1e-3
         self._k.update(q)
         scale = self._scale(driver)
@@ -196,7 +201,7 @@ class Assembler:
         cost = float(error @ error)
         for _ in range(iterations):
             if cost < 1e-12:
-                return self._newton(q, driver, 1.0, np.inf)
+                break
             normal, gradient = matrix.T @ matrix, matrix.T @ error
             while damping < 1e8:
                 motion = -np.linalg.solve(normal + damping * np.eye(len(normal)), gradient)
@@ -209,12 +214,12 @@ class Assembler:
                     break
                 damping *= 4.0
             else:
-                return None
+                break
             if trial_cost > cost * (1.0 - 1e-4) and damping < 1e-3:
-                return None
+                break
             q, matrix, error, cost = trial, self._matrix(driver), trial_error, trial_cost
             damping = max(damping * 0.2, 1e-12)
-        return None
+        return q, cost
 
     def settle(self, q: Array, driver: Driver | None) -> Array | None:
         """The closed configuration next to `q`, shape (nq,), or None where Newton's method does not find one."""

@@ -172,7 +172,7 @@ class ClosedChain(FullChain):
         else:
             v_full = self.full_velocity(at, v)
             passive = self._drift(at, v_full)
-            pin.computeJointJacobiansTimeVariation(self.model, self._k.data, at.q_full, v_full)
+            self._k.update_rates(at.q_full, v_full)
             drift = tool.drift(self._k.data, v_full) + tool.jacobian(self._k.data)[:3] @ passive
         position = tool.pose(self._k.data).translation
         return Tool(position, tool.jacobian(self._k.data)[:3] @ tangent, drift)
@@ -258,7 +258,7 @@ class ClosedChain(FullChain):
             return self._nearby.drift(at.q_full, v_full, tangent.map)
         drift = np.zeros(self.nv)
         if tangent.inverse is not None:
-            pin.computeJointJacobiansTimeVariation(self.model, self._k.data, at.q_full, v_full)
+            self._k.update_rates(at.q_full, v_full)
             drift[self._passive] = -(tangent.inverse @ self._k.closure.drift(self._k.data, v_full))
         return drift
 

@@ -82,17 +82,24 @@ class Closure:
 
     Methods take a `pin.Data` on which `computeJointJacobians` (for `drift`: `computeJointJacobiansTimeVariation`) has
     been called; they write nothing into it.  All cuts are worked on at once, as arrays over cuts.
+
+    Args:
+        trusted: indices of the rows to work with; default all.  The others are left to be met by the geometry.
     """
 
-    def __init__(self, model: pin.Model, description: RobotDescription) -> None:
+    def __init__(self, model: pin.Model, description: RobotDescription, trusted: Array | None = None) -> None:
         self.nv = int(model.nv)
         self.cuts = tuple(_bind_cut(model, cut) for cut in description.cuts)
         self.ratios = tuple(_bind_ratio(model, coupling) for coupling in description.couplings)
-        self.rows = sum(cut.rows for cut in self.cuts) + len(self.ratios)
+        self.all_rows = sum(cut.rows for cut in self.cuts) + len(self.ratios)
+        self.trusted = np.arange(self.all_rows) if trusted is None else np.array(trusted, dtype=int)
+        self.rows = len(self.trusted)
         names = [f"{cut.name}.{label}" for cut in self.cuts for label in ROW_LABELS[cut.type]]
-        self.row_names = (*names, *(ratio.name for ratio in self.ratios))
+        every = (*names, *(ratio.name for ratio in self.ratios))
+        self.row_names = tuple(every[i] for i in self.trusted)
+        self.left_out = tuple(every[i] for i in range(self.all_rows) if i not in set(self.trusted.tolist()))
         lengths = [flag for cut in self.cuts for flag in _length_rows(cut.type)]
-        self.is_length = np.array(lengths + [ratio.is_length for ratio in self.ratios], dtype=bool)
+        self.is_length = np.array(lengths + [ratio.is_length for ratio in self.ratios], dtype=bool)[self.trusted]
         self._layout = _Layout(self.cuts)
         self._on_a = np.array([cut.support_a for cut in self.cuts]).reshape(len(self.cuts), self.nv)
         self._on_b = np.array([cut.support_b for cut in self.cuts]).reshape(len(self.cuts), self.nv)
@@ -111,7 +118,7 @@ class Closure:
     def residual(self, data: pin.Data, q: Array) -> Array:
         """Residual of all rows, shape (rows,), [m] and [rad] (universal: sine of the angle)."""
         placed, rows = self.placements(data), self._layout
-        residual = np.empty(self.rows)
+        residual = np.empty(self.all_rows)
         for (_, a, b), cut, start in zip(placed, self.cuts, rows.starts, strict=True):
             apart = b.translation - a.translation
             if cut.type is CutType.PRISMATIC:
@@ -126,18 +133,18 @@ class Closure:
         for cut_index, row in rows.hinges:
             _, a, b = placed[cut_index]
             residual[row : row + 2] = _turned(residual[row : row + 2], a.rotation[:, 2] @ b.rotation[:, 2])
-        for row, r in enumerate(self.ratios, start=self.rows - len(self.ratios)):
+        for row, r in enumerate(self.ratios, start=self.all_rows - len(self.ratios)):
             residual[row] = q[r.q_joint] - r.ratio * q[r.q_driver] - r.offset
-        return residual
+        return self._kept(residual)
 
     def jacobian(self, data: pin.Data) -> Array:
         """Time derivative of the residual per velocity, shape (rows, nv); exact also while the loops are open, but for
         the lock rows and those of revolute cuts, which are exact where they are closed and elsewhere still have the
         exact gradient of their sum of squares."""
-        jacobian = np.empty((self.rows, self.nv))
-        jacobian[self.rows - len(self.ratios) :] = self._ratio_rows
+        jacobian = np.empty((self.all_rows, self.nv))
+        jacobian[self.all_rows - len(self.ratios) :] = self._ratio_rows
         if not self.cuts:
-            return jacobian
+            return self._kept(jacobian)
         placed, rows = self.placements(data), self._layout
         twist = np.asarray(data.J)
         linear, angular = twist[:3], twist[3:]
@@ -156,13 +163,13 @@ class Closure:
             _, a, b = placed[cut_index]
             swing = _cross(a.rotation[:, i], b.translation - a.translation)
             jacobian[row] = a.rotation[:, i] @ velocity[cut_index] + swing @ (angular * self._on_a[cut_index])
-        return jacobian
+        return self._kept(jacobian)
 
     def drift(self, data: pin.Data, v: Array) -> Array:
         """Time derivative of the Jacobian times v, shape (rows,), [m/s2] and [rad/s2], for a closed posture."""
-        drift = np.zeros(self.rows)
+        drift = np.zeros(self.all_rows)
         if not self.cuts:
-            return drift
+            return self._kept(drift)
         placed, rows = self.placements(data), self._layout
         twist, rate = np.asarray(data.J), np.asarray(data.dJ)
         pa, pb = _positions(placed)
@@ -188,7 +195,16 @@ class Closure:
                 + 2.0 * swing @ (vb[cut_index] - va[cut_index])
                 + bend @ (pb[cut_index] - pa[cut_index])
             )
-        return drift
+        return self._kept(drift)
+
+    def spread(self, multipliers: Array) -> Array:
+        """Multipliers of the trusted rows among those of all rows, which get none, shape (all rows,)."""
+        spread = np.zeros(self.all_rows)
+        spread[self.trusted] = multipliers
+        return spread
+
+    def _kept(self, values: Array) -> Array:
+        return values if self.rows == self.all_rows else values[self.trusted]
 
     def gaps(self, data: pin.Data, q: Array) -> list[tuple[str, float, float]]:
         """Name, distance [m] and angle [rad] by which every cut and coupling is open."""

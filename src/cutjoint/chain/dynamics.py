@@ -72,6 +72,7 @@ class FullDynamics:
             forces = self.rigid.wrenches()
         else:
             acceleration, multipliers = self._solve(q, v, effort)
+            multipliers = self._k.closure.spread(multipliers)
             forces = self._wrenches(q, multipliers)
             ratios = self._k.closure.ratios
             couplings = {
@@ -89,7 +90,7 @@ class FullDynamics:
         k = self._k
         if not np.isfinite(acceleration).all():
             raise DynamicsError("forward dynamics gave a number that is not finite: singular posture", residual=np.inf)
-        pin.computeJointJacobiansTimeVariation(k.model, k.data, q, v)
+        k.update_rates(q, v)
         moved, drift = k.closure.jacobian(k.data) @ acceleration, k.closure.drift(k.data, v)
         residual = float(np.abs(moved + drift).max(initial=0.0))
         size = float(max(np.abs(moved).max(initial=0.0), np.abs(drift).max(initial=0.0), 1.0))
@@ -106,7 +107,7 @@ class FullDynamics:
         mass = pin.crba(k.model, k.data, q)
         mass = np.triu(mass) + np.triu(mass, 1).T
         bias = np.array(pin.nonLinearEffects(k.model, k.data, q, v))
-        pin.computeJointJacobiansTimeVariation(k.model, k.data, q, v)
+        k.update_rates(q, v)
         jacobian, drift = k.closure.jacobian(k.data), k.closure.drift(k.data, v)
         if self.massless:
             return self._solve_by_motions(mass, effort - bias, jacobian, drift)

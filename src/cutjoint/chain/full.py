@@ -24,6 +24,7 @@ from cutjoint.chain.kinematics import Kinematics, ToolPoint
 from cutjoint.chain.mobility import MobilityReport, joints_of, mobility_report, null_space, rank_of, smallest
 from cutjoint.chain.modes import working_modes
 from cutjoint.chain.nearby import Nearby
+from cutjoint.chain.rounding import trusted_rows
 from cutjoint.chain.tangent import TangentMap, tangent_map
 from cutjoint.description.model import Home, JointType, RobotDescription
 from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError, UnknownNameError
@@ -46,16 +47,20 @@ class FullChain:
         self.description = description
         self.model = build_model(description)
         self._k = Kinematics(self.model, description)
-        self._assembler = Assembler(self._k)
         self._tool = ToolPoint(self.model, *bind_frame(self.model, description.tool)) if description.tool else None
         ids = [self.model.getJointId(name) for name in description.actuators]
         self._q_index = np.array([self.model.idx_qs[i] for i in ids], dtype=int)
         self._v_index = np.array([self.model.idx_vs[i] for i in ids], dtype=int)
         self._passive = np.setdiff1d(np.arange(self.model.nv), self._v_index)
         self._selection = np.eye(self.model.nv)[self._v_index]
+        rough, keep = self._rough_home(description, home)
+        trusted = trusted_rows(self._k, rough, self._hold(rough) if keep else None)
+        if trusted is not None:
+            self._k = Kinematics(self.model, description, trusted)
+        self._assembler = Assembler(self._k)
         self._dynamics = FullDynamics(self._k)
         self._home_name = home
-        self._home = self._known = self._close_home(description, home)
+        self._home = self._known = self.assemble(rough, keep_actuators=keep)
 
     # ---- names and sizes -------------------------------------------------------------------------------------------
 
@@ -114,8 +119,8 @@ class FullChain:
         """
         q = as_vector("q_full", q_full, self.nq)
         self._k.update(q)
-        distance, angle, cut = self._k.gap(q)
-        if max(distance, angle) > tolerances.CLOSURE.value:
+        if np.abs(self._k.closure.residual(self._k.data, q)).max(initial=0.0) > tolerances.CLOSURE.value:
+            distance, angle, cut = self._k.gap(q)
             raise ClosureError(
                 f"{self.name}: cut '{cut}' is open by {distance:.3g} m, {angle:.3g} rad; use close(), reach() or "
                 "assemble()",
@@ -272,7 +277,7 @@ class FullChain:
             return np.asarray(motion)
 
         v = least("velocity", np.concatenate([np.zeros(k.closure.rows), wanted[0]]))
-        pin.computeJointJacobiansTimeVariation(self.model, k.data, q, v)
+        k.update_rates(q, v)
         drift = np.concatenate([k.closure.drift(k.data, v), tool.drift(k.data, v)])
         a = least("acceleration", np.concatenate([np.zeros(k.closure.rows), wanted[1]]) - drift)
         return v, a
@@ -433,7 +438,8 @@ class FullChain:
     def _normalised(self, q: Array) -> Array:
         return np.asarray(pin.normalize(self.model, q))
 
-    def _close_home(self, description: RobotDescription, name: str | None) -> Posture:
+    def _rough_home(self, description: RobotDescription, name: str | None) -> tuple[Array, bool]:
+        """The configuration that the named home describes, loops open, and whether it prescribes the actuators."""
         homes = {home.name: home for home in description.homes}
         if name is not None and name not in homes:
             raise UnknownNameError("home posture", name, list(homes))
@@ -445,4 +451,4 @@ class FullChain:
             q[self.model.idx_qs[index] : self.model.idx_qs[index] + self.model.nqs[index]] = coordinates_to_q(
                 joints[joint], value
             )
-        return self.assemble(q, keep_actuators=bool(home.actuated))
+        return q, bool(home.actuated)

@@ -17,17 +17,36 @@ from cutjoint.description.model import RobotDescription
 class Kinematics:
     """The model, its closure equations and one workspace (`data`) that nobody else sees."""
 
-    def __init__(self, model: pin.Model, description: RobotDescription) -> None:
+    def __init__(self, model: pin.Model, description: RobotDescription, trusted: Array | None = None) -> None:
         self.model = model
         self.data = model.createData()
-        self.closure = Closure(model, description)
+        self.closure = Closure(model, description, trusted)
         self.length = characteristic_length(model, self.closure)
+        self._first_axes = [
+            (int(model.idx_vs[joint]), support(model, model.parents[joint]))
+            for joint in range(1, model.njoints)
+            if model.joints[joint].shortname() == "JointModelUniversal"
+        ]
         self.row_scale = np.where(self.closure.is_length, 1.0 / self.length, 1.0)
         self.column_scale = velocity_scale(model, self.length)
 
     def update(self, q: Array) -> None:
         """Placements and joint Jacobians at `q`."""
         pin.computeJointJacobians(self.model, self.data, q)
+
+    def update_rates(self, q: Array, v: Array) -> None:
+        """Placements, joint Jacobians and their time derivatives at `q` (nq,) and `v` (nv,).
+
+        Pinocchio 4.1 leaves out that the first axis of a universal joint turns with the parent alone; that column is
+        set right here.
+        """
+        pin.computeJointJacobiansTimeVariation(self.model, self.data, q, v)
+        for column, below in self._first_axes:
+            axis = self.data.J[:, column]
+            carrier = self.data.J @ (below * v)
+            w, u = carrier[3:], carrier[:3]
+            self.data.dJ[:3, column] = np.cross(w, axis[:3]) + np.cross(u, axis[3:])
+            self.data.dJ[3:, column] = np.cross(w, axis[3:])
 
     def integrate(self, q: Array, motion: Array) -> Array:
         """Configuration after the tangent motion (nv,), on the manifold."""

@@ -90,10 +90,10 @@ def mobility_report(
             condition = float(values[0] / type1) if type1 > 0.0 else float("inf")
     return MobilityReport(
         velocities=nv,
-        rows=len(matrix),
+        rows=k.closure.all_rows,
         rank=rank,
         mobility=nv - rank,
-        redundant_rows=tuple(k.closure.row_names[i] for i in dependent_rows(matrix)),
+        redundant_rows=(*k.closure.left_out, *(k.closure.row_names[i] for i in dependent_rows(matrix))),
         actuators=n,
         determined=determined,
         free=joints_of(k.model, locked),

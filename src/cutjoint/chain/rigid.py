@@ -20,7 +20,8 @@ _RIGID = (CutType.FIXED, CutType.SPHERICAL, CutType.REVOLUTE)
 
 def is_rigid(closure: Closure) -> bool:
     """Whether Pinocchio has constraint models for all of a robot's cuts (and there are cuts)."""
-    return bool(closure.cuts) and not closure.ratios and all(cut.type in _RIGID for cut in closure.cuts)
+    whole = bool(closure.cuts) and not closure.ratios and not closure.left_out
+    return whole and all(cut.type in _RIGID for cut in closure.cuts)
 
 
 @dataclass(frozen=True, eq=False)
