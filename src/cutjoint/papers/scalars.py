@@ -2,7 +2,7 @@
 
 Everything here uses only + - * / on its arguments, and the few elementary functions of a namespace `fn` that is handed
 in.  So one and the same equation runs on floats (`fn=math`, the quickest way in plain Python), on arrays of states
-(`fn=numpy`) and on symbols (`fn=casadi`).  Checks on values belong to the models, not here.
+(`fn=numpy`) and on symbols (`cutjoint.compile` brings its own functions).  Checks on values belong to the models, not here.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ Vector6: TypeAlias = tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]
 
 
 class Functions(Protocol):
-    """The elementary functions that the equations need; the modules math, numpy (>= 2) and casadi offer them."""
+    """The elementary functions that the equations need; the modules math and numpy (>= 2) offer them, and so does the
+    tracer of `cutjoint.compile`."""
 
     # Typed loosely on purpose: each namespace has its own signatures.
     sqrt: Any
