@@ -2,7 +2,7 @@
 
 Everything here uses only + - * / on its arguments, and the few elementary functions of a namespace `fn` that is handed
 in.  So one and the same equation runs on floats (`fn=math`, the quickest way in plain Python), on arrays of states
-(`fn=numpy`) and on symbols (`cutjoint.compile` brings its own functions).  Checks on values belong to the models, not here.
+(`fn=numpy`) and on symbols (`cutjoint.compile` brings its own functions).  Checks on values belong to the models.
 """
 
 from __future__ import annotations
