@@ -5,18 +5,19 @@
 PYTHON ?=
 VENV = .venv
 BIN = $(VENV)/bin
+PYTEST = $(BIN)/python -m pytest -q --numprocesses logical --maxprocesses 4
 
 # What another installation put into the environment (a sourced ROS set-up, for one) must not shadow the pinned packages.
 unexport PYTHONPATH
 unexport PYTHONHOME
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-all lint bench clean
+.PHONY: help setup demo test test-slow test-all lint bench clean
 
 help:
 	@echo "make demo      set up, cross-check both robots, reproduce the papers' experiments"
 	@echo "make test      set up and run the tests"
-	@echo "make test-all  the same with the slow tests"
+	@echo "make test-all  the same with the slow tests (make test-slow: those alone)"
 	@echo "make lint      ruff, mypy --strict and the layer check"
 	@echo "make bench     benchmarks, with the peers that are installed"
 	@echo "make clean     remove the virtual environment, builds and caches"
@@ -30,10 +31,13 @@ demo: setup
 	@$(BIN)/cutjoint reproduce all --output out/reproduction.html
 
 test: setup
-	@$(BIN)/python -m pytest -q -m "not slow"
+	@$(PYTEST) -m "not slow"
+
+test-slow: setup
+	@$(PYTEST) -m slow
 
 test-all: setup
-	@$(BIN)/python -m pytest -q
+	@$(PYTEST)
 
 lint: setup
 	@$(BIN)/ruff check .
