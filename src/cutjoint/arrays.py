@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 import numpy.typing as npt
 
@@ -27,6 +29,8 @@ def as_vector(name: str, values: npt.ArrayLike, size: int, unit: str = "") -> Ar
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} must be {size} numbers{unit and f' [{unit}]'}, found {values!r}") from error
+    if array.shape == (size,) and isfinite(array.dot(array)):  # the quick way through for what is right
+        return array
     if array.shape != (size,):
         raise InputError(f"{name} must have shape ({size},){unit and f' [{unit}]'}, found shape {array.shape}")
     if not np.isfinite(array).all():

@@ -17,9 +17,9 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, readonly
-from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.kinematics import Kinematics, ToolPoint
 from cutjoint.chain.mobility import joints_of, null_space
-from cutjoint.errors import ActuationError
+from cutjoint.errors import ActuationError, InputError
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,3 +68,29 @@ def actuator_efforts(
             free=joints,
         )
     return ActuatorEfforts(readonly(effort), readonly(right[rank:].T))
+
+
+def motion_of_tool(
+    name: str, kinematics: Kinematics, tool: ToolPoint, q: Array, velocity: Array, acceleration: Array
+) -> tuple[Array, Array]:
+    """Least motion of all joints, v and a (nv,) each, that the loops allow and that moves the tool point as asked.
+
+    Raises:
+        InputError: the tool cannot move like that here.
+    """
+    k, scale = kinematics, kinematics.column_scale
+    k.update(q)
+    rows = np.concatenate([k.closure.jacobian(k.data), tool.jacobian(k.data)[:3]])
+    still = np.zeros(k.closure.rows)
+
+    def least(what: str, right: Array) -> Array:
+        motion = scale * np.linalg.lstsq(rows * scale, right, rcond=tolerances.RANK.value)[0]
+        miss = float(np.abs(rows @ motion - right).max())
+        if miss > tolerances.DYNAMICS.value * max(float(np.abs(right).max()), 1.0):
+            raise InputError(f"the tool of {name} cannot have this {what} here: it would be off by {miss:.3g}")
+        return np.asarray(motion)
+
+    v = least("velocity", np.concatenate([still, velocity]))
+    k.update_rates(q, v)
+    drift = np.concatenate([k.closure.drift(k.data, v), tool.drift(k.data, v)])
+    return v, least("acceleration", np.concatenate([still, acceleration]) - drift)

@@ -13,8 +13,8 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
-from cutjoint.description.model import Inertial, Joint, JointType, RobotDescription
-from cutjoint.errors import CutjointError
+from cutjoint.description.model import Home, Inertial, Joint, JointType, RobotDescription
+from cutjoint.errors import CutjointError, UnknownNameError
 
 UNBOUNDED = 1e30
 MOST_JOINTS = 500
@@ -114,3 +114,25 @@ def coordinates_to_q(joint: Joint, value: float | tuple[float, ...]) -> Array:
         case JointType.PLANAR:
             return np.array([numbers[0], numbers[1], np.cos(numbers[2]), np.sin(numbers[2])])
     return numbers
+
+
+def rough_home(model: pin.Model, description: RobotDescription, name: str | None) -> tuple[Array, bool]:
+    """The configuration (nq,) that a home posture describes, loops still open, and whether it prescribes the actuators.
+
+    Args:
+        name: of the home posture; default the first one, or the zero configuration where there is none.
+
+    Raises:
+        UnknownNameError: there is no such home posture.
+    """
+    homes = {home.name: home for home in description.homes}
+    if name is not None and name not in homes:
+        raise UnknownNameError("home posture", name, list(homes))
+    home = homes[name] if name is not None else next(iter(homes.values()), Home("zero"))
+    q = np.array(pin.neutral(model))
+    joints = {joint.name: joint for joint in description.joints}
+    for joint, value in {**home.passive, **home.actuated}.items():
+        index = model.getJointId(joint)
+        start = model.idx_qs[index]
+        q[start : start + model.nqs[index]] = coordinates_to_q(joints[joint], value)
+    return q, bool(home.actuated)

@@ -15,9 +15,9 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
-from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts
+from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
 from cutjoint.chain.assembly import ActuatedDriver, Assembler
-from cutjoint.chain.build import build_model, coordinates_to_q
+from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closure import bind_frame
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.kinematics import Kinematics, ToolPoint
@@ -26,8 +26,8 @@ from cutjoint.chain.modes import working_modes
 from cutjoint.chain.nearby import Nearby
 from cutjoint.chain.rounding import trusted_rows
 from cutjoint.chain.tangent import TangentMap, tangent_map
-from cutjoint.description.model import Home, JointType, RobotDescription
-from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError, UnknownNameError
+from cutjoint.description.model import JointType, RobotDescription
+from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError
 from cutjoint.mechanism import Actuator, Posture
 
 
@@ -53,7 +53,7 @@ class FullChain:
         self._v_index = np.array([self.model.idx_vs[i] for i in ids], dtype=int)
         self._passive = np.setdiff1d(np.arange(self.model.nv), self._v_index)
         self._selection = np.eye(self.model.nv)[self._v_index]
-        rough, keep = self._rough_home(description, home)
+        rough, keep = rough_home(self.model, description, home)
         trusted = trusted_rows(self._k, rough, self._hold(rough) if keep else None)
         if trusted is not None:
             self._k = Kinematics(self.model, description, trusted)
@@ -263,24 +263,8 @@ class FullChain:
         Raises:
             InputError: the robot has no tool, or the tool cannot move like that here.
         """
-        tool, k, q = self._need_tool(), self._k, self._full(at)
         wanted = as_vector("velocity", velocity, 3, "m/s"), as_vector("acceleration", acceleration, 3, "m/s2")
-        k.update(q)
-        scale = k.column_scale
-        rows = np.concatenate([k.closure.jacobian(k.data), tool.jacobian(k.data)[:3]])
-
-        def least(name: str, right: Array) -> Array:
-            motion = scale * np.linalg.lstsq(rows * scale, right, rcond=tolerances.RANK.value)[0]
-            miss = float(np.abs(rows @ motion - right).max())
-            if miss > tolerances.DYNAMICS.value * max(float(np.abs(right).max()), 1.0):
-                raise InputError(f"the tool of {self.name} cannot have this {name} here: it would be off by {miss:.3g}")
-            return np.asarray(motion)
-
-        v = least("velocity", np.concatenate([np.zeros(k.closure.rows), wanted[0]]))
-        k.update_rates(q, v)
-        drift = np.concatenate([k.closure.drift(k.data, v), tool.drift(k.data, v)])
-        a = least("acceleration", np.concatenate([np.zeros(k.closure.rows), wanted[1]]) - drift)
-        return v, a
+        return motion_of_tool(self.name, self._k, self._need_tool(), self._full(at), *wanted)
 
     def full_effort(self, effort: npt.ArrayLike) -> Array:
         """Actuator efforts (n,) as generalised forces of all joints, shape (nv,)."""
@@ -437,18 +421,3 @@ class FullChain:
 
     def _normalised(self, q: Array) -> Array:
         return np.asarray(pin.normalize(self.model, q))
-
-    def _rough_home(self, description: RobotDescription, name: str | None) -> tuple[Array, bool]:
-        """The configuration that the named home describes, loops open, and whether it prescribes the actuators."""
-        homes = {home.name: home for home in description.homes}
-        if name is not None and name not in homes:
-            raise UnknownNameError("home posture", name, list(homes))
-        home = homes[name] if name is not None else next(iter(homes.values()), Home("zero"))
-        q = np.array(pin.neutral(self.model))
-        joints = {joint.name: joint for joint in description.joints}
-        for joint, value in {**home.passive, **home.actuated}.items():
-            index = self.model.getJointId(joint)
-            q[self.model.idx_qs[index] : self.model.idx_qs[index] + self.model.nqs[index]] = coordinates_to_q(
-                joints[joint], value
-            )
-        return q, bool(home.actuated)

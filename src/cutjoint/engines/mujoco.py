@@ -63,7 +63,7 @@ class MujocoRobot:
         try:
             import mujoco
         except ImportError as error:
-            raise InputError("MuJoCo is not installed; pip install mujoco") from error
+            raise InputError("MuJoCo is not installed; pip install 'cutjoint[engines]'") from error
         self._mujoco: Any = mujoco
         with tempfile.TemporaryDirectory() as folder:
             path = write(chain.description, Path(folder) / "robot.xml", "mjcf")[0]
