@@ -29,7 +29,13 @@ def eventually(check: Callable[[], bool], seconds: float = 20.0) -> bool:
 def start(*arguments: str) -> tuple[subprocess.Popen[str], int]:
     """The program in a session of its own, and the port that it prints."""
     process = subprocess.Popen(
-        [*CUTJOINT, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+        [*CUTJOINT, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+        # tests that run in the background of a shell inherit an interrupt that is ignored
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     assert process.stdout is not None
     until, seen = time.monotonic() + SECONDS, ""
@@ -79,10 +85,13 @@ def in_session(leader: int) -> list[str]:
 )
 def test_however_it_ends_no_process_and_no_port_is_left(end: signal.Signals, arguments: tuple[str, ...]) -> None:
     process, port = start(*arguments, "--port", "0", "--no-open")
-    assert answers(port)
-    assert len(in_session(process.pid)) == 1
-    process.send_signal(end)
-    process.wait(20)
+    try:
+        assert answers(port)
+        assert len(in_session(process.pid)) == 1
+        process.send_signal(end)
+        process.wait(20)
+    finally:
+        process.kill()
     assert not answers(port)
     assert in_session(process.pid) == []
     if end is signal.SIGINT:

@@ -218,8 +218,7 @@ class ClosedChain(FullChain):
             DynamicsError: the solution does not respect the cuts.
         """
         v_full = self.full_velocity(at, v)
-        acceleration = self.full_acceleration(at.q_full, v_full, self.full_effort(effort))
-        self._dynamics.check(at.q_full, v_full, acceleration)
+        acceleration = self._dynamics.checked(at.q_full, v_full, self.full_effort(effort))
         return self.actuated_velocity(acceleration)
 
     def with_payload(self, mass: float) -> ClosedChain:

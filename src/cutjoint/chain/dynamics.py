@@ -60,6 +60,21 @@ class FullDynamics:
             return self.rigid.acceleration(q, v, effort)
         return self._solve(q, v, effort)[0]
 
+    def checked(self, q: Array, v: Array, effort: Array) -> Array:
+        """As `acceleration`, checked: where Pinocchio's iteration did not converge, solved directly.
+
+        Raises:
+            DynamicsError: the acceleration does not respect the cuts.
+        """
+        if self.rigid is not None:
+            acceleration = self.rigid.acceleration(q, v, effort)
+            left, size = self.rigid.unmet(acceleration)
+            if left <= tolerances.DYNAMICS.value * max(size, 1.0):  # false for a NaN too
+                return acceleration
+        acceleration, _ = self._solve(q, v, effort)
+        self.check(q, v, acceleration)
+        return acceleration
+
     def motion(self, q: Array, v: Array, effort: Array) -> FullMotion:
         """Acceleration and loop forces at a closed configuration.
 

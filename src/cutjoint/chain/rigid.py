@@ -6,6 +6,7 @@ A revolute cut is two coincident points on its axis: six rows of rank five.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 import pinocchio as pin
@@ -96,6 +97,17 @@ class RigidConstraints:
         """`pin.constraintDynamics`: acceleration of all joints, shape (nv,)."""
         found = pin.constraintDynamics(self._model, self.data, q, v, effort, self.models, self.datas, self._settings)
         return np.array(found)
+
+    def unmet(self, acceleration: Array) -> tuple[float, float]:
+        """Norm of K a + gamma, and of the larger of its terms, with K and gamma of the last `acceleration` call."""
+        moved = np.asarray(pin.getConstraintsJacobian(self._model, self.data, self.models, self.datas)) @ acceleration
+        drift = np.empty(len(moved))
+        for _, data, row, locked in self._each:
+            apart = data.contact1_acceleration_drift.vector - data.contact2_acceleration_drift.vector
+            drift[row : row + (6 if locked else 3)] = apart if locked else apart[:3]
+        left = moved + drift
+        size = max(moved.dot(moved), drift.dot(drift))
+        return sqrt(left.dot(left)), sqrt(size)
 
     def update(self, q: Array) -> None:
         """Placements, joint Jacobians and constraint frames at `q` (nq,), for `jacobian` and `residual`."""
