@@ -21,9 +21,11 @@ SECONDS = 60.0
 
 def eventually(check: Callable[[], bool], seconds: float = 20.0) -> bool:
     until = time.monotonic() + seconds
-    while not check() and time.monotonic() < until:
+    while not check():  # asked once a round: what was seen may be gone when it is asked again
+        if time.monotonic() > until:
+            return False
         time.sleep(0.02)
-    return check()
+    return True
 
 
 def start(*arguments: str) -> tuple[subprocess.Popen[str], int]:
