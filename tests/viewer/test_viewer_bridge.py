@@ -67,9 +67,11 @@ def talk(action: Callable[[], Any]) -> Any:
 
 def eventually(check: Callable[[], bool], seconds: float = 10.0) -> bool:
     until = time.monotonic() + seconds
-    while not check() and time.monotonic() < until:
+    while not check():
+        if time.monotonic() > until:
+            return False
         time.sleep(0.01)
-    return check()
+    return True
 
 
 def test_it_serves_its_page_with_a_policy_that_names_it(server: Bridge) -> None:
