@@ -13,7 +13,7 @@ from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.assembly import _Linear, _same_branch
 from cutjoint.description import catalogue
-from cutjoint.description.model import Frame
+from cutjoint.description.model import CutJoint, CutType, Frame, Inertial, Joint, JointType, Link, RobotDescription
 from cutjoint.description.transforms import placement
 from cutjoint.errors import (
     ActuationError,
@@ -439,3 +439,21 @@ def test_a_step_that_left_its_branch_is_told_by_each_sign_alone() -> None:
     assert not _same_branch(here, along, _Linear.of(np.diag([1.0, 1e-9])), along)
     loose = _Linear.of(np.array([[1.0, 0.0]]))
     assert _same_branch(loose, along, loose, -along), "where the equations leave motions free nothing can be told"
+
+
+def test_a_straight_limb_learns_which_way_to_bend() -> None:
+    """Stretched straight towards the cut, least squares stands on a saddle; a start beside it closes the loop."""
+    length = np.eye(4)
+    length[0, 3] = 1.0
+    y = np.array([0.0, 1.0, 0.0])
+    links = [Link("base"), *(Link(f"rod{i}", Inertial(1.0, np.array([0.5, 0, 0]), 0.1 * np.eye(3))) for i in range(3))]
+    joints = (
+        Joint("a", JointType.REVOLUTE, "base", "rod0", axis=y),
+        Joint("b", JointType.REVOLUTE, "rod0", "rod1", length, axis=y),
+        Joint("c", JointType.REVOLUTE, "rod1", "rod2", length, axis=y),
+    )
+    target = np.eye(4)
+    target[0, 3] = 1.5
+    cut = CutJoint("end", CutType.SPHERICAL, Frame("base", target), Frame("rod2", length))
+    chain = ClosedChain(RobotDescription("straight", tuple(links), joints, (cut,), actuators=("a",)))
+    assert max(chain.home.gap) < 1e-12

@@ -21,6 +21,9 @@ from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.kinematics import Kinematics, ToolPoint
 
+RESTARTS = 8
+"""Starts around a configuration that are tried where none is found from itself."""
+
 NEWTON_STEPS = 12
 MOST_STEPS = 2000
 
@@ -191,6 +194,17 @@ class Assembler:
         """A closed configuration from any start `q`, shape (nq,), or None; damped least squares, then Newton."""
         near, cost = self.nearest(q, driver, iterations)
         return self._newton(near, driver, 1.0, np.inf) if cost < 1e-12 else None
+
+    def assemble_around(self, q: Array, driver: Driver | None) -> Array | None:
+        """As `assemble`, from starts around `q` at growing distance (always the same ones): a straight limb pulled
+        along itself does not know which way to bend."""
+        k, random = self._k, np.random.default_rng(0)
+        for reach in np.geomspace(0.05, 1.5, RESTARTS):
+            shift = k.column_scale * random.uniform(-reach, reach, k.model.nv)
+            found = self.assemble(k.integrate(q, shift), driver)
+            if found is not None:
+                return found
+        return None
 
     def nearest(self, q: Array, driver: Driver | None, iterations: int = 100) -> tuple[Array, float]:
         """Where damped least squares comes to rest from `q`, shape (nq,), and the sum of squared scaled errors."""

@@ -139,16 +139,18 @@ class FullChain:
             ClosureError: no closed posture was found from there.
         """
         start = self._normalised(as_vector("q_full", q_full, self.nq))
-        driver = None
-        if keep_actuators:
-            driver = self._hold(start)
+        driver = self._hold(start) if keep_actuators else None
         found = self._assembler.assemble(start, driver)
         if found is None:
-            self._k.update(start)
-            distance, angle, cut = self._k.gap(start)
+            found = self._assembler.assemble_around(start, driver)
+        if found is None:
+            rest, _ = self._assembler.nearest(start, driver)
+            self._k.update(rest)
+            distance, angle, cut = self._k.gap(rest)
             raise ClosureError(
-                f"{self.name}: no closed posture found from this configuration; at the start cut '{cut}' is the worst, "
-                f"the gaps are up to {distance:.3g} m and {angle:.3g} rad. Give a start nearer to a closed posture",
+                f"{self.name}: no closed posture found from this configuration or around it; it comes to rest with "
+                f"gaps of up to {distance:.3g} m and {angle:.3g} rad, the worst at cut '{cut}'. Give a start nearer to a "
+                "closed posture, or mend the frames of that cut",
                 gap=(distance, angle),
                 cut=cut,
             )
