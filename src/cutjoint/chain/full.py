@@ -149,8 +149,8 @@ class FullChain:
             distance, angle, cut = self._k.gap(rest)
             raise ClosureError(
                 f"{self.name}: no closed posture found from this configuration or around it; it comes to rest with "
-                f"gaps of up to {distance:.3g} m and {angle:.3g} rad, the worst at cut '{cut}'. Give a start nearer to a "
-                "closed posture, or mend the frames of that cut",
+                f"gaps of up to {distance:.3g} m and {angle:.3g} rad, the worst at cut '{cut}'. Give a start nearer "
+                "to a closed posture, or mend the frames of that cut",
                 gap=(distance, angle),
                 cut=cut,
             )
