@@ -106,6 +106,22 @@ def check_full(kit: Any, machine: Any, rng: np.random.Generator, count: int) -> 
         assert error_of(machine.full_acceleration(q, v, effort), wanted) < 1e-9
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", UNDETERMINED)
+def test_ten_thousand_states_of_all_joints(kit: Any, name: str) -> None:
+    """Robots that their actuators do not determine, around home, in full coordinates."""
+    chain, machine, rng = kit.model(name), kit.machine(name), np.random.default_rng(8)
+    worst = 0.0
+    for _ in range(10_000):
+        start = chain.integrate(chain.home.q_full, 0.1 * rng.uniform(-1, 1, chain.nv))
+        q = chain.assemble(start, keep_actuators=False).q_full
+        v, effort = kit.allowed_velocity(chain, q, rng), chain.full_effort(rng.normal(size=chain.n))
+        found, wanted = machine.full_acceleration(q, v, effort), chain.full_acceleration(q, v, effort)
+        # an acceleration far below that of gravity is a difference of larger ones
+        worst = max(worst, error_of(found, wanted, floor=1.0))
+    assert worst < 1e-12
+
+
 @pytest.mark.parametrize("name", UNDETERMINED)
 def test_what_the_actuators_do_not_determine_raises_what_the_chain_raises(kit: Any, name: str) -> None:
     machine = kit.machine(name)
