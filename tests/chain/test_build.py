@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+import yourdfpy
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
@@ -89,7 +90,6 @@ def test_dynamics_are_those_of_pinocchios_reader(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["omega3", "cpm", *EXAMPLES])
 def test_links_are_where_yourdfpy_has_them(name: str) -> None:
-    yourdfpy = pytest.importorskip("yourdfpy")
     chain = ClosedChain(load_description(name))
     other = yourdfpy.URDF.load(str(urdf_of(name)), load_meshes=False, build_scene_graph=True)
     rng = np.random.default_rng(2)

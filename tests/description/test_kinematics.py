@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
+import yourdfpy
 
 from cutjoint.description import JointType, RobotDescription, load_description
 from cutjoint.description.catalogue import resolve
@@ -19,7 +21,6 @@ from cutjoint.description.transforms import (
     rpy_from_rotation,
 )
 
-pin = pytest.importorskip("pinocchio")
 ROBOTS = ("cpm", "omega3", "ur5", "panda")
 
 
@@ -63,7 +64,6 @@ def test_every_link_is_where_pinocchio_has_it(name: str, forward) -> None:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_link_is_where_yourdfpy_has_it(name: str, forward) -> None:
-    yourdfpy = pytest.importorskip("yourdfpy")
     robot = load_description(urdf_of(name))
     other = yourdfpy.URDF.load(str(urdf_of(name)), load_meshes=False, build_scene_graph=True)
     generator = np.random.default_rng(1)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cutjoint.compile import compiled
 from cutjoint.experiments import cpm
 from cutjoint.simulation import ReducedPlant, RungeKutta4, run
-
-compiled = pytest.importorskip("cutjoint.compile").compiled
 
 
 @pytest.mark.slow

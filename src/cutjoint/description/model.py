@@ -105,15 +105,6 @@ class Limits:
     effort: float | None = None
 
 
-@dataclass(frozen=True)
-class Mimic:
-    """coordinate = multiplier * coordinate of `joint` + offset."""
-
-    joint: str
-    multiplier: float = 1.0
-    offset: float = 0.0
-
-
 @dataclass(frozen=True, eq=False)
 class Joint:
     """A joint of the open tree; `placement` is the child frame in the parent frame at zero.
@@ -129,7 +120,6 @@ class Joint:
     axis: Array = field(default_factory=lambda: readonly([1.0, 0.0, 0.0]))
     axis2: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
     limits: Limits = Limits()
-    mimic: Mimic | None = None
     damping: float = 0.0
     friction: float = 0.0
     place: Place = Place()
