@@ -18,6 +18,10 @@ class CutjointError(Exception):
     """Root of all errors of cutjoint."""
 
 
+class RoundingWarning(UserWarning):
+    """Loops that close only up to the rounding of their lengths; the message names the rows and what stays open."""
+
+
 class InputError(CutjointError, ValueError):
     """An argument has the wrong shape, is not finite or is out of its range."""
 

@@ -15,12 +15,14 @@ class Tolerance:
 
 
 CLOSURE = Tolerance(
-    1e-12, "m, rad", "a posture is closed to the rounding of coordinates of about a metre, times a thousand"
+    1e-12,
+    "of the longest way, rad",
+    "a posture is closed to the rounding of its coordinates, times a thousand; lengths by the longest way to a frame",
 )
 RANK = Tolerance(
     1e-7,
     "-",
-    "singular values below this fraction of the largest are redundancy; CAD rounding stays below, real motion above",
+    "singular values below this fraction of the largest (or of 1) are redundancy: rounding of closed loops lies below",
 )
 SINGULAR = Tolerance(1e-6, "-", "below this distance to a singularity accelerations lose more than six digits")
 STRIDE = Tolerance(
@@ -34,9 +36,17 @@ CROSSING = Tolerance(
     5e-5, "-", "at the shortest step branches that cross are nearer than this to singular, one that ends is further"
 )
 REGULARISATION = Tolerance(
-    1e-8, "of the compliance", "of the proximal method for redundant rows: far above rounding, far below what moves"
+    1e-6, "of the compliance", "of the proximal method for redundant rows: far above rounding, far below what moves"
 )
-DYNAMICS = Tolerance(1e-7, "relative", "constraint residual of forward dynamics against the size of its terms")
+CONVERGED = Tolerance(
+    1e-10, "relative", "what the proximal method may leave of K a + gamma; more is solved directly"
+)
+DYNAMICS = Tolerance(
+    1e-9, "relative", "residuals of both equations of forward dynamics against the sum of the sizes of their terms"
+)
+REACHED = Tolerance(
+    1e-7, "relative", "part of a motion or force that may stay out of the actuators' or the tool's reach"
+)
 AGREEMENT = Tolerance(
     1e-10, "relative", "two independent formulations of one robot; 2e-13 is typical, the rest is conditioning"
 )
@@ -44,5 +54,8 @@ ENGINE_MATRIX = Tolerance(1e-9, "relative", "the same matrices from another engi
 ENGINE_HARD = Tolerance(1e-6, "relative", "J_dot v by central differences of the other engine's Jacobian")
 PLACEMENT = Tolerance(1e-12, "m, -", "link placements of two readers: rounding along a few joints of about a metre")
 ROUNDING = Tolerance(
-    1e-3, "-", "singular values and gaps at home below this are rounding of exported lengths, where they are not zero"
+    1e-3, "-", "rows whose singular values are above this are never dropped as rounding of exported lengths"
+)
+ROUNDED_GAP = Tolerance(
+    1e-4, "of the longest way", "rounding of exported lengths leaves loops no further open than this; beyond, frames are wrong"
 )

@@ -51,8 +51,7 @@ def closed_states(chain: ClosedChain, kit: Any, count: int) -> list[tuple[np.nda
 
 
 def residual(chain: ClosedChain, q: np.ndarray) -> np.ndarray:
-    chain._k.update(q)
-    return chain._k.closure.residual(chain._k.data, q)
+    return chain._k.at(q).residual
 
 
 @pytest.mark.parametrize("name", [*KINDS, *SHIPPED])
@@ -99,8 +98,7 @@ def test_drift_is_the_rate_of_the_jacobian_times_v(name: str, kit: Any) -> None:
     for q, v in closed_states(chain, kit, 4):
         assert np.abs(chain.constraint_jacobian(q) @ v).max() < 1e-9
         ahead, behind = (chain.constraint_jacobian(pin.integrate(chain.model, q, s * H * v)) @ v for s in (1, -1))
-        pin.computeJointJacobiansTimeVariation(chain.model, chain._k.data, q, v)
-        drift = chain._k.closure.drift(chain._k.data, v)
+        drift = chain._k.moving(q, v).drift
         largest = max(largest, float(np.abs(drift).max()))
         size = max(1.0, float(np.abs(drift).max()))
         np.testing.assert_allclose(drift, (ahead - behind) / (2 * H), atol=1e-8 * size)

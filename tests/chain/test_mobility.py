@@ -11,7 +11,7 @@ import pytest
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.mobility import dependent_rows, null_space, rank_of
+from cutjoint.chain.rank import dependent_rows, null_space, rank_of
 from cutjoint.description import catalogue
 from cutjoint.description.model import (
     CutJoint,
@@ -66,7 +66,7 @@ def test_redundant_rows_can_go(kit: Any) -> None:
     for name in catalogue.names():
         chain = kit.robot(name)
         jacobian = chain.constraint_jacobian(chain.home.q_full)
-        gone = dependent_rows(chain._k.scaled_jacobian())
+        gone = dependent_rows(chain._k.at(chain.home.q_full).scaled)
         kept = np.setdiff1d(np.arange(len(jacobian)), gone)
         assert np.linalg.matrix_rank(jacobian[kept], tol=1e-7) == len(kept) == chain.mobility().rank
 
@@ -152,8 +152,9 @@ def test_idle_joints_do_not_move_the_tool(kit: Any) -> None:
         )
     )
     report = chain.mobility()
-    assert (report.mobility, report.actuators, report.determined) == (2, 1, False)
+    assert (report.mobility, report.actuators, report.determined) == (2, 1, True)
     assert report.free == report.idle == ("ball",)
+    assert report.idle_mobility == 1
     at = chain.close([1.3])
     assert at.q_full[-1] == pytest.approx(0.1 * np.cos(1.3) + np.sqrt(0.3**2 - (0.1 * np.sin(1.3)) ** 2), abs=1e-12)
 

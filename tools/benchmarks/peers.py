@@ -168,15 +168,17 @@ def constraint_dynamics(chain: ClosedChain, *, baumgarte: bool = False) -> Any:
     """`pin.constraintDynamics` of a chain as a function of q, v, effort: the call and nothing around it."""
     import pinocchio as pin
 
-    from cutjoint.chain.closure import Closure
+    from cutjoint.chain.kinematics import Kinematics
     from cutjoint.chain.rigid import RigidConstraints
 
-    rigid = RigidConstraints(chain.model, Closure(chain.model, chain.description).cuts, chain.length)
+    kinematics = Kinematics(chain.description)
+    rigid = RigidConstraints(kinematics)
     if baumgarte:
         for constraint in rigid.models:
             constraint.m_baumgarte_parameters.Kp, constraint.m_baumgarte_parameters.Kd = 100.0, 20.0
     settings = pin.ProximalSettings(1e-12, 1e-8, 1e-6, 5)
-    model, data, models, datas = chain.model, rigid.data, rigid.models, rigid.datas
+    workspace = rigid.workspace
+    model, data, models, datas = kinematics.model, workspace.data, rigid.models, workspace.datas
     call = pin.constraintDynamics
 
     def solve(q: Array, v: Array, effort: Array) -> Any:

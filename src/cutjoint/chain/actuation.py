@@ -13,12 +13,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, readonly
-from cutjoint.chain.kinematics import Kinematics, ToolPoint
-from cutjoint.chain.mobility import joints_of, null_space
+from cutjoint.chain.kinematics import Kinematics, joints_of
+from cutjoint.chain.rank import Split, null_space
 from cutjoint.errors import ActuationError, InputError
 
 
@@ -45,33 +44,33 @@ def actuator_efforts(
         ActuationError: the actuators cannot produce the motion.
     """
     k = kinematics
-    needed = np.array(pin.rnea(k.model, k.data, q, v, a))
-    k.update(q)
+    needed = k.forces(q, v, a)
     scale = k.column_scale
-    motions = scale[:, None] * null_space(k.scaled_jacobian())
+    motions = scale[:, None] * null_space(k.at(q).scaled)
     acting = motions[actuated].T
-    left, values, right = np.linalg.svd(acting)
-    rank = int(np.sum(values > tolerances.RANK.value * max(values.max(initial=0.0), 1e-300)))
+    size = np.abs(acting).max(initial=0.0) or 1.0
+    split = Split.of(acting / size)
     wanted = motions.T @ needed
-    effort = right[:rank].T @ ((left[:, :rank].T @ wanted) / values[:rank])
-    out_of_reach = left[:, rank:]
+    effort = split.solve(wanted / size)
+    out_of_reach = Split.of(split.left.T).null
     missing = out_of_reach.T @ wanted
     size = float(np.abs(missing).max(initial=0.0))
-    if size > tolerances.DYNAMICS.value * max(float(np.abs(wanted).max(initial=0.0)), 1.0):
+    terms = np.abs(motions.T) @ np.abs(needed)
+    if size > tolerances.REACHED.value * float(terms.max(initial=0.0)):
         joints = joints_of(k.model, (motions @ (out_of_reach @ missing))[:, None] / scale[:, None] / size)
         raise ActuationError(
-            f"the actuators of {name} cannot produce this motion: they act on {rank} of its {motions.shape[1]} degrees "
-            f"of freedom, and the rest would need a generalised force of {size:.3g} along the joint motion of "
+            f"the actuators of {name} cannot produce this motion: they act on {split.rank} of its {motions.shape[1]} "
+            f"degrees of freedom, and the rest would need a generalised force of {size:.3g} along the joint motion of "
             f"{', '.join(joints)}",
             mobility=motions.shape[1],
             actuators=len(actuated),
             free=joints,
         )
-    return ActuatorEfforts(readonly(effort), readonly(right[rank:].T))
+    return ActuatorEfforts(readonly(effort), readonly(split.null))
 
 
 def motion_of_tool(
-    name: str, kinematics: Kinematics, tool: ToolPoint, q: Array, velocity: Array, acceleration: Array
+    name: str, kinematics: Kinematics, q: Array, velocity: Array, acceleration: Array
 ) -> tuple[Array, Array]:
     """Least motion of all joints, v and a (nv,) each, that the loops allow and that moves the tool point as asked.
 
@@ -79,18 +78,21 @@ def motion_of_tool(
         InputError: the tool cannot move like that here.
     """
     k, scale = kinematics, kinematics.column_scale
-    k.update(q)
-    rows = np.concatenate([k.closure.jacobian(k.data), tool.jacobian(k.data)[:3]])
+    placed = k.at(q)
+    rows = np.concatenate([k.row_scale[:, None] * placed.jacobian, placed.tool_jacobian[:3] / k.length]) * scale
+    split = Split.of(rows)
     still = np.zeros(k.closure.rows)
 
     def least(what: str, right: Array) -> Array:
-        motion = scale * np.linalg.lstsq(rows * scale, right, rcond=tolerances.RANK.value)[0]
-        miss = float(np.abs(rows @ motion - right).max())
-        if miss > tolerances.DYNAMICS.value * max(float(np.abs(right).max()), 1.0):
-            raise InputError(f"the tool of {name} cannot have this {what} here: it would be off by {miss:.3g}")
-        return np.asarray(motion)
+        motion = split.solve(right)
+        terms = np.abs(rows) @ np.abs(motion) + np.abs(right)
+        miss = np.abs(rows @ motion - right)
+        if miss.max(initial=0.0) > tolerances.REACHED.value * terms.max(initial=0.0):
+            off = float(miss[-3:].max()) * k.length
+            raise InputError(f"the tool of {name} cannot have this {what} here: it would be off by {off:.3g}")
+        return np.asarray(scale * motion)
 
-    v = least("velocity", np.concatenate([still, velocity]))
-    k.update_rates(q, v)
-    drift = np.concatenate([k.closure.drift(k.data, v), tool.drift(k.data, v)])
-    return v, least("acceleration", np.concatenate([still, acceleration]) - drift)
+    v = least("velocity", np.concatenate([still, velocity / k.length]))
+    moving = k.moving(q, v)
+    drift = np.concatenate([k.row_scale * moving.drift, moving.tool_drift / k.length])
+    return v, least("acceleration", np.concatenate([still, acceleration / k.length]) - drift)

@@ -19,7 +19,8 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.kinematics import Kinematics, ToolPoint
+from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.rank import rank_of, threshold
 
 RESTARTS = 8
 """Starts around a configuration that are tried where none is found from itself."""
@@ -36,11 +37,11 @@ class Driver(Protocol):
         """Whether each row is a length, shape (rows,)."""
         ...
 
-    def error(self, data: pin.Data, q: Array, fraction: float) -> Array:
+    def error(self, placed: Placed, fraction: float) -> Array:
         """Present minus wanted value at this fraction of the way, shape (rows,)."""
         ...
 
-    def jacobian(self, data: pin.Data) -> Array:
+    def jacobian(self, placed: Placed) -> Array:
         """Derivative of the error, shape (rows, nv)."""
         ...
 
@@ -52,47 +53,48 @@ class ActuatedDriver:
         self._q_index, self._selection, self.is_length = q_index, selection, is_length
         self._start, self._target = start, target
 
-    def error(self, data: pin.Data, q: Array, fraction: float) -> Array:
+    def error(self, placed: Placed, fraction: float) -> Array:
         wanted = self._target if fraction == 1.0 else self._start + fraction * (self._target - self._start)
-        return np.asarray(q[self._q_index] - wanted)
+        return np.asarray(placed.q[self._q_index] - wanted)
 
-    def jacobian(self, data: pin.Data) -> Array:
+    def jacobian(self, placed: Placed) -> Array:
         return self._selection
 
 
 class ToolDriver:
-    """Prescribes the tool point, on a straight line from `start` to `target`, shape (3,) [m]."""
+    """Prescribes the tool point in the model, on a straight line from `start` to `target`, shape (3,) [m]."""
 
-    def __init__(self, tool: ToolPoint, start: Array, target: Array) -> None:
-        self._tool, self._start, self._target = tool, start, target
+    def __init__(self, start: Array, target: Array) -> None:
+        self._start, self._target = start, target
         self.is_length = np.ones(3, dtype=bool)
 
-    def error(self, data: pin.Data, q: Array, fraction: float) -> Array:
+    def error(self, placed: Placed, fraction: float) -> Array:
         wanted = self._target if fraction == 1.0 else self._start + fraction * (self._target - self._start)
-        return np.asarray(self._tool.pose(data).translation - wanted)
+        return np.asarray(placed.tool_position - wanted)
 
-    def jacobian(self, data: pin.Data) -> Array:
-        return self._tool.jacobian(data)[:3]
+    def jacobian(self, placed: Placed) -> Array:
+        return placed.tool_jacobian[:3]
 
 
 class PoseDriver:
-    """Prescribes position and orientation of the tool; on the way the position runs straight, the rotation at once."""
+    """Prescribes the tool's placement in the model; on the way the position runs straight, the rotation at once."""
 
-    def __init__(self, tool: ToolPoint, start: pin.SE3, target: pin.SE3) -> None:
-        self._tool, self._start, self._target = tool, start, target
+    def __init__(self, start: pin.SE3, target: pin.SE3) -> None:
+        self._start, self._target = start, target
         self.is_length = np.array([True] * 3 + [False] * 3)
 
-    def error(self, data: pin.Data, q: Array, fraction: float) -> Array:
+    def error(self, placed: Placed, fraction: float) -> Array:
         wanted = self._target if fraction == 1.0 else pin.SE3.Interpolate(self._start, self._target, fraction)
-        pose = self._tool.pose(data)
+        pose = placed.tool
         turn = wanted.rotation @ pin.log3(wanted.rotation.T @ pose.rotation)
         return np.concatenate([pose.translation - wanted.translation, turn])
 
-    def jacobian(self, data: pin.Data) -> Array:
-        return self._tool.jacobian(data)
+    def jacobian(self, placed: Placed) -> Array:
+        return placed.tool_jacobian
 
 
 UNBOUND = "the joints would have to move without bound"
+MEETING = "branches meet"
 
 
 @dataclass(frozen=True)
@@ -113,33 +115,90 @@ class Stopped:
     measure: float = 0.0
 
 
+def row_scale(kinematics: Kinematics, driver: Driver | None) -> Array:
+    """Factor per row of closure and driver that makes errors dimensionless."""
+    k = kinematics
+    if driver is None:
+        return k.row_scale
+    return np.concatenate([k.row_scale, np.where(driver.is_length, 1.0 / k.length, 1.0)])
+
+
+class Equations:
+    """Closure and driver at one configuration.
+
+    Attributes:
+        error: of all rows, dimensionless, shape (rows,).
+        openness: largest error in units of what counts as closed; 1 is closed.
+        matrix: derivative of the error, dimensionless, shape (rows, nv).
+    """
+
+    def __init__(self, kinematics: Kinematics, placed: Placed, driver: Driver | None, fraction: float) -> None:
+        k = self._k = kinematics
+        self.placed, self._driver = placed, driver
+        self._scale = row_scale(k, driver)
+        raw, lengths = placed.residual, k.closure.is_length
+        if driver is not None:
+            raw = np.concatenate([raw, driver.error(placed, fraction)])
+            lengths = np.concatenate([lengths, driver.is_length])
+        self.error = self._scale * raw
+        bound = np.where(lengths, k.closed_within(placed.q), tolerances.CLOSURE.value)
+        self.openness = float((np.abs(raw) / bound).max(initial=0.0))
+
+    @property
+    def matrix(self) -> Array:
+        """See the class."""
+        if self._driver is None:
+            return self.placed.scaled
+        k = self._k
+        driven = self._driver.jacobian(self.placed) * k.column_scale
+        return np.concatenate([self.placed.scaled, self._scale[k.closure.rows :, None] * driven])
+
+
 @dataclass(frozen=True, eq=False)
 class _Linear:
-    """Scaled equations at one configuration by their singular values: left (m, k), values (k,), right (k, nv)."""
+    """Dimensionless equations at one configuration by their singular values: left (m, k), values (k,), right (k, nv).
+
+    Attributes:
+        free: motions that the equations leave free at nearly every posture.
+    """
 
     left: Array
     values: Array
     right: Array
+    free: int = 0
 
     @staticmethod
-    def of(matrix: Array) -> _Linear:
-        return _Linear(*np.linalg.svd(matrix, full_matrices=False))
+    def of(matrix: Array, free: int = 0) -> _Linear:
+        return _Linear(*np.linalg.svd(matrix, full_matrices=False), free)
 
     def solve(self, error: Array) -> Array:
         """Minimum-norm step that removes the error to first order, shape (nv,)."""
-        kept = self.values > tolerances.RANK.value * self.values.max(initial=0.0)
+        kept = self.values > threshold(self.values)
         return np.asarray(-self.right[kept].T @ ((self.left[:, kept].T @ error) / self.values[kept]))
 
     @property
+    def count(self) -> int:
+        """Rank where the equations leave no motions but the usual ones free."""
+        return int(self.right.shape[1]) - self.free
+
+    @property
+    def least(self) -> float:
+        """The singular value that vanishes at a singular posture; infinite where there are no equations."""
+        if self.count == 0:
+            return float("inf")
+        return float(self.values[self.count - 1]) if len(self.values) >= self.count else 0.0
+
+    @property
     def regular(self) -> bool:
-        """Whether the equations leave no motion free."""
-        full = len(self.values) == self.right.shape[1]
-        return full and bool(self.values[-1] > tolerances.RANK.value * self.values[0])
+        """Whether the equations leave no more motions free than usual."""
+        return self.least > threshold(self.values)
 
     def flips(self, other: _Linear) -> bool:
         """Whether the determinants here and at `other`, a step further on, differ in sign."""
-        between = (self.left.T @ other.left) @ (other.values[:, None] * (other.right @ self.right.T))
-        return bool(np.linalg.det(between / self.values[:, None]) <= 0.0)
+        r = self.count
+        turned = other.right[:r] @ self.right[:r].T
+        between = (self.left[:, :r].T @ other.left[:, :r]) @ (other.values[:r, None] * turned)
+        return bool(np.linalg.det(between / self.values[:r, None]) <= 0.0)
 
 
 class Assembler:
@@ -148,20 +207,35 @@ class Assembler:
     def __init__(self, kinematics: Kinematics) -> None:
         self._k = kinematics
 
-    def follow(self, q: Array, driver: Driver) -> Array | Stopped:
-        """Walk from the closed configuration `q`, shape (nq,), to the driver's target on the same branch."""
+    def freedom(self, placed: Placed, driver: Driver) -> int:
+        """Number of motions that closure and driver leave free at a configuration."""
+        matrix = Equations(self._k, placed, driver, 1.0).matrix
+        return int(matrix.shape[1]) - rank_of(matrix)
+
+    def follow(self, q: Array, driver: Driver, free: int = 0) -> Array | Stopped:
+        """Walk from the closed configuration `q`, shape (nq,), to the driver's target on the same branch.
+
+        Args:
+            free: motions that closure and driver leave free at nearly every posture.
+        """
         k, fraction, step = self._k, 0.0, 1.0
         converged = refused = False
-        scale = self._scale(driver)
-        k.update(q)
-        here = _Linear.of(self._matrix(driver))
-        rate = scale * (self._error(q, driver, 1.0) - self._error(q, driver, 0.0))
+        placed = k.at(q)
+        scale = row_scale(k, driver)[k.closure.rows :]
+        still = np.zeros(k.closure.rows)
+        rate = np.concatenate([still, scale * (driver.error(placed, 1.0) - driver.error(placed, 0.0))])
+        end = Equations(k, placed, driver, 1.0)
+        if end.openness <= 1.0:
+            nearer = self._newton(q, driver, 1.0, tolerances.STRIDE.value)
+            return q if nearer is None else nearer
+        here = _Linear.of(end.matrix, free)
+        if not here.regular:
+            return Stopped(0.0, q, MEETING, singular=True, measure=here.least)
         direction = here.solve(rate)
         for _ in range(MOST_STEPS):
             step = min(step, 1.0 - fraction)
-            end = 1.0 if fraction + step > 1.0 - 1e-12 else fraction + step
-            k.update(q)
-            motion = here.solve(scale * self._error(q, driver, end))
+            goal = 1.0 if fraction + step > 1.0 - 1e-12 else fraction + step
+            motion = here.solve(Equations(k, placed, driver, goal).error)
             size = float(np.abs(motion).max(initial=0.0))
             if not np.isfinite(size):
                 return Stopped(fraction, q, "the equations are singular")
@@ -169,25 +243,22 @@ class Assembler:
                 step *= max(tolerances.STRIDE.value / size, 0.1)
                 converged = False
             else:
-                corrected = self._newton(
-                    pin.integrate(k.model, q, motion * k.column_scale), driver, end, 0.5 * size + 1e-9
-                )
+                corrected = self._newton(k.integrate(q, motion * k.column_scale), driver, goal, 0.5 * size + 1e-9)
                 converged = corrected is not None
                 if corrected is not None:
-                    k.update(corrected)
-                    there = _Linear.of(self._matrix(driver))
+                    arrived = k.at(corrected)
+                    there = _Linear.of(Equations(k, arrived, driver, goal).matrix, free)
                     onward = there.solve(rate)
                     if _same_branch(here, direction, there, onward):
-                        q, fraction, here, direction = corrected, end, there, onward
+                        q, placed, fraction, here, direction = corrected, arrived, goal, there, onward
                         if fraction == 1.0:
                             return q
                         step, refused = step if refused else 2.0 * step, False
                         continue
                 step, refused = 0.5 * step, True
             if step < tolerances.SMALLEST_STEP.value:
-                crossing = converged and here.regular and bool(here.values[-1] < tolerances.CROSSING.value)
-                why = "branches meet" if crossing else UNBOUND
-                return Stopped(fraction, q, why, singular=crossing, measure=float(here.values.min(initial=np.inf)))
+                crossing = converged and here.least < tolerances.CROSSING.value
+                return Stopped(fraction, q, MEETING if crossing else UNBOUND, singular=crossing, measure=here.least)
         return Stopped(fraction, q, f"{MOST_STEPS} steps were not enough; go there by way of nearer postures", far=True)
 
     def assemble(self, q: Array, driver: Driver | None, iterations: int = 100) -> Array | None:
@@ -198,32 +269,35 @@ class Assembler:
     def assemble_around(self, q: Array, driver: Driver | None) -> Array | None:
         """As `assemble`, from starts around `q` at growing distance (always the same ones): a straight limb pulled
         along itself does not know which way to bend."""
-        k, random = self._k, np.random.default_rng(0)
-        for reach in np.geomspace(0.05, 1.5, RESTARTS):
-            shift = k.column_scale * random.uniform(-reach, reach, k.model.nv)
-            found = self.assemble(k.integrate(q, shift), driver)
+        for start in self.around(q, np.geomspace(0.05, 1.5, RESTARTS)):
+            found = self.assemble(start, driver)
             if found is not None:
                 return found
         return None
 
+    def around(self, q: Array, reaches: Array) -> list[Array]:
+        """Configurations around `q`, shape (nq,), at most as far as each of `reaches`; always the same ones."""
+        k, random = self._k, np.random.default_rng(0)
+        return [
+            k.integrate(q, k.column_scale * random.uniform(-reach, reach, k.model.nv)) for reach in reaches.tolist()
+        ]
+
     def nearest(self, q: Array, driver: Driver | None, iterations: int = 100) -> tuple[Array, float]:
         """Where damped least squares comes to rest from `q`, shape (nq,), and the sum of squared scaled errors."""
-        damping = 1e-3
-        self._k.update(q)
-        scale = self._scale(driver)
-        matrix, error = self._matrix(driver), scale * self._error(q, driver, 1.0)
-        cost = float(error @ error)
+        k, damping = self._k, 1e-3
+        here = Equations(k, k.at(q), driver, 1.0)
+        cost = float(here.error @ here.error)
         for _ in range(iterations):
             if cost < 1e-12:
                 break
-            normal, gradient = matrix.T @ matrix, matrix.T @ error
+            matrix = here.matrix
+            normal, gradient = matrix.T @ matrix, matrix.T @ here.error
             while damping < 1e8:
                 motion = -np.linalg.solve(normal + damping * np.eye(len(normal)), gradient)
                 motion *= min(1.0, 1.0 / float(np.abs(motion).max(initial=1e-12)))
-                trial = pin.integrate(self._k.model, q, motion * self._k.column_scale)
-                self._k.update(trial)
-                trial_error = scale * self._error(trial, driver, 1.0)
-                trial_cost = float(trial_error @ trial_error)
+                trial = k.integrate(q, motion * k.column_scale)
+                there = Equations(k, k.at(trial), driver, 1.0)
+                trial_cost = float(there.error @ there.error)
                 if trial_cost < cost:
                     break
                 damping *= 4.0
@@ -231,63 +305,37 @@ class Assembler:
                 break
             if trial_cost > cost * (1.0 - 1e-4) and damping < 1e-3:
                 break
-            q, matrix, error, cost = trial, self._matrix(driver), trial_error, trial_cost
+            q, here, cost = trial, there, trial_cost
             damping = max(damping * 0.2, 1e-12)
         return q, cost
 
-    def settle(self, q: Array, driver: Driver | None) -> Array | None:
-        """The closed configuration next to `q`, shape (nq,), or None where Newton's method does not find one."""
-        return self._newton(q, driver, 1.0, tolerances.STRIDE.value)
+    def settle(self, q: Array, driver: Driver | None, reach: float = tolerances.STRIDE.value) -> Array | None:
+        """The closed configuration next to `q`, shape (nq,), or None where Newton's method does not find one within
+        `reach` (radians or characteristic lengths)."""
+        return self._newton(q, driver, 1.0, reach)
 
     def _newton(self, q: Array, driver: Driver | None, fraction: float, reach: float) -> Array | None:
         """Newton's method from near by; None if it does not converge or moves further than `reach` (scaled)."""
         k, moved, last = self._k, 0.0, np.inf
         for _ in range(NEWTON_STEPS):
-            k.update(q)
-            error = self._error(q, driver, fraction)
-            worst = float(np.abs(error).max(initial=0.0))
-            if not np.isfinite(worst) or (worst > 0.5 * last and worst > tolerances.CLOSURE.value):
+            here = Equations(k, k.at(q), driver, fraction)
+            worst = here.openness
+            if not np.isfinite(worst) or (worst > 0.5 * last and worst > 1.0):
                 return None
-            if worst < 1e-15 or (worst < tolerances.CLOSURE.value and worst > 0.1 * last):
+            if worst < 1e-3 or (worst < 1.0 and worst > 0.1 * last):
                 return q
             last = worst
-            motion = _Linear.of(self._matrix(driver)).solve(self._scale(driver) * error)
+            motion = _Linear.of(here.matrix).solve(here.error)
             moved += float(np.abs(motion).max(initial=0.0))
             if moved > reach:
                 return None
-            q = pin.integrate(k.model, q, motion * k.column_scale)
+            q = k.integrate(q, motion * k.column_scale)
         return None
-
-    def _matrix(self, driver: Driver | None) -> Array:
-        """Scaled Jacobian of closure and driver at the updated configuration."""
-        k = self._k
-        matrix = k.closure.jacobian(k.data)
-        if driver is not None:
-            matrix = np.concatenate([matrix, driver.jacobian(k.data)])
-        return np.asarray(self._scale(driver)[:, None] * matrix * k.column_scale)
-
-    def _error(self, q: Array, driver: Driver | None, fraction: float) -> Array:
-        """Error of closure and driver at the updated configuration, [m] and [rad]."""
-        residual = self._k.closure.residual(self._k.data, q)
-        return residual if driver is None else np.concatenate([residual, driver.error(self._k.data, q, fraction)])
-
-    def _scale(self, driver: Driver | None) -> Array:
-        """Factor per row that makes errors dimensionless."""
-        k = self._k
-        if driver is None:
-            return k.row_scale
-        return np.concatenate([k.row_scale, np.where(driver.is_length, 1.0 / k.length, 1.0)])
 
 
 def _same_branch(here: _Linear, direction: Array, there: _Linear, onward: Array) -> bool:
     """Whether a step from `here` to `there` stayed clear of singular postures, by the equations and by the directions
-    of the motion at both ends; where the equations leave motions free, nothing can be told."""
-    if not here.regular:
-        return True
+    of the motion at both ends."""
     turn = float(np.abs(onward - direction).max(initial=0.0))
     size = max(float(np.abs(direction).max(initial=0.0)), float(np.abs(onward).max(initial=0.0)))
-    return (
-        bool(there.values[-1] > tolerances.SINGULAR.value)
-        and turn <= tolerances.TURN.value * size
-        and not here.flips(there)
-    )
+    return there.least > tolerances.SINGULAR.value and turn <= tolerances.TURN.value * size and not here.flips(there)

@@ -22,8 +22,11 @@ MOST_JOINTS = 500
 _NAMED_AXES: dict[tuple[float, ...], str] = {(1.0, 0.0, 0.0): "X", (0.0, 1.0, 0.0): "Y", (0.0, 0.0, 1.0): "Z"}
 
 
-def build_model(description: RobotDescription) -> pin.Model:
+def build_model(description: RobotDescription, origin: Array | None = None) -> pin.Model:
     """The Pinocchio model of the open tree of `description`.
+
+    Args:
+        origin: point of the world that the model's origin stands for, shape (3,) [m]; default that of the world.
 
     Raises:
         CutjointError: the robot is too large, or Pinocchio's own consistency check refuses the model.
@@ -42,8 +45,9 @@ def build_model(description: RobotDescription) -> pin.Model:
     for joint in description.joints:
         children[joint.parent].append(joint)
 
-    _add_body(model, description.root, inertials[description.root], 0, pin.SE3.Identity())
-    stack = [(joint, 0, pin.SE3.Identity()) for joint in reversed(children[description.root])]
+    base = pin.SE3.Identity() if origin is None else pin.SE3(np.eye(3), -origin)
+    _add_body(model, description.root, inertials[description.root], 0, base)
+    stack = [(joint, 0, base) for joint in reversed(children[description.root])]
     while stack:
         joint, parent, parent_link = stack.pop()
         here = parent_link * pin.SE3(np.array(joint.placement))

@@ -7,12 +7,16 @@ With K = [K_a K_p] the constraint Jacobian, split into actuated and passive colu
 
 where M, C and g of the tree come from Pinocchio (crba, rnea).  The pseudo-inverse keeps exactly as many singular
 values as there are passive velocities, so redundant rows do no harm and a singular posture raises an error.
+
+Idle motions, such as a rod between two balls that spins about itself, need no actuator: T gives them no momentum
+(`cutjoint.chain.tangent`), and they accelerate as no motor pushes them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,9 +26,13 @@ import pinocchio as pin
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.chain.assembly import UNBOUND, ActuatedDriver, Driver, Stopped, ToolDriver
+from cutjoint.chain.dynamics import Motions
 from cutjoint.chain.full import FullChain
+from cutjoint.chain.kinematics import Placed
+from cutjoint.chain.nearby import QuickTangent
+from cutjoint.chain.tangent import TangentMap
 from cutjoint.description.model import RobotDescription
-from cutjoint.errors import ActuationError, ClosureError, SingularError, UnreachableError
+from cutjoint.errors import ClosureError, DynamicsError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture, Terms, Tool
 
 FURTHEST_DETOUR = 2.0 * np.pi
@@ -37,13 +45,52 @@ if TYPE_CHECKING:
     from cutjoint import CompiledChain
 
 
-@dataclass(frozen=True, eq=False)
 class _Tangent:
-    """T of a posture (nv, n), and K_p^+ (passive, rows) where it was found by singular values."""
+    """What is known of one posture: T (nv, n), and what drifts and inverse masses come from; it never changes."""
 
-    posture: Posture
-    map: Array
-    inverse: Array | None
+    def __init__(self, chain: ClosedChain, posture: Posture, placed: Placed, found: QuickTangent | TangentMap) -> None:
+        self.posture, self.map, self.transposed = posture, readonly(found.map), readonly(found.map.T)
+        self._chain, self._placed, self._found = chain, placed, found
+
+    @cached_property
+    def back(self) -> Array:
+        """Passive accelerations from the drift of the rows, shape (passive, rows)."""
+        found = self._found
+        if isinstance(found, TangentMap):
+            return -found.inverse
+        back = np.zeros((len(found.back), self._placed.jacobian.shape[0]))
+        back[:, found.rows] = found.back
+        return back
+
+    @cached_property
+    def from_rates(self) -> Array:
+        """Accelerations of all joints from the rates of the cut frames' twists, shape (nv, 12 cuts)."""
+        chain = self._chain
+        found = np.zeros((chain.nv, self._placed.gather.shape[1]))
+        found[chain._passive] = self.back @ chain._k.closure.kept_rows(self._placed.gather)
+        return found
+
+    @cached_property
+    def inverse_mass(self) -> Array:
+        """Inverse of the mass matrix in actuated coordinates, shape (n, n).
+
+        Raises:
+            DynamicsError: a motion of the actuators moves no mass.
+        """
+        k = self._chain._k
+        motions = Motions.of(np.eye(len(self.transposed)), self.transposed @ k.mass(self._placed.q) @ self.map)
+        if motions.idle.size:
+            raise DynamicsError(
+                f"{self._chain.name} has a motion that moves no mass: a body at the end of a limb has none, or none "
+                "that its joint moves; give it an inertia",
+                residual=np.inf,
+            )
+        return np.asarray(motions.basis @ motions.factor @ motions.factor.T @ motions.basis.T)
+
+    @property
+    def idle(self) -> Array:
+        """Idle motions as in `TangentMap`, shape (nv, k)."""
+        return self._found.idle if isinstance(self._found, TangentMap) else self.map[:, :0]
 
 
 class ClosedChain(FullChain):
@@ -75,14 +122,12 @@ class ClosedChain(FullChain):
         target = as_vector("q", q, self.n)
         start = self._full(near)
 
-        move = target - start[self._q_index]
-        quick = self._nearby.close(start, move) if self._nearby is not None else None
-        if quick is not None:
-            return self._posture(quick)
-
         def driver(origin: Array, goal: Array) -> Driver:
             return ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, origin, goal)
 
+        quick = self._step(start, driver(start[self._q_index], target))
+        if quick is not None:
+            return self._posture(quick)
         found = self._walk(start, start[self._q_index], target, driver)
         if isinstance(found, Stopped):
             if found.singular:
@@ -91,7 +136,7 @@ class ClosedChain(FullChain):
             raise ClosureError(
                 f"{self.name} cannot be closed at {self._show(target)}: from {self._show(start[self._q_index])} it got "
                 f"{found.fraction:.1%} of the way, to {self._show(found.q[self._q_index])}, where {found.why} "
-                f"(distance to a type-2 singularity {self._type2(found.q):.2g})"
+                f"(distance to a type-2 singularity {self._type2(self._k.at(found.q)):.2g})"
                 + (
                     f"; with the actuators at the target, cut '{cut}' stays {distance:.3g} m, {angle:.3g} rad open"
                     if cut
@@ -101,7 +146,7 @@ class ClosedChain(FullChain):
                 cut=cut,
                 progress=found.fraction,
             )
-        return self._posture(found)
+        return self._posture(self._k.at(found))
 
     def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The closed posture with the tool point at `p`, shape (3,) [m], on the branch of `near`.
@@ -115,19 +160,21 @@ class ClosedChain(FullChain):
             SingularError: the way leads through a type-1 singularity, where branches meet.
         """
         target = as_vector("p", p, 3, "m")
-        tool = self._need_tool()
+        self._need_tool()
         start = self._full(near)
-        self._k.update(start)
-        origin = np.array(tool.pose(self._k.data).translation)
-        found = self._walk(start, origin, target, lambda here, goal: ToolDriver(tool, here, goal))
+        goal = target - self._k.origin
+        origin = self._k.at(start).tool_position
+        quick = self._step(start, ToolDriver(origin, goal))
+        if quick is not None:
+            return self._posture(quick)
+        found = self._walk(start, origin, goal, ToolDriver)
         if isinstance(found, Stopped) and self.n == 1:
-            on_curve = self._on_curve(start, ToolDriver(tool, target, target))
+            on_curve = self._on_curve(start, ToolDriver(goal, goal))
             found = found if on_curve is None else on_curve
         if isinstance(found, Stopped):
             if found.singular:
                 raise self._crossing(f"reach {np.round(target, 6).tolist()} m", found, "type-1")
-            self._k.update(found.q)
-            reached = readonly(tool.pose(self._k.data).translation)
+            reached = readonly(self._k.at(found.q).tool_position + self._k.origin)
             raise UnreachableError(
                 f"{self.name} cannot reach {np.round(target, 6).tolist()} m on this branch: "
                 f"it got {found.fraction:.1%} of the way, to {np.round(reached, 6).tolist()} m, where {found.why}; "
@@ -136,7 +183,7 @@ class ClosedChain(FullChain):
                 reached=reached,
                 progress=found.fraction,
             )
-        return self._posture(found)
+        return self._posture(self._k.at(found))
 
     # ---- in actuated coordinates (Mechanism) -----------------------------------------------------------------------
 
@@ -151,11 +198,15 @@ class ClosedChain(FullChain):
 
     def full_velocity(self, at: Posture, v: npt.ArrayLike) -> Array:
         """Velocity of all joints, shape (nv,)."""
-        return self.tangent(at) @ as_vector("v", v, self.n)
+        return self._tangent(at).map @ as_vector("v", v, self.n)
 
     def drift(self, at: Posture, v: npt.ArrayLike) -> Array:
         """d with a_full = T @ a + d, shape (nv,): what the passive joints accelerate at constant actuator speed."""
-        return self._drift(at, self.full_velocity(at, v))
+        tangent, v_full = self._tangent(at), self.full_velocity(at, v)
+        drift = self._drift(tangent, v_full)
+        if tangent.idle.size:
+            drift = drift - tangent.idle @ (tangent.idle.T @ self._k.forces(at.q_full, v_full, drift))
+        return drift
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
         """Position, Jacobian (3, n) and J_dot v of the tool point in world axes.
@@ -164,18 +215,15 @@ class ClosedChain(FullChain):
             InputError: the robot has no tool, or `at` is another robot's posture.
             ActuationError, SingularError: as `tangent`.
         """
-        tool = self._need_tool()
-        tangent = self.tangent(at)
-        drift = np.zeros(3)
+        self._need_tool()
+        tangent = self._tangent(at)
         if v is None:
-            self._k.update(at.q_full)
+            placed, drift = self._k.at(at.q_full), np.zeros(3)
         else:
             v_full = self.full_velocity(at, v)
-            passive = self._drift(at, v_full)
-            self._k.update_rates(at.q_full, v_full)
-            drift = tool.drift(self._k.data, v_full) + tool.jacobian(self._k.data)[:3] @ passive
-        position = tool.pose(self._k.data).translation
-        return Tool(position, tool.jacobian(self._k.data)[:3] @ tangent, drift)
+            placed = moving = self._k.moving(at.q_full, v_full)
+            drift = moving.tool_drift + moving.tool_jacobian[:3] @ self._drift(tangent, v_full)
+        return Tool(placed.tool_position + self._k.origin, placed.tool_jacobian[:3] @ tangent.map, drift)
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
         """Mass matrix (n, n), Coriolis vector (n,) and gravity (n,) in actuated coordinates.
@@ -183,22 +231,24 @@ class ClosedChain(FullChain):
         Raises:
             ActuationError, SingularError: as `tangent`.
         """
-        tangent, data = self.tangent(at), self._k.data
-        q = at.q_full
-        upper = pin.crba(self.model, data, q)
-        mass = np.triu(upper) + np.triu(upper, 1).T
-        gravity = np.array(pin.computeGeneralizedGravity(self.model, data, q))
+        tangent, q = self._tangent(at), at.q_full
+        mass, gravity = self._k.mass(q), self._k.gravity(q)
         coriolis = np.zeros(self.n)
         if v is not None:
             v_full = self.full_velocity(at, v)
-            drift = self._drift(at, v_full)
-            coriolis = tangent.T @ (np.array(pin.rnea(self.model, data, q, v_full, drift)) - gravity)
-        reduced = tangent.T @ mass @ tangent
-        return Terms(0.5 * (reduced + reduced.T), coriolis, tangent.T @ gravity)
+            drift = self._drift(tangent, v_full)
+            coriolis = tangent.transposed @ (self._k.forces(q, v_full, drift) - gravity)
+        reduced = tangent.transposed @ mass @ tangent.map
+        return Terms(0.5 * (reduced + reduced.T), coriolis, tangent.transposed @ gravity)
 
     def potential_energy(self, at: Posture) -> float:
         """Potential energy of gravity [J], zero at the world origin."""
-        return float(pin.computePotentialEnergy(self.model, self._k.data, self._full(at)))
+        k = self._k
+        near = float(pin.computePotentialEnergy(k.model, k.data, self._full(at)))
+        if not k.origin.any():
+            return near
+        mass = sum(inertia.mass for inertia in list(k.model.inertias)[1:])
+        return near - float(mass * np.array(k.model.gravity.linear) @ k.origin)
 
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Effort that gives the acceleration `a`, shape (n,): T' rnea(q, T v, T a + d).
@@ -206,20 +256,25 @@ class ClosedChain(FullChain):
         Raises:
             InputError, ActuationError, SingularError: as `tangent`.
         """
-        tangent, v_full = self.tangent(at), self.full_velocity(at, v)
-        full = tangent @ as_vector("a", a, self.n) + self._drift(at, v_full)
-        return np.asarray(tangent.T @ pin.rnea(self.model, self._k.data, at.q_full, v_full, full))
+        tangent = self._tangent(at)
+        v_full = tangent.map @ as_vector("v", v, self.n)
+        full = tangent.map @ as_vector("a", a, self.n) + self._drift(tangent, v_full)
+        k = self._k
+        found: Array = tangent.transposed @ pin.rnea(k.model, k.data, at.q_full, v_full, full)
+        return found
 
     def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
-        """Acceleration that `effort` gives, shape (n,), by `pin.constraintDynamics` in full coordinates.
+        """Acceleration that `effort` gives, shape (n,): (T' M T)^-1 (effort - T' rnea(q, T v, d)).
 
         Raises:
             InputError, ActuationError, SingularError: as `tangent`.
-            DynamicsError: the solution does not respect the cuts.
         """
-        v_full = self.full_velocity(at, v)
-        acceleration = self._dynamics.checked(at.q_full, v_full, self.full_effort(effort))
-        return self.actuated_velocity(acceleration)
+        tangent = self._tangent(at)
+        v_full = tangent.map @ as_vector("v", v, self.n)
+        k = self._k
+        held = pin.rnea(k.model, k.data, at.q_full, v_full, self._drift(tangent, v_full))
+        found: Array = tangent.inverse_mass @ (as_vector("effort", effort, self.n) - tangent.transposed @ held)
+        return found
 
     def with_payload(self, mass: float) -> ClosedChain:
         """The same robot with a further point mass [kg] at the tool point.
@@ -243,39 +298,37 @@ class ClosedChain(FullChain):
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
+    def __reduce__(self) -> tuple[Callable[..., ClosedChain], tuple[RobotDescription, str | None]]:
+        """Built anew from its description, in another process too."""
+        return type(self), (self.description, self._home_name)
+
     def _tangent(self, at: Posture) -> _Tangent:
         """Tangent map of a posture; that of the last one is kept, since several calls at one posture are the rule."""
-        if self._last is None or self._last.posture is not at:
-            q = self._full(at)
-            self._need_determined()
-            self._last = _Tangent(at, *self._tangent_at(q))
-        return self._last
+        last = self._last
+        if last is None or last.posture is not at:
+            placed = self._k.at(self._full(at))
+            quick = self._nearby.tangent(placed) if self._nearby is not None else None
+            last = self._last = _Tangent(self, at, placed, self._map(placed) if quick is None else quick)
+        return last
 
-    def _drift(self, at: Posture, v_full: Array) -> Array:
-        tangent = self._tangent(at)
-        if tangent.inverse is None and self._nearby is not None:
-            return self._nearby.drift(at.q_full, v_full, tangent.map)
+    def _drift(self, tangent: _Tangent, v_full: Array) -> Array:
+        """d, the idle motions at rest."""
+        k = self._k
+        data = k.data
+        twists, rates = k.rates(data, tangent.posture.q_full, v_full)
+        if k.closure.keeps_twists:
+            found: Array = tangent.from_rates @ ((k.closure.support[:, 0] * v_full) @ rates.T).ravel()
+            return found
         drift = np.zeros(self.nv)
-        if tangent.inverse is not None:
-            self._k.update_rates(at.q_full, v_full)
-            drift[self._passive] = -(tangent.inverse @ self._k.closure.drift(self._k.data, v_full))
+        if len(self._passive):
+            placed = tangent._placed
+            gamma = k.closure.drift(placed.frames, placed.gather, twists, rates, v_full)
+            drift[self._passive] = tangent.back @ gamma
         return drift
 
-    def _need_determined(self) -> None:
-        report = self._determined
-        if report.determined:
-            return
-        if report.free:
-            why = f"with all actuators locked these joints still move: {', '.join(report.free)}"
-        else:
-            why = f"{report.actuators - report.mobility} actuators more than the mobility depend on the others"
-        raise ActuationError(
-            f"the actuators of {self.name} do not determine its motion: mobility {report.mobility}, actuators "
-            f"{report.actuators}; {why}. Full coordinates still work",
-            mobility=report.mobility,
-            actuators=report.actuators,
-            free=report.free,
-        )
+    def _step(self, start: Array, driver: Driver) -> Placed | None:
+        """A short way in one go, where that is plainly on the same branch."""
+        return self._nearby.follow(start, driver) if self._nearby is not None else None
 
     def _walk(
         self, q: Array, origin: Array, target: Array, driver: Callable[[Array, Array], Driver]
@@ -285,18 +338,21 @@ class ClosedChain(FullChain):
         A detour is tried only where the robot can be closed at the target at all, and only for short ways.
         """
         line = driver(origin, target)
-        straight = self._assembler.follow(q, line)
-        if not isinstance(straight, Stopped) or straight.far:
+        free = 0
+        if self._assembler.freedom(self._k.at(q), line):
+            free = min(self._assembler.freedom(placed, line) for placed in self._regular)
+        straight = self._assembler.follow(q, line, free)
+        if not isinstance(straight, Stopped) or straight.far or (straight.fraction == 0.0 and straight.singular):
             return straight
         if self._assembler.assemble(straight.q, driver(target, target)) is None:
             return replace(straight, why=UNBOUND, singular=False) if straight.singular else straight
         if np.abs((target - origin) / np.where(line.is_length, self.length, 1.0)).max(initial=0.0) > FURTHEST_DETOUR:
             return straight
         for corner in _detours(origin, target, self.length):
-            there = self._assembler.follow(q, driver(origin, corner))
+            there = self._assembler.follow(q, driver(origin, corner), free)
             if isinstance(there, Stopped):
                 continue
-            found = self._assembler.follow(there, driver(corner, target))
+            found = self._assembler.follow(there, driver(corner, target), free)
             if not isinstance(found, Stopped):
                 return found
         return straight
@@ -317,8 +373,7 @@ class ClosedChain(FullChain):
                 )
 
         def miss(q: Array) -> float:
-            self._k.update(q)
-            return float(np.linalg.norm(driver.error(self._k.data, q, 1.0)))
+            return float(np.linalg.norm(driver.error(self._k.at(q), 1.0)))
 
         for nearest in sorted(passed, key=miss)[:3]:
             found = self._assembler.assemble(nearest, driver)
@@ -340,8 +395,7 @@ class ClosedChain(FullChain):
         """Gaps that stay with the actuators moved on to `target` from where `_walk` stopped."""
         q = stopped.q.copy()
         q[self._q_index] = target
-        self._k.update(q)
-        return self._k.gap(q)
+        return self._k.at(q).gap
 
 
 def _detours(origin: Array, target: Array, length: float) -> Iterator[Array]:

@@ -8,9 +8,9 @@ Each cut joins frame A on one body to frame B on another.  Its rows are built fr
 - dot: an axis of A stays perpendicular to one of B (revolute: x_A and y_A to z_B; universal: x_A to y_B).  A revolute
   cut's two are stretched from the sine to the angle between z_A and z_B, so that opposite axes do not count as closed.
 
-Jacobians come from Pinocchio's joint Jacobians in world axes (`data.J`, twist about the world origin): the relative
-twist of two bodies is the difference of the columns that support them.  The drift (Jacobian's time derivative times v)
-comes from `data.dJ` in the same way, so nothing here is a finite difference.  Couplings add one linear row each.
+Every row is linear in the twists of the bodies that it joins (about the world origin, in world axes), so one matrix G
+over the twists of all cut frames says it all: K = G J with J the joint Jacobians of those bodies, and the drift is
+G (dJ/dt v) plus what the turning of G adds.  Nothing here is a finite difference.  Couplings add one linear row each.
 """
 
 from __future__ import annotations
@@ -71,6 +71,16 @@ class Ratio:
     is_length: bool
 
 
+@dataclass(frozen=True, eq=False)
+class CutFrames:
+    """World axes (cuts, 3, 3) and origins (cuts, 3) of the frames a and b of all cuts, in the order of the cuts."""
+
+    axes_a: Array
+    axes_b: Array
+    at_a: Array
+    at_b: Array
+
+
 def bind_frame(model: pin.Model, frame: Frame) -> tuple[int, pin.SE3]:
     """Joint index and placement in that joint of a frame on a link."""
     link = model.frames[model.getFrameId(frame.link, pin.FrameType.BODY)]
@@ -78,10 +88,7 @@ def bind_frame(model: pin.Model, frame: Frame) -> tuple[int, pin.SE3]:
 
 
 class Closure:
-    """All cuts and couplings of a robot as one system of equations.
-
-    Methods take a `pin.Data` on which `computeJointJacobians` (for `drift`: `computeJointJacobiansTimeVariation`) has
-    been called; they write nothing into it.  All cuts are worked on at once, as arrays over cuts.
+    """All cuts and couplings of a robot as one system of equations; a value, it holds no workspace.
 
     Args:
         trusted: indices of the rows to work with; default all.  The others are left to be met by the geometry.
@@ -101,101 +108,99 @@ class Closure:
         lengths = [flag for cut in self.cuts for flag in _length_rows(cut.type)]
         self.is_length = np.array(lengths + [ratio.is_length for ratio in self.ratios], dtype=bool)[self.trusted]
         self._layout = _Layout(self.cuts)
-        self._on_a = np.array([cut.support_a for cut in self.cuts]).reshape(len(self.cuts), self.nv)
-        self._on_b = np.array([cut.support_b for cut in self.cuts]).reshape(len(self.cuts), self.nv)
-        self._on_both = np.concatenate([self._on_a, self._on_b])
+        self.support = np.array([cut.support_a for cut in self.cuts] + [cut.support_b for cut in self.cuts])
+        self.support = self.support.reshape(2 * len(self.cuts), 1, self.nv)
+        self.keeps_twists = all(cut.type is CutType.FIXED for cut in self.cuts)
         self._ratio_rows = np.zeros((len(self.ratios), self.nv))
         for row, ratio in zip(self._ratio_rows, self.ratios, strict=True):
             row[ratio.v_joint], row[ratio.v_driver] = 1.0, -ratio.ratio
 
-    def placements(self, data: pin.Data) -> list[tuple[str, pin.SE3, pin.SE3]]:
-        """Name and world placements of both frames of every cut."""
-        return [
-            (cut.name, data.oMi[cut.joint_a] * cut.placement_a, data.oMi[cut.joint_b] * cut.placement_b)
-            for cut in self.cuts
-        ]
-
-    def residual(self, data: pin.Data, q: Array) -> Array:
+    def residual(self, frames: CutFrames, q: Array) -> Array:
         """Residual of all rows, shape (rows,), [m] and [rad] (universal: sine of the angle)."""
-        placed, rows = self.placements(data), self._layout
+        rows = self._layout
         residual = np.empty(self.all_rows)
-        for (_, a, b), cut, start in zip(placed, self.cuts, rows.starts, strict=True):
-            apart = b.translation - a.translation
-            if cut.type is CutType.PRISMATIC:
-                residual[start : start + 2] = a.rotation[:, :2].T @ apart
-            else:
-                residual[start : start + 3] = apart
-            if cut.type in _LOCKED:
-                residual[start + cut.rows - 3 : start + cut.rows] = a.rotation @ pin.log3(a.rotation.T @ b.rotation)
-        for cut_index, row, i, j in rows.dots:
-            _, a, b = placed[cut_index]
-            residual[row] = a.rotation[:, i] @ b.rotation[:, j]
-        for cut_index, row in rows.hinges:
-            _, a, b = placed[cut_index]
-            residual[row : row + 2] = _turned(residual[row : row + 2], a.rotation[:, 2] @ b.rotation[:, 2])
+        apart = frames.at_b - frames.at_a
+        residual[rows.point_rows] = apart[rows.point_cuts].ravel()
+        for cut, row in rows.locks:
+            a, b = frames.axes_a[cut], frames.axes_b[cut]
+            residual[row : row + 3] = a @ pin.log3(a.T @ b)
+        for cut, row, i in rows.slides:
+            residual[row] = frames.axes_a[cut, :, i] @ apart[cut]
+        for cut, row, i, j in rows.dots:
+            residual[row] = frames.axes_a[cut, :, i] @ frames.axes_b[cut, :, j]
+        for cut, row in rows.hinges:
+            cosine = float(frames.axes_a[cut, :, 2] @ frames.axes_b[cut, :, 2])
+            residual[row : row + 2] = _turned(residual[row : row + 2], cosine)
         for row, r in enumerate(self.ratios, start=self.all_rows - len(self.ratios)):
             residual[row] = q[r.q_joint] - r.ratio * q[r.q_driver] - r.offset
         return self._kept(residual)
 
-    def jacobian(self, data: pin.Data) -> Array:
-        """Time derivative of the residual per velocity, shape (rows, nv); exact also while the loops are open, but for
-        the lock rows and those of revolute cuts, which are exact where they are closed and elsewhere still have the
-        exact gradient of their sum of squares."""
-        jacobian = np.empty((self.all_rows, self.nv))
-        jacobian[self.all_rows - len(self.ratios) :] = self._ratio_rows
-        if not self.cuts:
-            return self._kept(jacobian)
-        placed, rows = self.placements(data), self._layout
-        twist = np.asarray(data.J)
-        linear, angular = twist[:3], twist[3:]
-        pa, pb = _positions(placed)
-        velocity = (linear - _skew(pb) @ angular) * self._on_b[:, None] - (linear - _skew(pa) @ angular) * self._on_a[
-            :, None
-        ]
-        turning = angular * (self._on_b - self._on_a)[:, None]
-        jacobian[rows.point_rows] = velocity[rows.point_cuts].reshape(-1, self.nv)
-        jacobian[rows.lock_rows] = turning[rows.lock_cuts].reshape(-1, self.nv)
-        for cut_index, row, i, j in rows.dots:
-            _, a, b = placed[cut_index]
-            axis = (a if self.cuts[cut_index].type is CutType.REVOLUTE else b).rotation[:, j]
-            jacobian[row] = _cross(axis, a.rotation[:, i]) @ turning[cut_index]
-        for cut_index, row, i in rows.slides:
-            _, a, b = placed[cut_index]
-            swing = _cross(a.rotation[:, i], b.translation - a.translation)
-            jacobian[row] = a.rotation[:, i] @ velocity[cut_index] + swing @ (angular * self._on_a[cut_index])
-        return self._kept(jacobian)
+    def gather(self, frames: CutFrames) -> Array:
+        """G: the rows of the cuts over the twists of their frames a, then b, shape (cut rows, 12 cuts).
 
-    def drift(self, data: pin.Data, v: Array) -> Array:
-        """Time derivative of the Jacobian times v, shape (rows,), [m/s2] and [rad/s2], for a closed posture."""
-        drift = np.zeros(self.all_rows)
-        if not self.cuts:
-            return self._kept(drift)
-        placed, rows = self.placements(data), self._layout
-        twist, rate = np.asarray(data.J), np.asarray(data.dJ)
-        pa, pb = _positions(placed)
-        on, points = self._on_both * v, np.concatenate([pa, pb])
-        w, velocity, alpha, point = _point_motion(on @ twist.T, on @ rate.T, points)
-        half = len(self.cuts)
-        wa, wb, va, vb = w[:half], w[half:], velocity[:half], velocity[half:]
-        alpha_a, alpha_b, point_a, point_b = alpha[:half], alpha[half:], point[:half], point[half:]
-        drift[rows.point_rows] = (point_b - point_a)[rows.point_cuts].ravel()
-        drift[rows.lock_rows] = (alpha_b - alpha_a)[rows.lock_cuts].ravel()
-        for cut_index, row, i, j in rows.dots:
-            _, a, b = placed[cut_index]
-            x, y, w_a, w_b = a.rotation[:, i], b.rotation[:, j], wa[cut_index], wb[cut_index]
-            normal_rate = _cross(_cross(w_b, y), x) + _cross(y, _cross(w_a, x))
-            drift[row] = normal_rate @ (w_b - w_a) + _cross(y, x) @ (alpha_b[cut_index] - alpha_a[cut_index])
-        for cut_index, row, i in rows.slides:
-            _, a, b = placed[cut_index]
-            axis, w = a.rotation[:, i], wa[cut_index]
-            swing = _cross(w, axis)
-            bend = _cross(alpha_a[cut_index], axis) + _cross(w, swing)
-            drift[row] = (
-                axis @ (point_b[cut_index] - point_a[cut_index])
-                + 2.0 * swing @ (vb[cut_index] - va[cut_index])
-                + bend @ (pb[cut_index] - pa[cut_index])
+        Exact also while the loops are open, but for the lock rows and those of revolute cuts, which are exact where
+        they are closed and elsewhere still have the exact gradient of their sum of squares.
+        """
+        rows, count = self._layout, len(self.cuts)
+        gather = rows.constant.copy()
+        if len(rows.point_cuts):
+            gather[rows.point_rows[:, None], rows.point_a] = _skew(frames.at_a[rows.point_cuts]).reshape(-1, 3)
+            gather[rows.point_rows[:, None], rows.point_b] = -_skew(frames.at_b[rows.point_cuts]).reshape(-1, 3)
+        for cut, row, i, j in rows.dots:
+            axis = (frames.axes_a if self.cuts[cut].type is CutType.REVOLUTE else frames.axes_b)[cut, :, j]
+            normal = _cross(axis, frames.axes_a[cut, :, i])
+            gather[row, 6 * cut + 3 : 6 * cut + 6] = -normal
+            gather[row, 6 * (count + cut) + 3 : 6 * (count + cut) + 6] = normal
+        for cut, row, i in rows.slides:
+            axis = frames.axes_a[cut, :, i]
+            gather[row, 6 * cut : 6 * cut + 3] = -axis
+            gather[row, 6 * cut + 3 : 6 * cut + 6] = -_cross(frames.at_b[cut], axis)
+            gather[row, 6 * (count + cut) : 6 * (count + cut) + 3] = axis
+            gather[row, 6 * (count + cut) + 3 : 6 * (count + cut) + 6] = _cross(frames.at_b[cut], axis)
+        return gather
+
+    def jacobian(self, gather: Array, twists: Array) -> Array:
+        """Time derivative of the residual per velocity, shape (rows, nv), from G and the joint Jacobians (6, nv)."""
+        of_cuts = gather @ (self.support * twists).reshape(-1, self.nv)
+        return self._kept(np.concatenate([of_cuts, self._ratio_rows]) if self.ratios else of_cuts)
+
+    def drift(self, frames: CutFrames, gather: Array, twists: Array, rates: Array, v: Array) -> Array:
+        """Time derivative of the Jacobian times v, shape (rows,), [m/s2] and [rad/s2], for a closed posture.
+
+        Args:
+            twists, rates: joint Jacobians and their time derivatives, shape (6, nv).
+            v: velocity, shape (nv,), with which the loops stay closed.
+        """
+        moving = self.support[:, 0] * v
+        of_cuts = gather @ (moving @ rates.T).ravel()
+        self._add_turning(of_cuts, frames, moving @ twists.T)
+        return self._kept(np.concatenate([of_cuts, np.zeros(len(self.ratios))]) if self.ratios else of_cuts)
+
+    def _add_turning(self, drift: Array, frames: CutFrames, twists: Array) -> None:
+        """What the turning of G adds to the drift, from the twists (2 cuts, 6) of the frames."""
+        rows, half = self._layout, len(self.cuts)
+        w = twists[:, 3:]
+        points = np.concatenate([frames.at_a, frames.at_b])
+        velocity = twists[:, :3] + _cross(w, points)
+        inward = _cross(w, velocity)
+        drift[rows.point_rows] += (inward[half:] - inward[:half])[rows.point_cuts].ravel()
+        for cut, row, i, j in rows.dots:
+            x, y = frames.axes_a[cut, :, i], frames.axes_b[cut, :, j]
+            w_a, w_b = w[cut], w[half + cut]
+            drift[row] += (_cross(_cross(w_b, y), x) + _cross(y, _cross(w_a, x))) @ (w_b - w_a)
+        for cut, row, i in rows.slides:
+            axis, w_a = frames.axes_a[cut, :, i], w[cut]
+            swing = _cross(w_a, axis)
+            drift[row] += (
+                axis @ (inward[half + cut] - inward[cut])
+                + 2.0 * swing @ (velocity[half + cut] - velocity[cut])
+                + _cross(w_a, swing) @ (frames.at_b[cut] - frames.at_a[cut])
             )
-        return self._kept(drift)
+
+    def kept_rows(self, of_cuts: Array) -> Array:
+        """Rows of all cuts, shape (cut rows, k), as trusted rows, those of couplings being zero, shape (rows, k)."""
+        none = np.zeros((len(self.ratios), of_cuts.shape[1]))
+        return self._kept(np.concatenate([of_cuts, none]))
 
     def spread(self, multipliers: Array) -> Array:
         """Multipliers of the trusted rows among those of all rows, which get none, shape (all rows,)."""
@@ -206,21 +211,22 @@ class Closure:
     def _kept(self, values: Array) -> Array:
         return values if self.rows == self.all_rows else values[self.trusted]
 
-    def gaps(self, data: pin.Data, q: Array) -> list[tuple[str, float, float]]:
+    def gaps(self, frames: CutFrames, q: Array) -> list[tuple[str, float, float]]:
         """Name, distance [m] and angle [rad] by which every cut and coupling is open."""
         found: list[tuple[str, float, float]] = []
-        for cut, (_, a, b) in zip(self.cuts, self.placements(data), strict=True):
-            apart = b.translation - a.translation
+        for index, cut in enumerate(self.cuts):
+            a, b = frames.axes_a[index], frames.axes_b[index]
+            apart = frames.at_b[index] - frames.at_a[index]
             if cut.type is CutType.PRISMATIC:
-                apart = a.rotation[:, :2].T @ apart
+                apart = a[:, :2].T @ apart
             angle = 0.0
             if cut.type in _LOCKED:
-                angle = float(np.linalg.norm(pin.log3(a.rotation.T @ b.rotation)))
+                angle = float(np.linalg.norm(pin.log3(a.T @ b)))
             elif cut.type is CutType.REVOLUTE:
-                sine = _cross(a.rotation[:, 2], b.rotation[:, 2])
-                angle = float(np.arctan2(np.linalg.norm(sine), a.rotation[:, 2] @ b.rotation[:, 2]))
+                sine = _cross(a[:, 2], b[:, 2])
+                angle = float(np.arctan2(np.linalg.norm(sine), a[:, 2] @ b[:, 2]))
             elif cut.type is CutType.UNIVERSAL:
-                angle = abs(float(np.arcsin(np.clip(a.rotation[:, 0] @ b.rotation[:, 1], -1.0, 1.0))))
+                angle = abs(float(np.arcsin(np.clip(a[:, 0] @ b[:, 1], -1.0, 1.0))))
             found.append((cut.name, float(np.linalg.norm(apart)), angle))
         for r in self.ratios:
             apart = abs(float(q[r.q_joint] - r.ratio * q[r.q_driver] - r.offset))
@@ -229,27 +235,37 @@ class Closure:
 
 
 class _Layout:
-    """Which rows are of which kind: point and lock rows by cut, dot and slide rows one by one."""
+    """Which rows are of which kind, and the entries of G that are the same in every posture."""
 
     def __init__(self, cuts: tuple[Cut, ...]) -> None:
-        self.starts = [sum(cut.rows for cut in cuts[:index]) for index in range(len(cuts))]
+        starts = [sum(cut.rows for cut in cuts[:index]) for index in range(len(cuts))]
         points = [i for i, cut in enumerate(cuts) if cut.type is not CutType.PRISMATIC]
-        locks = [i for i, cut in enumerate(cuts) if cut.type in _LOCKED]
-        self.point_cuts, self.lock_cuts = np.array(points, dtype=int), np.array(locks, dtype=int)
-        self.point_rows = np.array([self.starts[i] + k for i in points for k in range(3)], dtype=int)
-        self.lock_rows = np.array([self.starts[i] + cuts[i].rows - 3 + k for i in locks for k in range(3)], dtype=int)
+        self.point_cuts = np.array(points, dtype=int)
+        self.point_rows = np.array([starts[i] + k for i in points for k in range(3)], dtype=int)
+        columns = np.array([[6 * i + 3 + k for k in range(3)] for i in points for _ in range(3)], dtype=int)
+        self.point_a = columns.reshape(-1, 3)
+        self.point_b = self.point_a + 6 * len(cuts)
+        self.locks = [(i, starts[i] + cut.rows - 3) for i, cut in enumerate(cuts) if cut.type in _LOCKED]
         self.dots = [
-            (index, self.starts[index] + 3 + k, i, j)
+            (index, starts[index] + 3 + k, i, j)
             for index, cut in enumerate(cuts)
             for k, (i, j) in enumerate(_DOTS.get(cut.type, ()))
         ]
-        self.hinges = [(i, self.starts[i] + 3) for i, cut in enumerate(cuts) if cut.type is CutType.REVOLUTE]
+        self.hinges = [(i, starts[i] + 3) for i, cut in enumerate(cuts) if cut.type is CutType.REVOLUTE]
         self.slides = [
-            (index, self.starts[index] + i, i)
+            (index, starts[index] + i, i)
             for index, cut in enumerate(cuts)
             if cut.type is CutType.PRISMATIC
             for i in range(2)
         ]
+        self.constant = np.zeros((sum(cut.rows for cut in cuts), 12 * len(cuts)))
+        for side, sign in ((0, -1.0), (6 * len(cuts), 1.0)):
+            for i in points:
+                for k in range(3):
+                    self.constant[starts[i] + k, side + 6 * i + k] = sign
+            for i, row in self.locks:
+                for k in range(3):
+                    self.constant[row + k, side + 6 * i + 3 + k] = sign
 
 
 def _bind_cut(model: pin.Model, cut: CutJoint) -> Cut:
@@ -310,16 +326,3 @@ def _skew(points: Array) -> Array:
     skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0] = points.T
     skew[:, 1, 2], skew[:, 2, 0], skew[:, 0, 1] = -points.T
     return skew
-
-
-def _positions(placed: list[tuple[str, pin.SE3, pin.SE3]]) -> tuple[Array, Array]:
-    """Origins of all frames a and b, shape (cuts, 3) each."""
-    return np.array([a.translation for _, a, _ in placed]), np.array([b.translation for _, _, b in placed])
-
-
-def _point_motion(speed: Array, rate: Array, points: Array) -> tuple[Array, Array, Array, Array]:
-    """From twists and their rates about the world origin (k, 6): angular velocity, velocity of the point, angular
-    acceleration and classical acceleration of the point, shape (k, 3) each."""
-    w, alpha = speed[:, 3:], rate[:, 3:]
-    velocity = speed[:, :3] + _cross(w, points)
-    return w, velocity, alpha, rate[:, :3] + _cross(alpha, points) + _cross(w, velocity)

@@ -1,13 +1,19 @@
 """Constrained forward dynamics in full coordinates, with the forces in the cut joints.
 
-Fixed, spherical and revolute cuts are Pinocchio `RigidConstraintModel`s (a revolute cut is two coincident points on its
-axis) and go through `pin.constraintDynamics`.  Universal and prismatic cuts and couplings, which Pinocchio has no rigid
-constraint for, go through the same equations in numpy:
+    M a + h = tau + K' f,   K a + gamma = 0
 
-    M a + h = tau + K' f,   K a + gamma = 0   =>   (K M^-1 K') f = -(K M^-1 (tau - h) + gamma)
+Both are solved in dimensionless coordinates, in which the rank of K is decided (`cutjoint.chain.rank`).  With N a basis
+of the motions that the loops allow and a_0 the least acceleration with K a_0 = -gamma,
 
-Redundant rows are the rule (both papers' robots have three), so f is the least one that does the work, and the
-solution is accepted only if |K a + gamma| vanishes.
+    a = a_0 + N z,   (N' M N) z = N' (tau - h - M a_0),   K' f = M a + h - tau
+
+so redundant rows never enter, and f is the least one that does the work: least is L^2 |force|^2 + |moment|^2 over all
+cuts, with L the characteristic length.  Motions that move no mass stay at rest where nothing pushes them; where
+something does, there is no answer.
+
+Where all cuts are fixed, spherical or revolute, `pin.constraintDynamics` gives the same accelerations by its proximal
+iteration, and quicker; it is used where it converged.  What is returned with forces satisfies both equations, or an
+error is raised.
 """
 
 from __future__ import annotations
@@ -20,10 +26,10 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, readonly
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.mobility import null_space
-from cutjoint.chain.rigid import RigidConstraints, Wrench, is_rigid
-from cutjoint.description.model import CutType
+from cutjoint.chain.kinematics import Kinematics, Moving, joints_of
+from cutjoint.chain.rank import Split, coordinates_of, null_space
+from cutjoint.chain.rigid import RigidConstraints, is_rigid
+from cutjoint.chain.wrenches import Wrench, wrenches
 from cutjoint.errors import DynamicsError
 
 
@@ -44,141 +50,149 @@ class FullMotion:
     residual: float
 
 
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """The motions that the loops allow at one configuration, by their mass.
+
+    Attributes:
+        basis: of them, one coordinate of the tree each, shape (nv, k), dimensionless.
+        factor: columns in coordinates of the basis that the mass matrix makes orthonormal, shape (k, moved).
+        idle: orthonormal motions that move no mass, in coordinates of the basis scaled by `size`, shape (k, massless).
+        size: root of the mass that each column of the basis moves, shape (k,).
+    """
+
+    basis: Array
+    factor: Array
+    idle: Array
+    size: Array
+
+    @staticmethod
+    def of(allowed: Array, mass: Array) -> Motions:
+        """From an orthonormal basis of the allowed motions and the mass matrix, both dimensionless in the motions."""
+        _, basis = coordinates_of(allowed)
+        energy = basis.T @ mass @ basis
+        size = np.sqrt(np.maximum(np.diag(energy), 0.0))
+        moves = size > MASSLESS * size.max(initial=0.0)
+        size = np.where(moves, size, 1.0)
+        values, vectors = np.linalg.eigh(np.where(np.outer(moves, moves), energy, 0.0) / size[:, None] / size)
+        heavy = values > MASSLESS
+        factor = vectors[:, heavy] / size[:, None] / np.sqrt(values[heavy])
+        return Motions(basis, factor, vectors[:, ~heavy], size)
+
+
+MASSLESS = 1e-12
+"""Motions that move less than this part of the mass of the others (by each joint's own measure) move none: rounding of
+masses that cancel lies below, the spin of a wire above."""
+
+
 class FullDynamics:
     """Constrained forward dynamics of one robot."""
 
     def __init__(self, kinematics: Kinematics) -> None:
         self._k = kinematics
         closure = kinematics.closure
-        self.massless = has_massless_joint(kinematics)
-        rigid = is_rigid(closure) and not self.massless
-        self.rigid = RigidConstraints(kinematics.model, closure.cuts, kinematics.length) if rigid else None
+        rigid = is_rigid(closure) and not has_massless_joint(kinematics)
+        self.rigid = RigidConstraints(kinematics) if rigid else None
 
     def acceleration(self, q: Array, v: Array, effort: Array) -> Array:
-        """Acceleration of all joints, shape (nv,), not checked against the constraints: for inner loops."""
-        if self.rigid is not None:
-            return self.rigid.acceleration(q, v, effort)
-        return self._solve(q, v, effort)[0]
-
-    def checked(self, q: Array, v: Array, effort: Array) -> Array:
-        """As `acceleration`, checked: where Pinocchio's iteration did not converge, solved directly.
+        """Acceleration of all joints, shape (nv,), for inner loops: by Pinocchio where its iteration converged, else
+        solved directly.
 
         Raises:
-            DynamicsError: the acceleration does not respect the cuts.
+            DynamicsError: there is no such acceleration.
         """
         if self.rigid is not None:
             acceleration = self.rigid.acceleration(q, v, effort)
-            left, size = self.rigid.unmet(acceleration)
-            if left <= tolerances.DYNAMICS.value * max(size, 1.0):  # false for a NaN too
+            if acceleration is not None:
                 return acceleration
-        acceleration, _ = self._solve(q, v, effort)
-        self.check(q, v, acceleration)
-        return acceleration
+        return self._solve(self._k.moving(q, v), effort)[0]
 
     def motion(self, q: Array, v: Array, effort: Array) -> FullMotion:
         """Acceleration and loop forces at a closed configuration.
 
         Raises:
-            DynamicsError: the acceleration does not respect the cuts.
+            DynamicsError: the acceleration does not respect the cuts, or the forces do not balance.
         """
-        couplings: dict[str, float] = {}
-        if self.rigid is not None:
-            acceleration = self.rigid.acceleration(q, v, effort)
-            forces = self.rigid.wrenches()
-        else:
-            acceleration, multipliers = self._solve(q, v, effort)
-            multipliers = self._k.closure.spread(multipliers)
-            forces = self._wrenches(q, multipliers)
-            ratios = self._k.closure.ratios
-            couplings = {
-                r.name: float(f) for r, f in zip(ratios, multipliers[len(multipliers) - len(ratios) :], strict=True)
-            }
-        residual = self.check(q, v, acceleration)
+        placed = self._k.moving(q, v)
+        acceleration, multipliers, residual = self._solve(placed, effort)
+        multipliers = self._k.closure.spread(multipliers)
+        ratios = self._k.closure.ratios
+        of_ratios = multipliers[len(multipliers) - len(ratios) :]
+        couplings = {r.name: float(f) for r, f in zip(ratios, of_ratios, strict=True)}
+        forces = wrenches(self._k.closure.cuts, placed.frames, multipliers)
         return FullMotion(readonly(acceleration), forces, couplings, residual)
 
-    def check(self, q: Array, v: Array, acceleration: Array) -> float:
-        """Largest |K a + gamma| of an acceleration.
+    def _solve(self, placed: Moving, effort: Array) -> tuple[Array, Array, float]:
+        """Acceleration (nv,), multipliers of the rows (rows,) and the largest |K a + gamma| left."""
+        k, scale = self._k, self._k.column_scale
+        q, v = placed.q, placed.v
+        split = Split.of(placed.scaled)
+        gamma = k.row_scale * placed.drift
+        mass = scale[:, None] * k.mass(q) * scale
+        bias = scale * np.array(pin.nonLinearEffects(k.model, k.data, q, v))
+        push = scale * effort
+        least = split.solve(-gamma)
+        inertial = mass @ least
+        motions = Motions.of(split.null, mass)
+        load = motions.basis.T @ (push - bias - inertial)
+        self._refuse_massless(motions, load, np.abs(push) + np.abs(bias) + np.abs(inertial))
+        moved = motions.factor @ (motions.factor.T @ load)
+        scaled = least + motions.basis @ moved
+        pull = mass @ scaled + bias - push
+        multipliers = split.solve_transposed(pull)
+        acceleration = scale * scaled
+        residual = self._check(placed, split, acceleration, multipliers, (mass @ scaled, bias, push), gamma)
+        return acceleration, k.row_scale * multipliers, residual
 
-        Raises:
-            DynamicsError: it is not finite or not small against its own terms.
-        """
-        k = self._k
-        if not np.isfinite(acceleration).all():
-            raise DynamicsError("forward dynamics gave a number that is not finite: singular posture", residual=np.inf)
-        k.update_rates(q, v)
-        moved, drift = k.closure.jacobian(k.data) @ acceleration, k.closure.drift(k.data, v)
-        residual = float(np.abs(moved + drift).max(initial=0.0))
-        size = float(max(np.abs(moved).max(initial=0.0), np.abs(drift).max(initial=0.0), 1.0))
-        if residual > tolerances.DYNAMICS.value * size:
+    def _refuse_massless(self, motions: Motions, load: Array, acting: Array) -> None:
+        terms = np.abs(motions.basis).T @ acting
+        pushed = np.abs(motions.idle.T @ (load / motions.size))
+        bound = np.abs(motions.idle).T @ (terms / motions.size)
+        floor = 1e-12 * float(acting.max(initial=0.0))
+        if (pushed > tolerances.DYNAMICS.value * bound + floor).any():
+            joints = joints_of(self._k.model, motions.basis @ (motions.idle / motions.size[:, None]))
             raise DynamicsError(
-                f"constrained forward dynamics did not converge: |K a + gamma| = {residual:.3g} against terms of "
-                f"{size:.3g}; the posture is singular or not closed",
-                residual=residual,
-            )
-        return residual
-
-    def _solve(self, q: Array, v: Array, effort: Array) -> tuple[Array, Array]:
-        k = self._k
-        mass = pin.crba(k.model, k.data, q)
-        mass = np.triu(mass) + np.triu(mass, 1).T
-        bias = np.array(pin.nonLinearEffects(k.model, k.data, q, v))
-        k.update_rates(q, v)
-        jacobian, drift = k.closure.jacobian(k.data), k.closure.drift(k.data, v)
-        if self.massless:
-            return self._solve_by_motions(mass, effort - bias, jacobian, drift)
-        free = np.linalg.solve(mass, np.column_stack([effort - bias, jacobian.T]))
-        if not len(jacobian):
-            return free[:, 0], np.zeros(0)
-        compliance = jacobian @ free[:, 1:]
-        wanted = -(jacobian @ free[:, 0] + drift)
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(compliance), 1e-300))
-        scaled = scale[:, None] * compliance * scale
-        multipliers = scale * np.linalg.lstsq(scaled, scale * wanted, rcond=tolerances.RANK.value**1.5)[0]
-        return free[:, 0] + free[:, 1:] @ multipliers, multipliers
-
-    def _solve_by_motions(self, mass: Array, force: Array, jacobian: Array, drift: Array) -> tuple[Array, Array]:
-        """The same where the tree has joints that move no mass: in a basis of the motions that the loops allow.
-
-        Raises:
-            DynamicsError: even a motion that the loops allow moves no mass.
-        """
-        scale = self._k.column_scale
-        basis = scale[:, None] * null_space(jacobian * scale)
-        start = scale * np.linalg.lstsq(jacobian * scale, -drift, rcond=tolerances.RANK.value)[0]
-        energy = basis.T @ mass @ basis
-        values = np.linalg.eigvalsh(energy) if energy.size else np.ones(1)
-        if values[0] <= 1e-12 * values[-1]:
-            raise DynamicsError(
-                "the robot has a motion that moves no mass: a body at the end of a limb has none, or none that its "
-                "joint moves; give it an inertia",
+                f"a force acts on a motion that moves no mass, of {', '.join(joints)}: a body at the end of a limb has "
+                "no mass, or none that its joint moves; give it an inertia",
                 residual=np.inf,
             )
-        acceleration = start + basis @ np.linalg.solve(energy, basis.T @ (force - mass @ start))
-        multipliers = np.linalg.lstsq(jacobian.T, mass @ acceleration - force, rcond=tolerances.RANK.value)[0]
-        return acceleration, multipliers
 
-    def _wrenches(self, q: Array, multipliers: Array) -> dict[str, Wrench]:
-        """Multipliers of the closure rows as wrenches on body B at frame b, world axes."""
+    def _check(
+        self,
+        placed: Moving,
+        split: Split,
+        acceleration: Array,
+        multipliers: Array,
+        forces: tuple[Array, Array, Array],
+        gamma: Array,
+    ) -> float:
+        """Largest |K a + gamma|, where both equations hold against the size of their own terms.
+
+        Raises:
+            DynamicsError: one of them does not.
+        """
+        if not (np.isfinite(acceleration).all() and np.isfinite(multipliers).all()):
+            raise DynamicsError("forward dynamics gave a number that is not finite: singular posture", residual=np.inf)
         k = self._k
-        found: dict[str, Wrench] = {}
-        row = 0
-        for cut, (_, a, b) in zip(k.closure.cuts, k.closure.placements(k.data), strict=True):
-            part = multipliers[row : row + cut.rows]
-            row += cut.rows
-            moment = np.zeros(3)
-            if cut.type is CutType.PRISMATIC:
-                force, moment = a.rotation[:, :2] @ part[:2], part[2:5]
-            else:
-                force = part[:3]
-            if cut.type is CutType.FIXED:
-                moment = part[3:6]
-            elif cut.type is CutType.REVOLUTE:
-                z = b.rotation[:, 2]
-                moment = part[3] * np.cross(z, a.rotation[:, 0]) + part[4] * np.cross(z, a.rotation[:, 1])
-            elif cut.type is CutType.UNIVERSAL:
-                moment = part[3] * np.cross(b.rotation[:, 1], a.rotation[:, 0])
-            found[cut.name] = Wrench(readonly(force), readonly(moment))
-        return found
+        moved, drift = placed.jacobian @ acceleration, gamma / k.row_scale
+        left = np.abs(moved + drift)
+        terms = k.row_scale * (np.abs(placed.jacobian) @ np.abs(acceleration) + np.abs(drift))
+        open_by = float((k.row_scale * left).max(initial=0.0))
+        inertial, bias, push = forces
+        unbalanced = inertial + bias - push - placed.scaled.T @ multipliers
+        acting = np.abs(inertial) + np.abs(bias) + np.abs(push) + np.abs(placed.scaled).T @ np.abs(multipliers)
+        worst = float(np.abs(unbalanced).max(initial=0.0))
+        for found, size, what in (
+            (open_by, float(terms.max(initial=0.0)), "|K a + gamma|"),
+            (worst, float(acting.max(initial=0.0)), "|M a + h - tau - K' f|"),
+        ):
+            if found > tolerances.DYNAMICS.value * size:
+                raise DynamicsError(
+                    f"constrained forward dynamics has no solution here: {what} = {found:.3g} against terms of "
+                    f"{size:.3g} (dimensionless); the posture is singular or not closed, or the velocity opens a loop",
+                    residual=found,
+                )
+        return float(left.max(initial=0.0))
 
 
 def has_massless_joint(kinematics: Kinematics) -> bool:
@@ -187,9 +201,15 @@ def has_massless_joint(kinematics: Kinematics) -> bool:
     if not k.model.nv:
         return False
     bent = k.integrate(np.array(pin.neutral(k.model)), k.column_scale * np.linspace(0.3, 0.7, k.model.nv))
-    upper = pin.crba(k.model, k.data, bent)
-    mass = (np.triu(upper) + np.triu(upper, 1).T) * k.column_scale[:, None] * k.column_scale
-    size = np.sqrt(np.maximum(np.diag(mass), 0.0))
-    if size.min() <= 0.0:
-        return True
-    return bool(np.linalg.eigvalsh(mass / size[:, None] / size)[0] < 1e-12)
+    mass = k.mass(bent) * k.column_scale[:, None] * k.column_scale
+    return bool(Motions.of(np.eye(k.model.nv), mass).idle.size)
+
+
+def massless_motions(kinematics: Kinematics, q: Array) -> Array:
+    """Basis of the motions at the closed configuration `q` (nq,) that the loops allow and that move no mass, shape
+    (nv, k), dimensionless."""
+    k = kinematics
+    mass = k.mass(q) * k.column_scale[:, None] * k.column_scale
+    motions = Motions.of(null_space(k.at(q).scaled), mass)
+    found: Array = motions.basis @ (motions.idle / motions.size[:, None])
+    return found

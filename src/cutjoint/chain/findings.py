@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import pinocchio as pin
 
 from cutjoint.chain.closed_chain import ClosedChain
-from cutjoint.chain.mobility import MobilityReport, joints_of, null_space, rank_of
+from cutjoint.chain.dynamics import massless_motions
+from cutjoint.chain.kinematics import joints_of
+from cutjoint.chain.mobility import MobilityReport
+from cutjoint.chain.rank import rank_of
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import ClosureError, Problem
 
@@ -107,12 +109,4 @@ def _adds_nothing(chain: ClosedChain, index: int) -> bool:
 
 def massless_joints(chain: ClosedChain) -> tuple[str, ...]:
     """Joints that can move at home without moving any mass, the loops closed."""
-    upper = pin.crba(chain.model, chain.model.createData(), np.array(chain.home.q_full))
-    mass = np.triu(upper) + np.triu(upper, 1).T
-    motions = null_space(chain.constraint_jacobian(chain.home.q_full))
-    if not motions.shape[1]:
-        return ()
-    energy = motions.T @ mass @ motions
-    values, vectors = np.linalg.eigh(energy)
-    still = values < 1e-12 * max(float(values.max()), 1e-300)
-    return joints_of(chain.model, motions @ vectors[:, still])
+    return joints_of(chain.model, massless_motions(chain._k, np.array(chain.home.q_full)))

@@ -6,7 +6,6 @@ Closing from any configuration, mobility, constrained forward dynamics with loop
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -18,13 +17,14 @@ from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
 from cutjoint.chain.assembly import ActuatedDriver, Assembler
 from cutjoint.chain.build import build_model, rough_home
-from cutjoint.chain.closure import bind_frame
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
-from cutjoint.chain.kinematics import Kinematics, ToolPoint
-from cutjoint.chain.mobility import MobilityReport, joints_of, mobility_report, null_space, rank_of, smallest
+from cutjoint.chain.kinematics import Kinematics, Placed, joints_of
+from cutjoint.chain.mobility import MobilityReport, mobility_report
 from cutjoint.chain.modes import working_modes
 from cutjoint.chain.nearby import Nearby
-from cutjoint.chain.rounding import trusted_rows
+from cutjoint.chain.rank import null_space, rank_of
+from cutjoint.chain.rounding import check_rounding, trusted_rows
+from cutjoint.chain.structure import AROUND, SHIFT, Structure
 from cutjoint.chain.tangent import TangentMap, tangent_map
 from cutjoint.description.model import JointType, RobotDescription
 from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError
@@ -46,8 +46,7 @@ class FullChain:
     def __init__(self, description: RobotDescription, home: str | None = None) -> None:
         self.description = description
         self.model = build_model(description)
-        self._k = Kinematics(self.model, description)
-        self._tool = ToolPoint(self.model, *bind_frame(self.model, description.tool)) if description.tool else None
+        self._k = Kinematics(description)
         ids = [self.model.getJointId(name) for name in description.actuators]
         self._q_index = np.array([self.model.idx_qs[i] for i in ids], dtype=int)
         self._v_index = np.array([self.model.idx_vs[i] for i in ids], dtype=int)
@@ -56,11 +55,12 @@ class FullChain:
         rough, keep = rough_home(self.model, description, home)
         trusted = trusted_rows(self._k, rough, self._hold(rough) if keep else None)
         if trusted is not None:
-            self._k = Kinematics(self.model, description, trusted)
+            self._k = Kinematics(description, trusted)
         self._assembler = Assembler(self._k)
         self._dynamics = FullDynamics(self._k)
         self._home_name = home
         self._home = self._known = self.assemble(rough, keep_actuators=keep)
+        check_rounding(self.name, self._k, self._home.q_full)
 
     # ---- names and sizes -------------------------------------------------------------------------------------------
 
@@ -117,17 +117,17 @@ class FullChain:
         Raises:
             ClosureError: it is open by more than the closure tolerance.
         """
-        q = as_vector("q_full", q_full, self.nq)
-        self._k.update(q)
-        if np.abs(self._k.closure.residual(self._k.data, q)).max(initial=0.0) > tolerances.CLOSURE.value:
-            distance, angle, cut = self._k.gap(q)
+        q = readonly(as_vector("q_full", q_full, self.nq))
+        placed = self._k.at(q)
+        if self._k.openness(placed) > 1.0:
+            distance, angle, cut = placed.gap
             raise ClosureError(
                 f"{self.name}: cut '{cut}' is open by {distance:.3g} m, {angle:.3g} rad; use close(), reach() or "
                 "assemble()",
                 gap=(distance, angle),
                 cut=cut,
             )
-        return self._posture(q)
+        return self._posture(placed)
 
     def assemble(self, q_full: npt.ArrayLike, keep_actuators: bool = True) -> Posture:
         """A closed posture from any configuration `q_full`, shape (nq,), loops open or not.
@@ -145,8 +145,7 @@ class FullChain:
             found = self._assembler.assemble_around(start, driver)
         if found is None:
             rest, _ = self._assembler.nearest(start, driver)
-            self._k.update(rest)
-            distance, angle, cut = self._k.gap(rest)
+            distance, angle, cut = self._k.at(rest).gap
             raise ClosureError(
                 f"{self.name}: no closed posture found from this configuration or around it; it comes to rest with "
                 f"gaps of up to {distance:.3g} m and {angle:.3g} rad, the worst at cut '{cut}'. Give a start nearer "
@@ -154,7 +153,7 @@ class FullChain:
                 gap=(distance, angle),
                 cut=cut,
             )
-        return self._posture(found)
+        return self._posture(self._k.at(found))
 
     def project(self, q_full: Array, v_full: Array) -> tuple[Array, Array]:
         """Nearby closed configuration and velocity: removes the drift of an integrator.
@@ -165,25 +164,31 @@ class FullChain:
             ClosureError: too far from closed for Newton's method.
             SingularError: type-2 singularity.
         """
-        determined = self._determined.determined
-        found = self._nearby.close(q_full, np.zeros(self.n)) if self._nearby is not None else None
-        if found is None:
-            found = self._assembler.settle(q_full, self._hold(q_full) if determined else None)
-        if found is None:
-            self._k.update(q_full)
-            distance, angle, cut = self._k.gap(q_full)
-            raise ClosureError(
-                f"{self.name} cannot be projected onto its loops: cut '{cut}' is open by {distance:.3g} m, "
-                f"{angle:.3g} rad",
-                gap=(distance, angle),
-                cut=cut,
-            )
-        if determined:
-            return found, self._tangent_at(found)[0] @ v_full[self._v_index]
-        self._k.update(found)
-        free = null_space(self._k.scaled_jacobian())
+        determined = self._is_determined
+        driver = self._hold(q_full) if determined else None
+        placed = self._nearby.follow(q_full, driver) if self._nearby is not None and driver is not None else None
+        if placed is None:
+            found = self._assembler.settle(q_full, driver)
+            if found is None:
+                distance, angle, cut = self._k.at(q_full).gap
+                raise ClosureError(
+                    f"{self.name} cannot be projected onto its loops: cut '{cut}' is open by {distance:.3g} m, "
+                    f"{angle:.3g} rad",
+                    gap=(distance, angle),
+                    cut=cut,
+                )
+            placed = self._k.at(found)
         scale = self._k.column_scale
-        return found, scale * (free @ (free.T @ (v_full / scale)))
+        if not determined:
+            free = null_space(placed.scaled)
+            return placed.q, scale * (free @ (free.T @ (v_full / scale)))
+        quick = self._nearby.tangent(placed) if self._nearby is not None else None
+        if quick is not None:
+            return placed.q, quick.map @ v_full[self._v_index]
+        tangent = self._map(placed)
+        driven = tangent.map @ v_full[self._v_index]
+        momentum = tangent.idle.T @ (self._k.mass(placed.q) @ (v_full - driven)) if tangent.idle.size else np.zeros(0)
+        return placed.q, driven + tangent.idle @ momentum
 
     def working_modes(self, at: Posture | None = None, starts: int = 60, seed: int = 0) -> tuple[Posture, ...]:
         """Closed postures that hold the tool in the pose of `at` (default home), `at` first.
@@ -194,12 +199,11 @@ class FullChain:
             InputError: the robot has no tool or no cuts.
             ActuationError: holding the tool leaves the robot movable, so the modes are not discrete.
         """
-        tool = self._need_tool()
+        self._need_tool()
         if not self._k.closure.rows:
             raise InputError(f"{self.name} has no cut joints; working modes are those of closed robots")
-        q = self._full(at)
-        self._k.update(q)
-        held = np.concatenate([self._k.scaled_jacobian(), tool.jacobian(self._k.data) * self._k.column_scale])
+        placed = self._k.at(self._full(at))
+        held = np.concatenate([placed.scaled, placed.tool_jacobian * self._k.column_scale])
         left = self.nv - rank_of(held)
         if left:
             raise ActuationError(
@@ -208,18 +212,14 @@ class FullChain:
                 actuators=self.n,
                 free=joints_of(self.model, null_space(held)),
             )
-        found = working_modes(self._k, self._assembler, tool, q, starts, seed)
-        return tuple(self._posture(one) for one in found)
+        found = working_modes(self._k, self._assembler, placed.q, starts, seed)
+        return tuple(self._posture(self._k.at(one)) for one in found)
 
     # ---- mobility --------------------------------------------------------------------------------------------------
 
     def mobility(self, at: Posture | None = None) -> MobilityReport:
         """Mobility, redundancy and distance to singularities at a posture (default home)."""
-        q = self._full(at)
-        report = mobility_report(self._k, self._v_index, self._tool, self._tool_directions, q)
-        if report.determined or q is self._home.q_full or not self._determined.determined:
-            return report
-        return replace(report, type2=self._type2(q))
+        return mobility_report(self._k, self._v_index, self._structure, self._k.at(self._full(at)))
 
     def limit_violations(self, at: Posture) -> Mapping[str, tuple[float, float, float]]:
         """Joints beyond their limits: name -> (value, lower, upper), [m] or [rad]."""
@@ -245,7 +245,8 @@ class FullChain:
         return self._dynamics.motion(self._whole(q_full), v, effort)
 
     def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
-        """As `full_forward_dynamics`, the acceleration alone and unchecked, for inner loops, shape (nv,)."""
+        """As `full_forward_dynamics`, the acceleration alone, for inner loops, shape (nv,); the arguments are not
+        checked."""
         return self._dynamics.acceleration(q_full, v_full, effort_full)
 
     def full_inverse_dynamics(self, q_full: Array, v_full: Array, a_full: Array) -> ActuatorEfforts:
@@ -265,8 +266,9 @@ class FullChain:
         Raises:
             InputError: the robot has no tool, or the tool cannot move like that here.
         """
+        self._need_tool()
         wanted = as_vector("velocity", velocity, 3, "m/s"), as_vector("acceleration", acceleration, 3, "m/s2")
-        return motion_of_tool(self.name, self._k, self._need_tool(), self._full(at), *wanted)
+        return motion_of_tool(self.name, self._k, self._full(at), *wanted)
 
     def full_effort(self, effort: npt.ArrayLike) -> Array:
         """Actuator efforts (n,) as generalised forces of all joints, shape (nv,)."""
@@ -288,33 +290,37 @@ class FullChain:
 
     def gap(self, q_full: Array) -> tuple[float, float]:
         """Worst loop gap of a configuration, ([m], [rad])."""
-        q = self._whole(q_full)
-        self._k.update(q)
-        return self._k.gap(q)[:2]
+        return self._k.at(self._whole(q_full)).gap[:2]
 
     def constraint_jacobian(self, q_full: Array) -> Array:
         """Derivative of all constraint rows, unscaled, shape (rows, nv)."""
-        self._k.update(self._whole(q_full))
-        return self._k.closure.jacobian(self._k.data)
+        return self._k.at(self._whole(q_full)).jacobian
 
     def link_placements(self, q_full: Array) -> dict[str, Array]:
         """World placement (4, 4) of every link."""
-        pin.forwardKinematics(self.model, self._k.data, self._whole(q_full))
+        model, data = self._k.model, self._k.data
+        pin.forwardKinematics(model, data, self._whole(q_full))
         return {
-            frame.name: np.array((self._k.data.oMi[frame.parentJoint] * frame.placement).homogeneous)
-            for frame in self.model.frames
+            frame.name: self._in_world(data.oMi[frame.parentJoint] * frame.placement)
+            for frame in model.frames
             if frame.type == pin.FrameType.BODY and frame.name != "universe"
         }
 
     def cut_placements(self, q_full: Array) -> list[tuple[str, Array, Array]]:
         """Name and world placements (4, 4) of both frames of every cut."""
-        self._k.update(self._whole(q_full))
-        placed = self._k.closure.placements(self._k.data)
-        return [(name, np.array(a.homogeneous), np.array(b.homogeneous)) for name, a, b in placed]
+        frames = self._k.at(self._whole(q_full)).frames
+        return [
+            (
+                cut.name,
+                self._in_world(pin.SE3(frames.axes_a[i], frames.at_a[i])),
+                self._in_world(pin.SE3(frames.axes_b[i], frames.at_b[i])),
+            )
+            for i, cut in enumerate(self._k.closure.cuts)
+        ]
 
     def centre_of_mass(self, q_full: Array) -> Array:
         """Centre of mass of all moving links, shape (3,) [m]."""
-        return np.array(pin.centerOfMass(self.model, self._k.data, self._whole(q_full)))
+        return np.array(pin.centerOfMass(self._k.model, self._k.data, self._whole(q_full))) + self._k.origin
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
@@ -325,65 +331,87 @@ class FullChain:
     def _actuated_lengths(self) -> Array:
         return np.array([actuator.kind == "translation" for actuator in self.actuators], dtype=bool)
 
-    @cached_property
-    def _tool_directions(self) -> int:
-        """Directions in which the tool point can move at home (2 for a planar robot)."""
-        if self._tool is None:
-            return 0
-        self._k.update(self._home.q_full)
-        matrix = self._k.scaled_jacobian()
-        point = self._tool.jacobian(self._k.data)[:3] * self._k.column_scale / self.length
-        return rank_of(np.concatenate([matrix, point])) - rank_of(matrix)
+    def _in_world(self, placement: pin.SE3) -> Array:
+        """A placement in the model that is computed with as one in the world, shape (4, 4)."""
+        found = np.array(placement.homogeneous)
+        found[:3, 3] += self._k.origin
+        return found
 
     @cached_property
-    def _determined(self) -> MobilityReport:
-        return self.mobility(self._home)
+    def _regular(self) -> tuple[Placed, ...]:
+        """Home and closed postures around it, home first."""
+        home = self._home.q_full
+        found = [self._k.at(home)]
+        for start in self._assembler.around(home, np.full(2 * AROUND, SHIFT)):
+            closed = self._assembler.settle(start, None, 3.0 * SHIFT) if len(found) <= AROUND else None
+            if closed is not None:
+                found.append(self._k.at(closed))
+        return tuple(found)
+
+    @cached_property
+    def _structure(self) -> Structure:
+        return Structure.of(self._k, self._v_index, list(self._regular))
+
+    @cached_property
+    def _is_determined(self) -> bool:
+        """Whether the actuators determine the motion at nearly every posture, but for idle motions."""
+        usual = self._structure
+        return usual.locked == usual.idle and usual.rank + usual.idle + self.n == self.nv
 
     @cached_property
     def _nearby(self) -> Nearby | None:
-        rigid = self._dynamics.rigid
-        if rigid is None or not self._determined.determined or not (self.n and len(self._passive)):
+        if not self._is_determined or self._structure.idle or not (self.n and len(self._passive)):
             return None
-        return Nearby(self._k, rigid, self._v_index, self._passive, self._home.q_full)
+        regular = max(self._regular, key=lambda one: tangent_map(self._k, self._v_index, self._passive, one, 0).type2)
+        return Nearby(self._k, self._v_index, self._passive, regular)
 
-    def _tangent_at(self, q: Array) -> tuple[Array, Array | None]:
-        """T (nv, n), and K_p^+ (passive, rows) where the quick way did not answer.
-
-        Raises:
-            SingularError: type-2 singularity.
-        """
-        quick = self._nearby.tangent(q) if self._nearby is not None else None
-        if quick is not None:
-            return readonly(quick), None
-        found = self._map(q)
-        return readonly(found.map), found.inverse
-
-    def _map(self, q: Array) -> TangentMap:
-        """Tangent map at a configuration of a robot that its actuators determine.
+    def _map(self, placed: Placed) -> TangentMap:
+        """Tangent map at a configuration where the actuators determine the motion.
 
         Raises:
             SingularError: type-2 singularity.
+            ActuationError: the actuators do not determine the motion, here or anywhere.
         """
-        found = tangent_map(self._k, self._v_index, self._passive, q)
+        usual = self._structure
+        found = tangent_map(self._k, self._v_index, self._passive, placed, usual.idle)
+        if usual.locked > usual.idle and not found.type2 > tolerances.SINGULAR.value:
+            raise self._not_determined(placed)
         if found.type2 < tolerances.SINGULAR.value:
             raise SingularError(
-                f"{self.name} at {self._show(q[self._q_index])} is in a type-2 singularity: with the actuators "
+                f"{self.name} at {self._show(placed.q[self._q_index])} is in a type-2 singularity: with the actuators "
                 f"locked it still moves (singular value {found.type2:.2g}, limit {tolerances.SINGULAR.value:.0e})",
                 kind="type-2",
                 measure=found.type2,
                 limit=tolerances.SINGULAR.value,
             )
+        if not found.consistent:
+            raise self._not_determined(placed)
         return found
+
+    def _not_determined(self, placed: Placed) -> ActuationError:
+        report = mobility_report(self._k, self._v_index, self._structure, placed)
+        moving = [joint for joint in report.free if joint not in report.idle]
+        if moving:
+            why = f"with all actuators locked these joints still move: {', '.join(moving)}"
+        else:
+            needed = report.mobility - report.idle_mobility
+            why = f"{report.actuators - needed} actuators more than the mobility depend on the others"
+        return ActuationError(
+            f"the actuators of {self.name} do not determine its motion: mobility {report.mobility}, actuators "
+            f"{report.actuators}; {why}. Full coordinates still work",
+            mobility=report.mobility,
+            actuators=report.actuators,
+            free=report.free,
+        )
 
     def _hold(self, q: Array) -> ActuatedDriver:
         """Keeps the actuated coordinates where they are."""
         values = q[self._q_index]
         return ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, values, values)
 
-    def _need_tool(self) -> ToolPoint:
-        if self._tool is None:
+    def _need_tool(self) -> None:
+        if self._k.tool_support is None:
             raise InputError(f"{self.name} has no tool frame; name one under [tool] in its loops.toml")
-        return self._tool
 
     def _full(self, at: Posture | None) -> Array:
         """Full configuration of a posture (default home) that this robot, or one of the same geometry, made."""
@@ -396,9 +424,9 @@ class FullChain:
                 f"this posture has {at.q_full.size} coordinates, {self.name} has {self.nq}; make it with this robot's "
                 "close() or reach()"
             )
-        self._k.update(at.q_full)
-        distance, angle, cut = self._k.gap(at.q_full)
-        if not max(distance, angle) < 10.0 * tolerances.CLOSURE.value:
+        placed = self._k.at(at.q_full)
+        if not self._k.openness(placed) < 10.0:
+            distance, angle, cut = placed.gap
             raise InputError(
                 f"this posture leaves cut '{cut}' of {self.name} open by {distance:.3g} m, {angle:.3g} rad; make it "
                 "with this robot's close() or reach()"
@@ -406,15 +434,14 @@ class FullChain:
         self._known = at
         return at.q_full
 
-    def _posture(self, q: Array) -> Posture:
-        self._k.update(q)
-        distance, angle, _ = self._k.gap(q)
-        self._known = Posture(q[self._q_index], q, (distance, angle))
-        return self._known
+    def _posture(self, placed: Placed) -> Posture:
+        distance, angle, _ = placed.gap
+        posture = self._known = Posture(placed.q[self._q_index], placed.q, (distance, angle))
+        return posture
 
-    def _type2(self, q: Array) -> float:
-        self._k.update(q)
-        return smallest(self._k.scaled_jacobian()[:, self._passive], len(self._passive))
+    def _type2(self, placed: Placed) -> float:
+        """Distance to a type-2 singularity."""
+        return tangent_map(self._k, self._v_index, self._passive, placed, self._structure.idle).type2
 
     def _show(self, q: Array) -> str:
         return ", ".join(

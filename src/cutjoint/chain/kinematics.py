@@ -1,98 +1,241 @@
-"""Kinematics of the tree on a private `pin.Data`, and the scale that makes metres and radians comparable.
+"""Kinematics of the tree at one configuration, as values, and the scale that makes metres and radians comparable.
+
+`Kinematics.at(q)` and `.moving(q, v)` are the one place that reads Pinocchio's workspace: what they return holds its
+own arrays and never changes.  Every thread has a workspace of its own, so a robot can be shared between threads.
 
 Singular values of a matrix that mixes lengths and angles mean nothing until it is scaled.  Lengths are divided by the
 robot's characteristic length: the mean distance between neighbouring joint frames and cut frames that are apart.
+
+A fixed base far from the world origin would cost digits in every product, so the model that is computed with stands
+near the robot (`origin`); positions are given back in the world by the chain.
 """
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pinocchio as pin
 
-from cutjoint.arrays import Array
-from cutjoint.chain.closure import Closure, support
+from cutjoint import tolerances
+from cutjoint.arrays import Array, readonly
+from cutjoint.chain.build import build_model
+from cutjoint.chain.closure import Closure, Cut, CutFrames, bind_frame, support
 from cutjoint.description.model import RobotDescription
+
+FAR = 10.0
+"""Distance of a fixed base from the world origin, in characteristic lengths, beyond which it is taken out."""
+
+
+class Placed:
+    """The tree at one configuration.
+
+    Attributes:
+        q: configuration, shape (nq,).
+        twists: joint Jacobians about the origin in its axes, shape (6, nv).
+        frames: of the cuts.
+        gather: G of `cutjoint.chain.closure`, shape (cut rows, 12 cuts).
+        jacobian: of all rows, [m] and [rad] per velocity, shape (rows, nv).
+        scaled: the same, dimensionless.
+    """
+
+    def __init__(self, kinematics: Kinematics, q: Array, placements: Array, twists: Array) -> None:
+        k = self._k = kinematics
+        self.q, self.twists = q, twists
+        count = len(k.closure.cuts)
+        axes, at = placements[:, :3, :3], placements[:, :3, 3]
+        self.frames = CutFrames(axes[:count], axes[count : 2 * count], at[:count], at[count : 2 * count])
+        self._tool_axes: Array = axes[-1]
+        self._tool_at: Array = at[-1]
+        self.gather = k.closure.gather(self.frames)
+        self.jacobian = k.closure.jacobian(self.gather, twists)
+        self.scaled: Array = self.jacobian * k.scale
+
+    @property
+    def residual(self) -> Array:
+        """Residual of all rows, shape (rows,), [m] and [rad]."""
+        found: Array = self._k.closure.residual(self.frames, self.q)
+        return found
+
+    @property
+    def gap(self) -> tuple[float, float, str]:
+        """Worst distance [m] and angle [rad] of any cut, and the name of the worst cut."""
+        gaps = self._k.closure.gaps(self.frames, self.q)
+        if not gaps:
+            return 0.0, 0.0, ""
+        worst = max(gaps, key=lambda gap: gap[1] / self._k.length + gap[2])
+        return max(gap[1] for gap in gaps), max(gap[2] for gap in gaps), worst[0]
+
+    @property
+    def tool(self) -> pin.SE3:
+        """Placement of the tool frame in the model, away from the world by its origin."""
+        return pin.SE3(self._tool_axes, self._tool_at)
+
+    @property
+    def tool_position(self) -> Array:
+        """Of the tool point in the model, shape (3,) [m]."""
+        return self._tool_at
+
+    @property
+    def tool_jacobian(self) -> Array:
+        """Linear velocity of the tool point and angular velocity of its body per velocity, shape (6, nv)."""
+        assert self._k.tool_support is not None
+        twist = self.twists * self._k.tool_support
+        x, y, z = self._tool_at
+        w = twist[3:]
+        linear = twist[:3] + np.array([w[1] * z - w[2] * y, w[2] * x - w[0] * z, w[0] * y - w[1] * x])
+        return np.concatenate([linear, w])
+
+
+class Moving(Placed):
+    """The tree at one configuration and velocity.
+
+    Attributes:
+        v: velocity, shape (nv,).
+        rates: time derivatives of the joint Jacobians, shape (6, nv).
+    """
+
+    def __init__(
+        self, kinematics: Kinematics, q: Array, v: Array, placements: Array, twists: Array, rates: Array
+    ) -> None:
+        super().__init__(kinematics, q, placements, twists)
+        self.v, self.rates = v, rates
+
+    @property
+    def drift(self) -> Array:
+        """Time derivative of the constraint Jacobian times v, shape (rows,), [m/s2] and [rad/s2]."""
+        return self._k.closure.drift(self.frames, self.gather, self.twists, self.rates, self.v)
+
+    @property
+    def tool_drift(self) -> Array:
+        """Classical acceleration of the tool point with zero joint accelerations, shape (3,) [m/s2]."""
+        assert self._k.tool_support is not None
+        masked = self._k.tool_support * self.v
+        twist, rate = self.twists @ masked, self.rates @ masked
+        velocity = twist[:3] + np.cross(twist[3:], self._tool_at)
+        classical: Array = rate[:3] + np.cross(rate[3:], self._tool_at) + np.cross(twist[3:], velocity)
+        return classical
 
 
 class Kinematics:
-    """The model, its closure equations and one workspace (`data`) that nobody else sees."""
+    """The model of a robot that is computed with, its closure equations and its scales.
 
-    def __init__(self, model: pin.Model, description: RobotDescription, trusted: Array | None = None) -> None:
-        self.model = model
-        self.data = model.createData()
-        self.closure = Closure(model, description, trusted)
-        self.length = characteristic_length(model, self.closure)
+    Attributes:
+        model: the open tree, standing near the origin.
+        origin: where the model's origin is in the world, shape (3,) [m].
+        length: characteristic length [m].
+        reach: longest way along the tree's and the cuts' frames [m], the size of the robot.
+        tool_support: 1 for every velocity that moves the tool, shape (nv,); None where there is no tool.
+        row_scale, column_scale: factors per row and per velocity that make the constraint Jacobian dimensionless.
+        closed_length: distance [m] below which a cut counts as closed; `tolerances.CLOSURE` is the same for angles.
+    """
+
+    def __init__(self, description: RobotDescription, trusted: Array | None = None) -> None:
+        model = build_model(description)
+        centre, far = _base(model, Closure(model, description))
+        self.origin = readonly(centre if far else np.zeros(3))
+        self.model = build_model(description, self.origin) if far else model
+        self.description = description
+        self.closure = Closure(self.model, description, trusted)
+        self.length, self.reach = characteristic_length(self.model, self.closure, description)
+        joints = [cut.joint_a for cut in self.closure.cuts] + [cut.joint_b for cut in self.closure.cuts]
+        places = [cut.placement_a for cut in self.closure.cuts] + [cut.placement_b for cut in self.closure.cuts]
+        self.tool_support: Array | None = None
+        if description.tool is not None:
+            joint, placement = bind_frame(self.model, description.tool)
+            self.tool_support = support(self.model, joint)
+        else:
+            joint, placement = 0, pin.SE3.Identity()
+        self._joints = sorted({*joints, joint})
+        self._frame_joint = np.array([self._joints.index(j) for j in [*joints, joint]])
+        self._frame_place = np.array([place.homogeneous for place in [*places, placement]])
         self._first_axes = [
-            (int(model.idx_vs[joint]), support(model, model.parents[joint]))
-            for joint in range(1, model.njoints)
-            if model.joints[joint].shortname() == "JointModelUniversal"
+            (int(self.model.idx_vs[joint]), support(self.model, self.model.parents[joint]))
+            for joint in range(1, self.model.njoints)
+            if self.model.joints[joint].shortname() == "JointModelUniversal"
         ]
+        self._travels = _travelling(self.model)
+        self.closed_length = tolerances.CLOSURE.value * self.reach
         self.row_scale = np.where(self.closure.is_length, 1.0 / self.length, 1.0)
-        self.column_scale = velocity_scale(model, self.length)
+        self.column_scale = velocity_scale(self.model, self.length)
+        self.scale = self.row_scale[:, None] * self.column_scale
+        self._own = threading.local()
 
-    def update(self, q: Array) -> None:
-        """Placements and joint Jacobians at `q`."""
-        pin.computeJointJacobians(self.model, self.data, q)
+    @property
+    def data(self) -> pin.Data:
+        """Pinocchio's workspace of this thread."""
+        try:
+            return self._own.data
+        except AttributeError:
+            self._own.data = self.model.createData()
+            return self._own.data
 
-    def update_rates(self, q: Array, v: Array) -> None:
-        """Placements, joint Jacobians and their time derivatives at `q` (nq,) and `v` (nv,).
+    def at(self, q: Array) -> Placed:
+        """The tree at `q`, shape (nq,)."""
+        data = self.data
+        pin.computeJointJacobians(self.model, data, q)
+        return Placed(self, q, self._placements(data), self._matrix(data.J))
+
+    def moving(self, q: Array, v: Array) -> Moving:
+        """The tree at `q` (nq,) and `v` (nv,)."""
+        data = self.data
+        twists, rates = self.rates(data, q, v)
+        return Moving(self, q, v, self._placements(data), twists, rates)
+
+    def rates(self, data: pin.Data, q: Array, v: Array) -> tuple[Array, Array]:
+        """Joint Jacobians and their time derivatives, shape (6, nv) each.
 
         Pinocchio 4.1 leaves out that the first axis of a universal joint turns with the parent alone; that column is
         set right here.
         """
-        pin.computeJointJacobiansTimeVariation(self.model, self.data, q, v)
+        pin.computeJointJacobiansTimeVariation(self.model, data, q, v)
+        twists, rates = self._matrix(data.J), self._matrix(data.dJ)
         for column, below in self._first_axes:
-            axis = self.data.J[:, column]
-            carrier = self.data.J @ (below * v)
+            axis = twists[:, column]
+            carrier = twists @ (below * v)
             w, u = carrier[3:], carrier[:3]
-            self.data.dJ[:3, column] = np.cross(w, axis[:3]) + np.cross(u, axis[3:])
-            self.data.dJ[3:, column] = np.cross(w, axis[3:])
+            rates[:3, column] = np.cross(w, axis[:3]) + np.cross(u, axis[3:])
+            rates[3:, column] = np.cross(w, axis[3:])
+        return twists, rates
+
+    def mass(self, q: Array) -> Array:
+        """Mass matrix of the tree, symmetric, shape (nv, nv)."""
+        upper = np.triu(np.reshape(pin.crba(self.model, self.data, q), (self.model.nv, self.model.nv)))
+        return np.asarray(upper + np.triu(upper, 1).T)
+
+    def forces(self, q: Array, v: Array, a: Array) -> Array:
+        """Generalised forces that make the tree move so: M a + C v + g, shape (nv,)."""
+        return np.array(pin.rnea(self.model, self.data, q, v, a))
+
+    def gravity(self, q: Array) -> Array:
+        """Generalised gravity, shape (nv,)."""
+        return np.array(pin.computeGeneralizedGravity(self.model, self.data, q))
 
     def integrate(self, q: Array, motion: Array) -> Array:
         """Configuration after the tangent motion (nv,), on the manifold."""
         return np.asarray(pin.integrate(self.model, q, motion))
 
-    def scaled_jacobian(self) -> Array:
-        """Constraint Jacobian at the updated configuration, dimensionless, shape (rows, nv)."""
-        scaled: Array = self.row_scale[:, None] * self.closure.jacobian(self.data) * self.column_scale
-        return scaled
+    def closed_within(self, q: Array) -> float:
+        """Distance [m] below which a cut counts as closed at `q`: bodies that travel far from the origin are rounded to
+        their distance from it.  For angles it is `tolerances.CLOSURE`."""
+        if not len(self._travels):
+            return self.closed_length
+        return self.closed_length + tolerances.CLOSURE.value * float(np.abs(q[self._travels]).max())
 
-    def gap(self, q: Array) -> tuple[float, float, str]:
-        """Worst distance [m] and angle [rad] of any cut at the updated configuration, and the name of the worst cut."""
-        gaps = self.closure.gaps(self.data, q)
-        if not gaps:
-            return 0.0, 0.0, ""
-        worst = max(gaps, key=lambda gap: gap[1] / self.length + gap[2])
-        return max(gap[1] for gap in gaps), max(gap[2] for gap in gaps), worst[0]
+    def openness(self, placed: Placed) -> float:
+        """How open the loops are: the largest residual of a row in units of what counts as closed."""
+        bound = np.where(self.closure.is_length, self.closed_within(placed.q), tolerances.CLOSURE.value)
+        return float((np.abs(placed.residual) / bound).max(initial=0.0))
 
+    def _placements(self, data: pin.Data) -> Array:
+        """Placements of the frames a and b of all cuts and of the tool, shape (frames, 4, 4)."""
+        placed = np.array([data.oMi[joint].homogeneous for joint in self._joints])
+        found: Array = placed[self._frame_joint] @ self._frame_place
+        return found
 
-class ToolPoint:
-    """Kinematics of a frame fixed to a joint: position, pose error and Jacobians in world axes."""
-
-    def __init__(self, model: pin.Model, joint: int, placement: pin.SE3) -> None:
-        self.joint, self.placement = joint, placement
-        self._support = support(model, joint)
-
-    def pose(self, data: pin.Data) -> pin.SE3:
-        """World placement."""
-        return data.oMi[self.joint] * self.placement
-
-    def jacobian(self, data: pin.Data) -> Array:
-        """Linear velocity of the point and angular velocity of the body per velocity, shape (6, nv)."""
-        twist = np.asarray(data.J) * self._support
-        x, y, z = self.pose(data).translation
-        w = twist[3:]
-        linear = twist[:3] + np.stack([w[1] * z - w[2] * y, w[2] * x - w[0] * z, w[0] * y - w[1] * x])
-        return np.concatenate([linear, w])
-
-    def drift(self, data: pin.Data, v: Array) -> Array:
-        """Classical acceleration of the point with zero joint accelerations, shape (3,) [m/s2]; needs `data.dJ`."""
-        masked = self._support * v
-        twist, rate = np.asarray(data.J) @ masked, np.asarray(data.dJ) @ masked
-        at = self.pose(data).translation
-        velocity = twist[:3] + np.cross(twist[3:], at)
-        classical: Array = rate[:3] + np.cross(rate[3:], at) + np.cross(twist[3:], velocity)
-        return classical
+    def _matrix(self, values: Array) -> Array:
+        """A copy of a matrix (6, nv) of Pinocchio's, which hands it back as (6,) where nv is 1."""
+        return np.array(values).reshape(6, self.model.nv)
 
 
 def velocity_scale(model: pin.Model, length: float) -> Array:
@@ -112,10 +255,75 @@ def velocity_scale(model: pin.Model, length: float) -> Array:
     return scale
 
 
-def characteristic_length(model: pin.Model, closure: Closure) -> float:
-    """Mean distance [m] between neighbouring joint and cut frames that are apart; 1 where all coincide."""
-    distances = [float(np.linalg.norm(placement.translation)) for placement in list(model.jointPlacements)[1:]]
+def characteristic_length(model: pin.Model, closure: Closure, description: RobotDescription) -> tuple[float, float]:
+    """Mean distance [m] between neighbouring joint and cut frames that are apart, and the longest way along them from
+    the base to a frame.
+
+    Frames that the base carries count from their middle.  A robot whose frames all coincide is measured by its tool or
+    its centres of mass; 1 where those are there too.
+    """
+    middle, _ = _base(model, closure)
+    way = np.zeros(model.njoints)
+    distances: list[float] = []
+
+    def step(parent: int, place: Array) -> float:
+        distances.append(float(np.linalg.norm(place - middle if parent == 0 else place)))
+        return float(way[parent]) + distances[-1]
+
+    for joint in range(1, model.njoints):
+        way[joint] = step(model.parents[joint], model.jointPlacements[joint].translation)
+    ends = [step(cut.joint_a, cut.placement_a.translation) for cut in closure.cuts]
+    ends += [step(cut.joint_b, cut.placement_b.translation) for cut in closure.cuts]
+    if not max(distances, default=0.0) > 0.0:
+        if description.tool is not None:
+            joint, place = bind_frame(model, description.tool)
+            distances.append(float(np.linalg.norm(place.translation)) if joint else 0.0)
+        distances += [float(np.linalg.norm(inertia.lever)) for inertia in list(model.inertias)[1:] if inertia.mass > 0]
+    longest = max(distances, default=0.0)
+    apart = [distance for distance in distances if distance > 1e-9 * longest]
+    length = float(np.mean(apart)) if apart else 1.0
+    return length, max(float(way.max(initial=0.0)), max(ends, default=0.0), length)
+
+
+def joints_of(model: pin.Model, motions: Array) -> tuple[str, ...]:
+    """Names of the joints that take part in any of the dimensionless motions, shape (nv, k)."""
+    moving = np.abs(motions).max(axis=1, initial=0.0) > 1e-6
+    return tuple(
+        model.names[joint]
+        for joint in range(1, model.njoints)
+        if moving[model.idx_vs[joint] : model.idx_vs[joint] + model.nvs[joint]].any()
+    )
+
+
+def _base(model: pin.Model, closure: Closure) -> tuple[Array, bool]:
+    """Middle of all frames that the base carries, shape (3,) [m], and whether that is far from the world origin."""
+    first = [j for j in range(1, model.njoints) if model.parents[j] == 0]
+    carried = [np.array(model.jointPlacements[joint].translation) for joint in first]
     for cut in closure.cuts:
-        distances += [float(np.linalg.norm(place.translation)) for place in (cut.placement_a, cut.placement_b)]
-    apart = [distance for distance in distances if distance > 1e-9]
-    return float(np.mean(apart)) if apart else 1.0
+        carried += [np.array(place.translation) for place in _on_base(cut)]
+    if not carried:
+        return np.zeros(3), False
+    middle = np.mean(carried, axis=0)
+    spread = max(float(np.linalg.norm(place - middle)) for place in carried)
+    others = [np.linalg.norm(model.jointPlacements[j].translation) for j in range(1, model.njoints) if j not in first]
+    size = max([spread, *map(float, others)])
+    for inertia in list(model.inertias)[1:]:
+        size = max(size, float(np.linalg.norm(inertia.lever)))
+    return middle, float(np.linalg.norm(middle)) > FAR * size
+
+
+def _on_base(cut: Cut) -> list[pin.SE3]:
+    sides = ((cut.joint_a, cut.placement_a), (cut.joint_b, cut.placement_b))
+    return [place for joint, place in sides if joint == 0]
+
+
+def _travelling(model: pin.Model) -> Array:
+    """Indices in q of the positions of free bodies, which may be anywhere."""
+    found: list[int] = []
+    for joint in range(1, model.njoints):
+        name, start = model.joints[joint].shortname(), model.idx_qs[joint]
+        if name == "JointModelFreeFlyer":
+            found += range(start, start + 3)
+        elif name == "JointModelPlanar":
+            found += range(start, start + 2)
+    return np.array(found, dtype=int)

@@ -8,6 +8,9 @@ Jacobian, split into actuated and passive columns K_a and K_p:
 - type-2 (parallel) singularity: K_p loses rank, so the robot moves with all actuators locked.
 - type-1 (serial) singularity: the tool's Jacobian loses rank, so the tool cannot move in some direction.
 
+Idle motions, such as a rod between two balls that spins about itself, are counted in the mobility; the actuators need
+not determine them.
+
 After Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains, IEEE T. Robot. Autom. 6(3), 1990.
 """
 
@@ -16,11 +19,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.kinematics import Kinematics, ToolPoint
+from cutjoint.chain.kinematics import Kinematics, Placed, joints_of
+from cutjoint.chain.rank import dependent_rows, rank_of, smallest
+from cutjoint.chain.structure import Structure, idle_motions, locked_motions, scaled_tool
 from cutjoint.chain.tangent import tangent_map
 
 
@@ -33,8 +37,10 @@ class MobilityReport:
         rows, rank: constraint rows, and how many of them are independent here.
         mobility: velocities - rank.
         redundant_rows: names of rows that depend on the rows before them.
+        dropped_rows: those of them that do so only up to rounding, and are not closed.
         actuators: number of actuated coordinates.
-        determined: whether the actuators determine the motion, and are as many as the mobility.
+        determined: whether the actuators determine the motion but for idle ones, and do not depend on each other.
+        idle_mobility: number of idle motions: with all actuators locked, and without moving the tool.
         free: passive joints that move with all actuators locked.
         idle: those of them that do so without moving the tool, such as a rod that spins about itself.
         type1, type2: distance to type-1 and type-2 singularities, dimensionless, 0 = singular; NaN where undefined
@@ -48,8 +54,10 @@ class MobilityReport:
     rank: int
     mobility: int
     redundant_rows: tuple[str, ...]
+    dropped_rows: tuple[str, ...]
     actuators: int
     determined: bool
+    idle_mobility: int
     free: tuple[str, ...]
     idle: tuple[str, ...]
     type1: float
@@ -58,44 +66,41 @@ class MobilityReport:
     gap: tuple[float, float]
 
 
-def mobility_report(
-    kinematics: Kinematics, actuated: Array, tool: ToolPoint | None, directions: int, q: Array
-) -> MobilityReport:
-    """Mobility at the configuration `q` (nq,).
+def mobility_report(kinematics: Kinematics, actuated: Array, structure: Structure, placed: Placed) -> MobilityReport:
+    """Mobility at one configuration.
 
     Args:
         actuated: velocity indices of the actuated joints, shape (n,).
-        tool: the tool point, if there is one, and in how many directions it can move where the robot is regular.
+        structure: of the robot at nearly every posture.
     """
     k, n, nv = kinematics, len(actuated), kinematics.model.nv
     passive = np.setdiff1d(np.arange(nv), actuated)
-    k.update(q)
-    matrix = k.scaled_jacobian()
-    distance, angle, _ = k.gap(q)
+    matrix = placed.scaled
+    distance, angle, _ = placed.gap
     rank = rank_of(matrix)
-    locked = null_space(np.concatenate([matrix, np.eye(nv)[actuated]]))
-    idle = locked
-    if tool is not None and locked.shape[1]:
-        still = tool.jacobian(k.data) * k.column_scale * np.array([1.0 / k.length] * 3 + [1.0] * 3)[:, None]
-        idle = null_space(np.concatenate([matrix, np.eye(nv)[actuated], still]))
-    determined = locked.shape[1] == 0 and n == nv - rank
-    type1 = type2 = condition = float("nan")
-    if determined:
-        tangent = tangent_map(k, actuated, passive, q)
-        type2 = tangent.type2
-        if tool is not None and directions:
-            jacobian = tool.jacobian(k.data)[:3] @ tangent.map * k.column_scale[actuated] / k.length
-            values = np.linalg.svd(jacobian, compute_uv=False)
-            type1 = smallest(jacobian, directions)
-            condition = float(values[0] / type1) if type1 > 0.0 else float("inf")
+    locked = locked_motions(k, actuated, placed)
+    idle = idle_motions(k, actuated, placed, locked)
+    tangent = tangent_map(k, actuated, passive, placed, structure.idle)
+    regular = tangent.type2 > tolerances.RANK.value
+    determined = regular and tangent.consistent and locked.shape[1] == structure.idle
+    usually = structure.locked == structure.idle and structure.rank + structure.idle + n == nv
+    type1 = condition = float("nan")
+    type2 = tangent.type2 if determined or usually else float("nan")
+    if determined and k.tool_support is not None and structure.directions:
+        jacobian = scaled_tool(k, placed)[:3] / k.column_scale @ tangent.map * k.column_scale[actuated]
+        values = np.linalg.svd(jacobian, compute_uv=False)
+        type1 = smallest(jacobian, structure.directions)
+        condition = float(values[0] / type1) if type1 > 0.0 else float("inf")
     return MobilityReport(
         velocities=nv,
         rows=k.closure.all_rows,
         rank=rank,
         mobility=nv - rank,
         redundant_rows=(*k.closure.left_out, *(k.closure.row_names[i] for i in dependent_rows(matrix))),
+        dropped_rows=k.closure.left_out,
         actuators=n,
         determined=determined,
+        idle_mobility=idle.shape[1],
         free=joints_of(k.model, locked),
         idle=joints_of(k.model, idle),
         type1=type1,
@@ -103,55 +108,3 @@ def mobility_report(
         condition=condition,
         gap=(distance, angle),
     )
-
-
-def joints_of(model: pin.Model, motions: Array) -> tuple[str, ...]:
-    """Names of the joints that take part in any of the motions, shape (nv, k)."""
-    moving = np.abs(motions).max(axis=1, initial=0.0) > 1e-6
-    return tuple(
-        model.names[joint]
-        for joint in range(1, model.njoints)
-        if moving[model.idx_vs[joint] : model.idx_vs[joint] + model.nvs[joint]].any()
-    )
-
-
-def rank_of(matrix: Array) -> int:
-    """Rank of a scaled matrix, cut at the tolerance RANK."""
-    values = np.linalg.svd(matrix, compute_uv=False) if matrix.size else np.zeros(0)
-    return int(np.sum(values > tolerances.RANK.value * max(values.max(initial=0.0), 1e-300)))
-
-
-def null_space(matrix: Array) -> Array:
-    """Orthonormal basis of the null space of a scaled matrix, shape (columns, nullity)."""
-    columns = matrix.shape[1]
-    if matrix.shape[0] == 0:
-        return np.eye(columns)
-    _, values, basis = np.linalg.svd(matrix)
-    rank = int(np.sum(values > tolerances.RANK.value * max(values.max(initial=0.0), 1e-300)))
-    return np.asarray(basis[rank:].T)
-
-
-def dependent_rows(matrix: Array) -> list[int]:
-    """Rows that depend on the rows before them (Gram-Schmidt, twice for rounding)."""
-    basis: list[Array] = []
-    dependent: list[int] = []
-    size = float(np.abs(matrix).max(initial=1e-300))
-    for index, row in enumerate(matrix):
-        rest = row.copy()
-        for _ in range(2):
-            for direction in basis:
-                rest -= (rest @ direction) * direction
-        length = float(np.linalg.norm(rest))
-        if length > 1e-6 * size:
-            basis.append(rest / length)
-        else:
-            dependent.append(index)
-    return dependent
-
-
-def smallest(matrix: Array, count: int) -> float:
-    """The `count`-th largest singular value of a scaled matrix (0 where it has fewer)."""
-    if count == 0:
-        return float("inf")
-    values = np.linalg.svd(matrix, compute_uv=False)
-    return float(values[count - 1]) if len(values) >= count else 0.0

@@ -15,21 +15,17 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.chain.assembly import Assembler, PoseDriver
-from cutjoint.chain.closure import support
-from cutjoint.chain.kinematics import Kinematics, ToolPoint
-from cutjoint.chain.mobility import null_space
+from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.rank import null_space
 
 SAME = 1e-6
 
 
-def working_modes(
-    kinematics: Kinematics, assembler: Assembler, tool: ToolPoint, q: Array, starts: int, seed: int
-) -> list[Array]:
+def working_modes(kinematics: Kinematics, assembler: Assembler, q: Array, starts: int, seed: int) -> list[Array]:
     """Configurations (nq,) that hold the tool where `q` holds it; `q` first, then by distance from it."""
-    kinematics.update(q)
-    pose = tool.pose(kinematics.data).copy()
-    driver = PoseDriver(tool, pose, pose)
-    limbs = independent_parts(kinematics, tool, q)
+    pose = kinematics.at(q).tool
+    driver = PoseDriver(pose, pose)
+    limbs = independent_parts(kinematics, q)
     random = np.random.default_rng(seed)
     found = [q]
     for _ in range(starts):
@@ -42,13 +38,14 @@ def working_modes(
     return [found[0], *sorted(found[1:], key=lambda other: float(np.linalg.norm(_wrapped(other - q))))]
 
 
-def independent_parts(kinematics: Kinematics, tool: ToolPoint, q: Array) -> list[list[int]]:
+def independent_parts(kinematics: Kinematics, q: Array) -> list[list[int]]:
     """Groups of joints that the loops couple while the tool's body is held still."""
     k = kinematics
-    k.update(q)
-    free = null_space(tool.jacobian(k.data) * k.column_scale)
+    placed = k.at(q)
+    free = null_space(placed.tool_jacobian * k.column_scale)
     label = np.arange(k.model.nv)
-    for chain in [support(k.model, tool.joint), *_loops(k, free)]:
+    assert k.tool_support is not None
+    for chain in [k.tool_support, *_loops(k, placed, free)]:
         members = np.flatnonzero(chain)
         if len(members):
             label[np.isin(label, label[members])] = label[members[0]]
@@ -58,10 +55,10 @@ def independent_parts(kinematics: Kinematics, tool: ToolPoint, q: Array) -> list
     return list(parts.values())
 
 
-def _loops(kinematics: Kinematics, free: Array) -> list[Array]:
+def _loops(kinematics: Kinematics, placed: Placed, free: Array) -> list[Array]:
     """Velocities that each cut or coupling ties together, shape (nv,) of flags; a side whose body is held ties none."""
     k = kinematics
-    twist = np.asarray(k.data.J) * k.column_scale
+    twist = placed.twists * k.column_scale
     loops: list[Array] = []
     for cut in k.closure.cuts:
         sides = [

@@ -1,21 +1,25 @@
 """Tangent map and short closing steps at regular postures, without a singular value decomposition.
 
-As many independent rows of Pinocchio's constraint Jacobian as there are passive velocities are chosen once, at home, by
-a pivoted QR factorisation.  There the passive block is square, and one LU gives the tangent map or a Newton step.  The
-choice is watched: where a pivot becomes small or a row that was not chosen is not met, the answer is None, and the
-caller goes the way that takes all rows and cuts off the rank.
+As many independent rows of the constraint Jacobian as there are passive velocities are chosen once, at a regular
+posture, by a pivoted QR factorisation; what drives the robot adds as many rows as there are actuators.  The system is
+then square, and one LU gives the tangent map or a Newton step.  The choice is watched: where a pivot becomes small or a
+row that was not chosen is not met, the answer is None, and the caller goes the way that takes all rows and cuts off the
+rank.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+import numpy.typing as npt
 from scipy.linalg import qr
 from scipy.linalg.lapack import dgesv
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.rigid import RigidConstraints
+from cutjoint.chain.assembly import Driver, Equations, row_scale
+from cutjoint.chain.kinematics import Kinematics, Placed
 
 SMALLEST_PIVOT = 1e-3
 """Smallest to largest pivot; below it the chosen rows are not trusted."""
@@ -23,76 +27,100 @@ SMALLEST_PIVOT = 1e-3
 LARGEST_CHANGE = 2.0
 """Largest change of the determinant, up or down, over a step: a singular posture within it would change more."""
 
-NEWTON_STEPS = 5
+NEWTON_STEPS = 6
+MET = 1e-9
+"""What the rows that were not chosen may leave of a velocity."""
+
+
+@dataclass(frozen=True, eq=False)
+class QuickTangent:
+    """Tangent map at one posture, and what makes drifts quick there.
+
+    Attributes:
+        map: T, shape (nv, n).
+        rows: chosen rows.
+        back: passive accelerations from the drift of the chosen rows, shape (passive, passive).
+    """
+
+    map: Array
+    rows: Array
+    back: Array
 
 
 class Nearby:
-    """Quick answers for one robot whose actuators determine its motion and whose cuts Pinocchio has models for."""
+    """Quick answers for one robot whose actuators determine its motion, all of it.
 
-    def __init__(
-        self, kinematics: Kinematics, rigid: RigidConstraints, actuated: Array, passive: Array, home: Array
-    ) -> None:
-        self._k, self._rigid = kinematics, rigid
+    Args:
+        regular: a closed posture at which the actuators determine the motion.
+    """
+
+    def __init__(self, kinematics: Kinematics, actuated: Array, passive: Array, regular: Placed) -> None:
+        self._k = kinematics
         self._actuated, self._passive = actuated, passive
-        self._row_scale = np.where(rigid.is_length, 1.0 / kinematics.length, 1.0)
-        self._scale = self._row_scale[:, None] * kinematics.column_scale
-        self._back = -kinematics.column_scale[passive, None] / kinematics.column_scale[actuated]
-        rigid.update(home)
-        order = qr((rigid.jacobian() * self._scale)[:, passive].T, mode="r", pivoting=True)[1]
+        self._regular = regular
+        order = qr(regular.scaled[:, passive].T, mode="r", pivoting=True)[1]
         self._rows = np.sort(order[: len(passive)])
-        self._chosen_scale = self._scale[self._rows]
 
-    def tangent(self, q: Array) -> Array | None:
-        """T (nv, n) at the closed configuration `q` (nq,)."""
-        self._rigid.update(q)
-        matrix = self._rigid.jacobian() * self._scale
+    def tangent(self, placed: Placed) -> QuickTangent | None:
+        """T (nv, n) at a closed configuration."""
+        k, matrix = self._k, placed.scaled
         actuated, passive = matrix[:, self._actuated], matrix[:, self._passive]
-        factors, _, solved, failed = dgesv(passive[self._rows], actuated[self._rows])
-        if failed or not _trusted(factors) or np.abs(actuated - passive @ solved).max() > 1e-9:
+        chosen = passive[self._rows]
+        n = len(self._actuated)
+        right = np.concatenate([actuated[self._rows], np.eye(len(chosen))], axis=1)
+        factors, _, solved, failed = dgesv(chosen, right)
+        if failed or not _trusted(factors) or np.abs(actuated - passive @ solved[:, :n]).max(initial=0.0) > MET:
             return None
-        tangent = np.zeros((len(self._k.column_scale), len(self._actuated)))
-        tangent[self._actuated, np.arange(len(self._actuated))] = 1.0
-        tangent[self._passive] = self._back * solved
-        return tangent
+        scale = k.column_scale
+        tangent = np.zeros((len(scale), n))
+        tangent[self._actuated, np.arange(n)] = 1.0
+        tangent[self._passive] = -scale[self._passive, None] * solved[:, :n] / scale[self._actuated]
+        back = -scale[self._passive, None] * solved[:, n:] * k.row_scale[self._rows]
+        return QuickTangent(tangent, self._rows, back)
 
-    def drift(self, q: Array, v_full: Array, tangent: Array) -> Array:
-        """d (nv,) with a_full = T a + d at a closed configuration.
-
-        Every acceleration that the cuts allow has this form, so one call of `pin.constraintDynamics` tells it.
-        """
-        allowed = self._rigid.acceleration(q, v_full, np.zeros(len(v_full)))
-        return np.asarray(allowed - tangent @ allowed[self._actuated])
-
-    def close(self, q: Array, move: Array) -> Array | None:
-        """The closed configuration (nq,) next to the closed `q` after the actuators moved by `move` (n,)."""
-        motion = np.zeros(len(self._k.column_scale))
-        motion[self._actuated] = move
-        wanted = move / self._k.column_scale[self._actuated]
-        if np.abs(wanted).max() > tolerances.STRIDE.value:
+    def follow(self, q: Array, driver: Driver) -> Placed | None:
+        """The closed configuration next to the closed `q` (nq,) that meets the driver at the end of its way."""
+        k, extra = self._k, self._rows_of(driver)
+        if extra is None:
             return None
+        rows = np.concatenate([self._rows, k.closure.rows + extra])
         last, start = np.inf, 0.0
         for step in range(NEWTON_STEPS):
-            self._rigid.update(q)
-            residual = self._row_scale * self._rigid.residual()
-            matrix = self._rigid.jacobian()[self._rows] * self._chosen_scale
-            if step and np.abs(residual).max() < 1e-2 * tolerances.CLOSURE.value:
-                change = np.linalg.det(matrix[:, self._passive]) / start
-                return q if 1.0 / LARGEST_CHANGE < change < LARGEST_CHANGE else None
-            right = residual[self._rows]
-            if step == 0:
-                start = np.linalg.det(matrix[:, self._passive])
-                right = right + matrix[:, self._actuated] @ wanted
-            factors, _, solved, failed = dgesv(matrix[:, self._passive], right)
-            size = float(np.abs(solved).max())
-            if failed or not _trusted(factors) or size > min(tolerances.STRIDE.value, 0.3 * last):
+            here = Equations(k, k.at(q), driver, 1.0)
+            factors, pivots, solved, failed = dgesv(here.matrix[rows], here.error[rows])
+            if failed or not _trusted(factors):
                 return None
+            determinant = _determinant(factors, pivots)
+            start = determinant if step == 0 else start
+            if not 1.0 / LARGEST_CHANGE < determinant / start < LARGEST_CHANGE:
+                return None
+            if here.openness < 1e-2:
+                return here.placed
+            size = float(np.abs(solved).max(initial=0.0))
+            if size > min(tolerances.STRIDE.value, 0.3 * last):
+                return here.placed if here.openness < 1.0 else None
             last = size
-            motion[self._passive] = -self._k.column_scale[self._passive] * solved
-            q = self._k.integrate(q, motion)
-            motion[self._actuated] = 0.0
+            q = k.integrate(q, -k.column_scale * solved)
         return None
+
+    def _rows_of(self, driver: Driver) -> npt.NDArray[np.intp] | None:
+        """As many independent rows of a driver as there are actuators, or None where it has not as many."""
+        k, count = self._k, len(self._actuated)
+        if len(driver.is_length) <= count:
+            return np.arange(count) if len(driver.is_length) == count else None
+        tangent = self.tangent(self._regular)
+        if tangent is None:
+            return None
+        driven = row_scale(k, driver)[k.closure.rows :, None] * driver.jacobian(self._regular)
+        order = qr((driven @ tangent.map).T, mode="r", pivoting=True)[1]
+        return np.sort(order[:count])
 
 
 def _trusted(factors: Array) -> bool:
     pivots = np.abs(np.diagonal(factors))
-    return bool(pivots.min() > SMALLEST_PIVOT * pivots.max())
+    return bool(pivots.min(initial=1.0) > SMALLEST_PIVOT * pivots.max(initial=0.0))
+
+
+def _determinant(factors: Array, pivots: Array) -> float:
+    swaps = int(np.count_nonzero(pivots != np.arange(len(pivots))))
+    return float(np.prod(np.diagonal(factors))) * (-1.0 if swaps % 2 else 1.0)

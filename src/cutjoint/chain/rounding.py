@@ -1,12 +1,17 @@
 """Robots whose redundant rows hold only up to rounding, as CAD programs export them.
 
 A Delta with lengths rounded to a micrometre is, taken literally, a structure without mobility: its redundant rows are
-nearly but not quite dependent.  Such rows show as singular values that are neither zero nor of the size of a motion, or
-as loops that come to rest a little open.  Then as many independent rows as there are real singular values are chosen at
-home, and the loops are closed on these to full accuracy; what the others are open by stays in the posture's gap.
+nearly but not quite dependent, and its loops cannot be closed.  Only where they cannot are rows dropped: those that are
+dependent but for an error of the size of the gap at which the loops come to rest.  The loops are then closed on the
+others to full accuracy; what the dropped ones are open by stays in the posture's gap, and must be small.
+
+Where all rows can be closed, all of them count, however small their singular values: a linkage of a millimetre beside
+one of a metre is no rounding.
 """
 
 from __future__ import annotations
+
+import warnings
 
 import numpy as np
 from scipy.linalg import qr
@@ -15,10 +20,15 @@ from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.assembly import Assembler, Driver
 from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.rank import singular_values
+from cutjoint.errors import ClosureError, RoundingWarning
+
+AMPLIFIED = 300.0
+"""How much larger than the gap the singular values of rounded rows may be: rounding adds up over a loop."""
 
 
 def trusted_rows(kinematics: Kinematics, q: Array, driver: Driver | None) -> Array | None:
-    """Indices of the rows to close the loops on, or None where all of them can be trusted.
+    """Indices of the rows to close the loops on, or None where all of them can be closed (or none of them can).
 
     Args:
         q: the rough home configuration, shape (nq,).
@@ -29,17 +39,44 @@ def trusted_rows(kinematics: Kinematics, q: Array, driver: Driver | None) -> Arr
         return None
     assembler = Assembler(k)
     near, cost = assembler.nearest(q, driver)
-    if not np.sqrt(cost) < tolerances.ROUNDING.value:
+    gap = float(np.sqrt(cost))
+    if not gap < tolerances.ROUNDING.value:
         return None
-    closes = assembler.settle(near, driver) is not None
-    k.update(near)
-    matrix = k.scaled_jacobian()
-    values = np.linalg.svd(matrix, compute_uv=False)
-    rounded = values < tolerances.ROUNDING.value * values[0]
-    if closes and not (values[rounded] > 1e-3 * tolerances.RANK.value * values[0]).any():
+    if assembler.settle(near, driver, tolerances.ROUNDING.value) is not None:
         return None
-    rank = int(np.sum(~rounded))
-    if rank < len(values) and values[rank] > 0.05 * values[rank - 1]:
+    matrix = k.at(near).scaled
+    values = singular_values(matrix)
+    bound = min(max(AMPLIFIED * gap, 10.0 * tolerances.RANK.value), tolerances.ROUNDING.value) * max(values[0], 1.0)
+    rank = int(np.count_nonzero(values > bound))
+    if rank == len(matrix):
         return None
     order = qr(matrix.T, mode="r", pivoting=True)[1]
     return np.sort(order[:rank])
+
+
+def check_rounding(name: str, kinematics: Kinematics, q: Array) -> None:
+    """Say which rows were dropped and what stays open at home, `q` (nq,).
+
+    Raises:
+        ClosureError: more than rounding explains.
+    """
+    k = kinematics
+    if not k.closure.left_out:
+        return
+    distance, angle, cut = k.at(q).gap
+    rows = ", ".join(k.closure.left_out)
+    if max(distance / k.reach, angle) > tolerances.ROUNDED_GAP.value:
+        raise ClosureError(
+            f"{name}: the loops cannot be closed with all of their rows; without {rows} cut '{cut}' stays "
+            f"{distance:.3g} m, {angle:.3g} rad open, which is more than rounded lengths explain "
+            f"({tolerances.ROUNDED_GAP.value:g} of {k.reach:.3g} m). Mend the frames of that cut, or choose a cut "
+            "type that leaves the motion free",
+            gap=(distance, angle),
+            cut=cut,
+        )
+    warnings.warn(
+        f"{name}: the loops close only up to rounding: {rows} dropped as dependent but for {distance:.2g} m, "
+        f"{angle:.2g} rad, which stay open. More digits in the file would close them",
+        RoundingWarning,
+        stacklevel=4,
+    )

@@ -1,8 +1,15 @@
 """The tangent map of a closed chain: velocities of all joints from those of the actuators.
 
 With the constraint Jacobian split into actuated and passive columns, K_a v + K_p v_p = 0 gives v_p = -K_p^+ K_a v.  The
-smallest singular value of K_p (scaled by the characteristic length) is the distance to a type-2 singularity; the
-pseudo-inverse keeps as many singular values as there are passive velocities, so redundant rows do no harm.
+smallest singular value of K_p (dimensionless) is the distance to a type-2 singularity; the pseudo-inverse keeps as many
+singular values as there are passive velocities less the idle motions, so redundant rows do no harm.
+
+Idle motions U are those that no actuator drives and that do not move the tool.  They are carried: with M the mass
+matrix of the tree, the map that gives them no momentum is
+
+    T = T_0 - U (U' M U)^+ U' M T_0
+
+After Routh's elimination of cyclic coordinates; E. J. Routh, Stability of Motion, 1877.
 """
 
 from __future__ import annotations
@@ -11,8 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cutjoint.arrays import Array
-from cutjoint.chain.kinematics import Kinematics
+from cutjoint.arrays import Array, readonly
+from cutjoint.chain.dynamics import Motions
+from cutjoint.chain.kinematics import Kinematics, Placed
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,31 +31,57 @@ class TangentMap:
         map: T with v_full = T @ v, shape (nv, n).
         inverse: K_p^+, shape (passive, rows): d_passive = -inverse @ drift of the rows.
         type2: distance to a type-2 singularity, dimensionless; infinite where no joint is passive.
+        consistent: whether the actuators do not depend on each other.
+        idle: basis of the idle motions, shape (nv, k), [m] or [rad], made orthonormal by the mass matrix; those that
+            move no mass are not in it.
     """
 
     map: Array
     inverse: Array
     type2: float
+    consistent: bool
+    idle: Array
 
 
-def tangent_map(kinematics: Kinematics, actuated: Array, passive: Array, q: Array) -> TangentMap:
-    """The tangent map at `q` (nq,) for the actuated and passive velocity indices, (n,) and (nv - n,).
+def tangent_map(kinematics: Kinematics, actuated: Array, passive: Array, placed: Placed, idle: int) -> TangentMap:
+    """The tangent map for the actuated and passive velocity indices, (n,) and (nv - n,).
 
     It means something only where the actuators determine the motion; at a type-2 singularity its entries are huge.
+
+    Args:
+        idle: number of idle motions of the robot.
     """
-    selection = np.zeros((kinematics.model.nv, len(actuated)))
+    k = kinematics
+    nv, count = k.model.nv, len(passive)
+    selection = np.zeros((nv, len(actuated)))
     selection[actuated, np.arange(len(actuated))] = 1.0
-    count = len(passive)
+    none = np.zeros((nv, 0))
+    matrix = placed.scaled
     if count == 0:
-        return TangentMap(selection, np.zeros((0, kinematics.closure.rows)), float("inf"))
-    kinematics.update(q)
-    matrix = kinematics.scaled_jacobian()
-    left, values, right = np.linalg.svd(matrix[:, passive], full_matrices=False)
-    if len(values) < count:
-        return TangentMap(selection, np.zeros((count, kinematics.closure.rows)), 0.0)
-    inverse = right.T @ (left.T / np.maximum(values, 1e-300)[:, None])
-    scale = kinematics.column_scale
-    inverse = scale[passive, None] * inverse * kinematics.row_scale
-    columns = matrix[:, actuated] / kinematics.row_scale[:, None] / scale[actuated]
-    selection[passive] = -inverse @ columns
-    return TangentMap(selection, inverse, float(values[count - 1]))
+        meets = bool(np.abs(matrix).max(initial=0.0) < _LOOSE)
+        return TangentMap(selection, np.zeros((0, k.closure.rows)), float("inf"), meets, none)
+    left, values, right = np.linalg.svd(matrix[:, passive])
+    kept = count - idle
+    if len(values) < kept:
+        return TangentMap(selection, np.zeros((count, k.closure.rows)), 0.0, True, none)
+    type2 = float(values[kept - 1]) if kept else float("inf")
+    scaled = right[:kept].T @ (left[:, :kept].T / np.maximum(values[:kept], 1e-300)[:, None])
+    columns = matrix[:, actuated]
+    solved = scaled @ columns
+    unmet = np.abs(columns - matrix[:, passive] @ solved).max(initial=0.0)
+    scale = k.column_scale
+    inverse = scale[passive, None] * scaled * k.row_scale
+    selection[passive] = -scale[passive, None] * solved / scale[actuated]
+    if not idle:
+        return TangentMap(selection, inverse, type2, bool(unmet < _LOOSE), none)
+    spins = np.zeros((nv, idle))
+    spins[passive] = right[kept:].T
+    mass = scale[:, None] * k.mass(placed.q) * scale
+    motions = Motions.of(spins, mass)
+    moved = scale[:, None] * (motions.basis @ motions.factor)
+    carried = selection - moved @ (moved.T @ (k.mass(placed.q) @ selection))
+    return TangentMap(carried, inverse, type2, bool(unmet < _LOOSE), readonly(moved))
+
+
+_LOOSE = 1e-6
+"""Rows that the passive joints cannot meet by more than this tie the actuators to each other."""

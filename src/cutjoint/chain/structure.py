@@ -1,0 +1,128 @@
+"""What is true of a robot at nearly every posture, so that single postures can be called singular.
+
+Rank, the motions that stay with all actuators locked, those of them that are idle and the directions of the tool are
+properties of a robot, but a posture may show fewer or more: a flat parallelogram, equal plates.  So they are taken from
+home and from a few closed postures around it (always the same ones): a rank is the largest found, a freedom the
+smallest.
+
+Idle are motions with all actuators locked that do not move the tool, such as a rod between two balls that spins about
+itself.  A robot without a tool has idle motions where bodies that at least two connections hold turn together about one
+axis while everything else stands still.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.rank import null_space, rank_of
+
+SHIFT = 0.1
+"""How far around home is looked, in radians or characteristic lengths."""
+AROUND = 3
+"""How many postures around home are looked at."""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A robot at a regular posture of its branch.
+
+    Attributes:
+        rank: of the constraint rows.
+        locked: number of independent motions with all actuators locked.
+        idle: how many of them are idle.
+        directions: in which the tool point can move with the idle motions left out, 0 to 3.
+    """
+
+    rank: int
+    locked: int
+    idle: int
+    directions: int
+
+    @staticmethod
+    def of(kinematics: Kinematics, actuated: Array, postures: list[Placed]) -> Structure:
+        """From closed postures."""
+        rank, locked, idle, directions = [], [], [], []
+        for placed in postures:
+            free = locked_motions(kinematics, actuated, placed)
+            rank.append(rank_of(placed.scaled))
+            locked.append(free.shape[1])
+            idle.append(idle_motions(kinematics, actuated, placed, free).shape[1])
+            directions.append(_directions(kinematics, placed))
+        return Structure(max(rank), min(locked), min(min(idle), min(locked)), max(directions))
+
+
+def locked_motions(kinematics: Kinematics, actuated: Array, placed: Placed) -> Array:
+    """Orthonormal basis of the dimensionless motions with all actuators locked, shape (nv, k)."""
+    held = np.eye(kinematics.model.nv)[actuated]
+    return null_space(np.concatenate([placed.scaled, held]))
+
+
+def idle_motions(kinematics: Kinematics, actuated: Array, placed: Placed, locked: Array) -> Array:
+    """Those of the motions with all actuators locked, shape (nv, k), that are idle, shape (nv, fewer)."""
+    k = kinematics
+    if not locked.shape[1]:
+        return locked
+    if k.tool_support is not None:
+        return np.asarray(locked @ null_space(scaled_tool(k, placed) @ locked))
+    spins = [part for part in _parts(k, locked) if _is_spin(k, placed, part)]
+    return np.concatenate(spins, axis=1) if spins else locked[:, :0]
+
+
+def scaled_tool(kinematics: Kinematics, placed: Placed) -> Array:
+    """Jacobian of the tool's pose, dimensionless, shape (6, nv)."""
+    rows = np.array([1.0 / kinematics.length] * 3 + [1.0] * 3)
+    return np.asarray(rows[:, None] * placed.tool_jacobian * kinematics.column_scale)
+
+
+def _directions(kinematics: Kinematics, placed: Placed) -> int:
+    if kinematics.tool_support is None:
+        return 0
+    point = scaled_tool(kinematics, placed)[:3]
+    return rank_of(np.concatenate([placed.scaled, point])) - rank_of(placed.scaled)
+
+
+def _parts(kinematics: Kinematics, motions: Array) -> list[Array]:
+    """Bases of the motions that have no joint in common, shape (nv, parts) each."""
+    model = kinematics.model
+    joint_of = np.concatenate([np.full(model.nvs[j], j) for j in range(1, model.njoints)]) if model.nv else np.zeros(0)
+    together = np.abs(motions @ motions.T) > 1e-9
+    label = np.arange(model.nv)
+    for i in range(model.nv):
+        for other in np.flatnonzero(together[i] | (joint_of == joint_of[i])):
+            if label[other] != label[i]:
+                label[label == label[other]] = label[i]
+    parts = []
+    for one in np.unique(label):
+        inside = motions * (label == one)[:, None]
+        left, values, _ = np.linalg.svd(inside, full_matrices=False)
+        count = int(np.count_nonzero(values > 1e-9))
+        if count:
+            parts.append(left[:, :count])
+    return parts
+
+
+def _is_spin(kinematics: Kinematics, placed: Placed, motion: Array) -> bool:
+    """Whether one motion turns bodies together about one axis, and at least two connections hold them."""
+    k, model = kinematics, kinematics.model
+    if motion.shape[1] != 1:
+        return False
+    rate = k.column_scale * motion[:, 0]
+    twists = np.zeros((model.njoints, 6))
+    for joint in range(1, model.njoints):
+        own = slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
+        twists[joint] = twists[model.parents[joint]] + placed.twists[:, own] @ rate[own]
+    twists[:, :3] /= k.length
+    size = np.abs(twists).max(axis=1)
+    moving = np.flatnonzero(size > 1e-9)
+    if not len(moving) or np.abs(twists[moving] - twists[moving[0]]).max() > 1e-9:
+        return False
+    turn, shift = twists[moving[0], 3:], twists[moving[0], :3]
+    if not np.linalg.norm(turn) > 1e-9 or abs(turn @ shift) > 1e-9:
+        return False
+    held = sum((joint in moving) != (model.parents[joint] in moving) for joint in range(1, model.njoints))
+    held += sum((cut.joint_a in moving) != (cut.joint_b in moving) for cut in k.closure.cuts)
+    return bool(held >= 2)
