@@ -229,5 +229,20 @@ class ViewerError(CutjointError):
     """The viewer cannot start, finds no browser, or waited in vain."""
 
 
+class BrowserError(ViewerError):
+    """The browser that was to take a picture ended, hung or refused, however often it was started.
+
+    Attributes:
+        starts: how often it was started.
+        status: its exit status the last time, 128 and the number of the signal if one ended it; None if it did not end
+            by itself.
+        words: the end of what it wrote to its error stream the last time.
+    """
+
+    def __init__(self, message: str, *, starts: int, status: int | None, words: str) -> None:
+        self.starts, self.status, self.words = starts, status, words
+        super().__init__(message)
+
+
 class CompileError(CutjointError):
     """A model cannot be compiled, or what was compiled does not agree with it."""
