@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kit.blueprint import random_mounting
+from kit.built import at_home
+from kit.mechanisms import MECHANISMS
 from oracles.connections import turn
 from oracles.fivebar import FiveBar
 from oracles.fourbar import FourBar
@@ -285,3 +288,27 @@ def _home(oracle: Maximal, name: str) -> dict[str, Any]:
 def _zero(kind: str) -> Any:
     several = {"floating": np.eye(4), "spherical": np.eye(3), "universal": np.zeros(2), "planar": np.zeros(3)}
     return several.get(kind, 0.0)
+
+
+@pytest.mark.parametrize("name", ["spherical_4r", "scotch_yoke", "geared_fivebar", "upu_3", "bricard"])
+def test_no_smaller_loop_forces_do_the_work(name: str, tmp_path: Path) -> None:
+    """Of all forces of joints and loops that balance the bodies, by least squares in one, the smallest in the loops."""
+    rng = np.random.default_rng(5)
+    plan = MECHANISMS[name](rng).plan
+    oracle = Maximal(plan.write(tmp_path, random_mounting(rng)), length=0.37)
+    placed = oracle.at(at_home(plan, oracle))
+    state = placed.moving(values(oracle, placed.joint_motions() @ rng.normal(size=placed.mobility)))
+    motion = state.driven(values(oracle, rng.normal(size=oracle.velocities)))
+    rows = np.concatenate([placed.tree_rows, placed.loop_rows]).T * placed.column_scale[:, None]
+    some = np.linalg.lstsq(rows, placed.column_scale * motion.reaction, rcond=1e-10)[0]
+    sizes, right = np.linalg.svd(rows)[1:]
+    free = right[int(np.sum(sizes > 1e-10)) :].T[len(placed.tree_rows) :]
+    loops = some[len(placed.tree_rows) :]
+    least = loops - free @ np.linalg.lstsq(free, loops, rcond=1e-10)[0] if free.shape[1] else loops
+    found = []
+    for cut in oracle.robot.cuts:
+        force, moment = motion.wrenches[cut.name]
+        found += [*(oracle.length * force), *moment]
+    squares = float(np.dot(found, found)) + sum(force**2 for force in motion.couplings.values())
+    assert squares == pytest.approx(float(least @ least), rel=1e-10)
+    assert max(motion.unmet) < 1e-11

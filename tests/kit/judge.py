@@ -110,15 +110,20 @@ def _joint_of(p: Any, coupling: str) -> str:
 def actuated(chain: Any, oracle: Maximal, at: Any, rng: np.random.Generator, compiled: Any = None) -> dict[str, float]:
     """Inverse and forward dynamics in actuated coordinates; empty where the actuators do not determine the motion.
 
-    Freedoms that no actuator moves are let be where cutjoint calls them idle; where it calls them free it must refuse.
+    Freedoms that no actuator moves are let be where they do not move the tool; where they do, cutjoint must refuse.
+    Where a robot has such freedoms and no tool it may do either.
     """
     p = placed(chain, oracle, at.q_full)
     names = oracle.robot.actuators
-    report = chain.mobility(at)
-    idle = p.locked.shape[1] and set(report.free) == set(report.idle)
-    if len(names) + p.locked.shape[1] != p.mobility or (p.locked.shape[1] and not idle):
-        _refused(chain, at)
+    if leverage(p) < WELL_LED:
         return {}
+    left = p.locked.shape[1]
+    determined = len(names) + left == p.mobility
+    if not determined or (left and (oracle.robot.tool is None or not p.idle)):
+        refused = _refuses(chain, at)
+        assert refused or (determined and oracle.robot.tool is None), "the actuators do not determine the motion"
+        if refused:
+            return {}
     speeds = rng.normal(size=len(names)) * _sizes(chain)
     changes = 5.0 * rng.normal(size=len(names)) * _sizes(chain)
     state = p.with_actuators(dict(zip(names, speeds, strict=True)))
@@ -141,6 +146,17 @@ def actuated(chain: Any, oracle: Maximal, at: Any, rng: np.random.Generator, com
     return differences
 
 
+WELL_LED = 0.01
+"""Nearer to a type-2 singularity than this, what actuators determine is not judged."""
+
+
+def leverage(p: Any) -> float:
+    """How well the actuators tell apart the motions that they lead: the smallest singular value that counts."""
+    held = p.joint_motions()[p._actuated] / p._velocity_scale[p._actuated, None]
+    values = np.linalg.svd(held, compute_uv=False) if held.size else np.zeros(0)
+    return float(values[values > 1e-9].min(initial=1.0))
+
+
 def _drift(chain: Any, motion: Motion) -> float:
     """Size of the accelerations that the actuators' own stand beside, dimensionless."""
     return float(np.abs(full(chain, motion.joints) / scale_of(chain, motion.state.placed.oracle)).max(initial=0.0))
@@ -150,12 +166,12 @@ def _sizes(chain: Any) -> Array:
     return np.array([chain.length if one.kind == "translation" else 1.0 for one in chain.actuators])
 
 
-def _refused(chain: Any, at: Any) -> None:
+def _refuses(chain: Any, at: Any) -> bool:
     try:
         chain.inverse_dynamics(at, np.zeros(chain.n), np.zeros(chain.n))
     except ActuationError:
-        return
-    raise AssertionError("inverse dynamics where the actuators do not determine the motion")
+        return True
+    return False
 
 
 def full_inverse(chain: Any, state: State, at: Any, v: Array, effort: Array) -> float:

@@ -12,7 +12,7 @@ from cutjoint.errors import CutjointError
 
 Array = np.ndarray
 
-REGULAR = 1e-3
+REGULAR = 5e-3
 """Random postures keep away from singular ones: their smallest singular value that counts is at least this."""
 
 
@@ -22,8 +22,10 @@ def moving(chain: Any, p: Placed, amounts: Array) -> Array:
     return full(chain, {name: flat[own] for name, own in p.oracle.velocity.items()})
 
 
-def random_posture(chain: Any, oracle: Maximal, rng: np.random.Generator, reach: float = 0.4) -> Any:
-    """A regular posture around home; home itself where nothing else is found (a structure, say)."""
+def random_posture(
+    chain: Any, oracle: Maximal, rng: np.random.Generator, reach: float = 0.4, mobility: int | None = None
+) -> Any:
+    """A regular posture around home, of this mobility if one is given; home itself where nothing else is found."""
     home = placed(chain, oracle, chain.home.q_full)
     if not home.mobility:
         return chain.home
@@ -38,7 +40,8 @@ def random_posture(chain: Any, oracle: Maximal, rng: np.random.Generator, reach:
         except CutjointError:
             continue
         found = placed(chain, oracle, at.q_full)
-        if found.margin[0] > REGULAR and max(map(max, found.gaps.values()), default=0.0) < 1e-11:
+        closed = max(map(max, found.gaps.values()), default=0.0) < 1e-11
+        if closed and found.margin[0] > REGULAR and mobility in (None, found.mobility):
             return at
     return chain.home
 

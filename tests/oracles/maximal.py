@@ -205,6 +205,20 @@ class Placed:
         _, values, right = np.linalg.svd(held)
         return self.motions @ right[int(np.sum(values > RANK)) :].T
 
+    @property
+    def idle(self) -> bool:
+        """Whether all motions that are left with the actuators locked leave the tool where it is."""
+        tool = self.oracle.robot.tool
+        assert tool is not None, "idle is what does not move the tool"
+        if tool.link not in self.oracle.column:
+            return True
+        pose = self.poses[tool.link]
+        shift = np.eye(6)
+        shift[:3, 3:] = -skew(pose.rotation @ tool.position)
+        twists = shift @ self.locked[self.oracle.column[tool.link] :][:6]
+        twists[:3] /= self.oracle.length
+        return bool(np.abs(twists).max(initial=0.0) < RANK)
+
     @cached_property
     def _actuated(self) -> Array:
         own = [np.arange(self.oracle.velocities)[self.oracle.velocity[name]] for name in self.oracle.robot.actuators]

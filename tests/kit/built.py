@@ -1,0 +1,55 @@
+"""A plan, written, read by both sides: the chain and the oracle of the same files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from kit.blueprint import Blueprint
+from kit.by_joint import oracle_of
+from kit.writing import Mounting
+from oracles.maximal import Maximal
+
+from cutjoint.chain import ClosedChain
+from cutjoint.description import load_description
+
+
+def built(plan: Blueprint, folder: Path, mounting: Mounting | None = None) -> tuple[ClosedChain, Maximal]:
+    """The chain of a plan at a mounting and its oracle."""
+    path = plan.write(folder, mounting)
+    chain = ClosedChain(load_description(path))
+    return chain, oracle_of(chain, path)
+
+
+def at_home(plan: Blueprint, oracle: Maximal) -> dict[str, object]:
+    """Home of a plan as the oracle's coordinates."""
+    from oracles.reading import rpy_rotation
+
+    found: dict[str, object] = {}
+    for joint in plan.joints:
+        value: object = joint.start
+        if joint.kind == "spherical":
+            value = rpy_rotation(joint.start)
+        elif joint.kind == "floating":
+            value = np.eye(4)
+            value[:3, :3], value[:3, 3] = rpy_rotation(joint.start[3:]), joint.start[:3]
+        found[joint.name] = np.array(value) if np.ndim(value) else value
+    return found
+
+
+def choose_actuators(plan: Blueprint, folder: Path) -> None:
+    """As many actuators as the plan's mobility at home where its joints of one coordinate allow it: the joints that
+    tell its motions apart best."""
+    plan.actuators = []
+    oracle = Maximal(plan.write(folder))
+    placed = oracle.at(at_home(plan, oracle))
+    names, rows = plan.scalars, placed.joint_motions() / placed._velocity_scale[:, None]
+    rows = np.array([rows[oracle.velocity[name]][0] for name in names]).reshape(len(names), placed.mobility)
+    while len(plan.actuators) < placed.mobility and len(names):
+        sizes = np.linalg.norm(rows, axis=1)
+        best = int(np.argmax(sizes))
+        if sizes[best] < 0.02 * max(float(sizes.max()), 1.0):
+            break
+        plan.actuators.append(names[best])
+        direction = rows[best] / sizes[best]
+        rows = rows - np.outer(rows @ direction, direction)
