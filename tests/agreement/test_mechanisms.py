@@ -70,7 +70,7 @@ def check(name: str, seeds: range, postures: int, folder: Path) -> None:
             p = placed(chain, oracle, at.q_full)
             assert p.mobility == mechanism.mobility
             v, effort = moving(chain, p, rng.normal(size=p.mobility)), rng.normal(size=chain.nv)
-            assert not judge.worst(judge.everything(chain, oracle, at, v, effort, rng), ACCURACY)
+            judge.require(judge.everything(chain, oracle, at, v, effort, rng), ACCURACY)
 
 
 @pytest.mark.parametrize("name", MECHANISMS)
@@ -94,7 +94,7 @@ def test_at_a_singular_home(name: str, tmp_path: Path) -> None:
     assert chain.mobility().mobility == mechanism.at_home
     rest = np.zeros(chain.nv)
     state = placed(chain, oracle, chain.home.q_full).moving({})
-    assert not judge.worst(judge.forward(chain, state, chain.home, rest, rng.normal(size=chain.nv)), ACCURACY)
+    judge.require(judge.forward(chain, state, chain.home, rest, rng.normal(size=chain.nv)), ACCURACY)
     with pytest.raises(SingularError):
         chain.close(chain.home.q + 0.1)
 
@@ -109,4 +109,4 @@ def test_compiled(name: str, tmp_path: Path) -> None:
     at = random_posture(chain, oracle, rng, mobility=mechanism.mobility)
     p = placed(chain, oracle, at.q_full)
     v, effort = moving(chain, p, rng.normal(size=p.mobility)), rng.normal(size=chain.nv)
-    assert not judge.worst(judge.everything(chain, oracle, at, v, effort, rng, chain.compile()), ACCURACY)
+    judge.require(judge.everything(chain, oracle, at, v, effort, rng, chain.compile()), ACCURACY)

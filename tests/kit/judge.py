@@ -75,7 +75,7 @@ def equations(chain: Any, motion: Motion, acceleration: Array) -> dict[str, floa
     left = p.motions.T @ (p.mass @ twists - motion.load)
     terms = np.abs(p.motions.T) @ (np.abs(p.mass @ twists) + np.abs(motion.load))
     rows = p.loop_rows @ twists + state.constraint_drift[len(p.tree_rows) :]
-    rates = np.abs(p.loop_rows) @ np.abs(twists) + np.abs(state.constraint_drift[len(p.tree_rows) :])
+    rates = np.abs(p.loop_rows @ p.tree) @ np.abs(flat) + np.abs(state.constraint_drift[len(p.tree_rows) :])
     return {
         "Newton's equation": relative(left, np.zeros_like(left), float(terms.max(initial=1e-300))),
         "K a + gamma": relative(rows, np.zeros_like(rows), float(rates.max(initial=1e-300))),
@@ -212,6 +212,7 @@ def everything(
     }
 
 
-def worst(differences: dict[str, float], limit: float) -> dict[str, float]:
-    """Those quantities that are off by more than the limit."""
-    return {what: value for what, value in differences.items() if not value <= limit}
+def require(differences: dict[str, float], limit: float, what: str = "") -> None:
+    """Fail with those quantities that are off by more than the limit."""
+    off = {name: value for name, value in differences.items() if not value <= limit}
+    assert not off, f"{what}{': ' if what else ''}{off}"
