@@ -14,8 +14,7 @@ Idle motions, such as a rod between two balls that spins about itself, need no a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -25,21 +24,16 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
-from cutjoint.chain.assembly import UNBOUND, ActuatedDriver, Driver, Stopped, ToolDriver
+from cutjoint.chain.assembly import ActuatedDriver, Driver, Stopped, ToolDriver
 from cutjoint.chain.dynamics import Motions
 from cutjoint.chain.full import FullChain
 from cutjoint.chain.kinematics import Placed
 from cutjoint.chain.nearby import QuickTangent
 from cutjoint.chain.tangent import TangentMap
+from cutjoint.chain.walking import Walker
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import ClosureError, DynamicsError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture, Terms, Tool
-
-FURTHEST_DETOUR = 2.0 * np.pi
-"""Ways longer than this (in radians or link lengths) are walked straight or not at all."""
-
-CURVE_STEP = 0.2
-"""How finely a robot with one actuator is searched along its curve, in radians or link lengths."""
 
 if TYPE_CHECKING:
     from cutjoint import CompiledChain
@@ -121,14 +115,10 @@ class ClosedChain(FullChain):
         """
         target = as_vector("q", q, self.n)
         start = self._full(near)
-
-        def driver(origin: Array, goal: Array) -> Driver:
-            return ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, origin, goal)
-
-        quick = self._step(start, driver(start[self._q_index], target))
+        quick = self._step(start, self._drive(start[self._q_index], target))
         if quick is not None:
             return self._posture(quick)
-        found = self._walk(start, start[self._q_index], target, driver)
+        found = self._walker.walk(start, start[self._q_index], target, self._drive)
         if isinstance(found, Stopped):
             if found.singular:
                 raise self._crossing(f"be closed at {self._show(target)}", found, "type-2")
@@ -152,7 +142,7 @@ class ClosedChain(FullChain):
         """The closed posture with the tool point at `p`, shape (3,) [m], on the branch of `near`.
 
         The tool is walked there along a line (or two) inside the workspace, which keeps the robot on its branch.  Where
-        it can only move on a curve (one actuator), it is walked along that.
+        it can only move on a curve or a surface, it is walked along that.
 
         Raises:
             InputError: wrong shape, not finite, or the robot has no tool.
@@ -167,10 +157,7 @@ class ClosedChain(FullChain):
         quick = self._step(start, ToolDriver(origin, goal))
         if quick is not None:
             return self._posture(quick)
-        found = self._walk(start, origin, goal, ToolDriver)
-        if isinstance(found, Stopped) and self.n == 1:
-            on_curve = self._on_curve(start, ToolDriver(goal, goal))
-            found = found if on_curve is None else on_curve
+        found = self._lead_tool(start, origin, goal)
         if isinstance(found, Stopped):
             if found.singular:
                 raise self._crossing(f"reach {np.round(target, 6).tolist()} m", found, "type-1")
@@ -330,56 +317,26 @@ class ClosedChain(FullChain):
         """A short way in one go, where that is plainly on the same branch."""
         return self._nearby.follow(start, driver) if self._nearby is not None else None
 
-    def _walk(
-        self, q: Array, origin: Array, target: Array, driver: Callable[[Array, Array], Driver]
-    ) -> Array | Stopped:
-        """Follow the straight line from `origin` to `target`, or where it leaves the workspace, a detour of two lines.
+    @cached_property
+    def _walker(self) -> Walker:
+        return Walker(self._k, self._assembler, self._drive, self._regular)
 
-        A detour is tried only where the robot can be closed at the target at all, and only for short ways.
-        """
-        line = driver(origin, target)
-        free = 0
-        if self._assembler.freedom(self._k.at(q), line):
-            free = min(self._assembler.freedom(placed, line) for placed in self._regular)
-        straight = self._assembler.follow(q, line, free)
-        if not isinstance(straight, Stopped) or straight.far or (straight.fraction == 0.0 and straight.singular):
-            return straight
-        if self._assembler.assemble(straight.q, driver(target, target)) is None:
-            return replace(straight, why=UNBOUND, singular=False) if straight.singular else straight
-        if np.abs((target - origin) / np.where(line.is_length, self.length, 1.0)).max(initial=0.0) > FURTHEST_DETOUR:
-            return straight
-        for corner in _detours(origin, target, self.length):
-            there = self._assembler.follow(q, driver(origin, corner), free)
-            if isinstance(there, Stopped):
-                continue
-            found = self._assembler.follow(there, driver(corner, target), free)
-            if not isinstance(found, Stopped):
-                return found
-        return straight
+    def _drive(self, origin: Array, goal: Array) -> ActuatedDriver:
+        """Leads the actuated coordinates from `origin` to `goal`, shape (n,)."""
+        return ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, origin, goal)
 
-    def _on_curve(self, start: Array, driver: ToolDriver) -> Array | None:
-        """Configuration of a robot with one actuator that meets the driver, within half a turn either way."""
-        passed: list[Array] = []
-        for stride in (CURVE_STEP, -CURVE_STEP):
-            step = np.where(self._actuated_lengths, stride * self.length, stride)
-            q: Array | Stopped = start
-            for _ in range(int(np.pi / CURVE_STEP) + 1):
-                if isinstance(q, Stopped):
-                    break
-                passed.append(q)
-                now = q[self._q_index]
-                q = self._assembler.follow(
-                    q, ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, now, now + step)
-                )
-
-        def miss(q: Array) -> float:
-            return float(np.linalg.norm(driver.error(self._k.at(q), 1.0)))
-
-        for nearest in sorted(passed, key=miss)[:3]:
-            found = self._assembler.assemble(nearest, driver)
-            if found is not None and np.abs(pin.difference(self.model, nearest, found)).max() < 2.0 * CURVE_STEP:
-                return found
-        return None
+    def _lead_tool(self, start: Array, origin: Array, goal: Array) -> Array | Stopped:
+        """Walk the tool from `origin` to `goal` in the model: straight, else along what it can reach at all."""
+        found = self._walker.walk(start, origin, goal, ToolDriver)
+        if not isinstance(found, Stopped) or (found.singular and found.fraction == 0.0):
+            return found
+        there, now = ToolDriver(goal, goal), self.actuated
+        beside: Array | None = None
+        if self.n == 1:
+            beside = self._walker.along_curve(start, there, now)
+        elif self._is_determined and self._structure.directions == 2:
+            beside = self._walker.over_surface(start, there, now, lambda placed: self._map(placed).map)
+        return found if beside is None else beside
 
     def _crossing(self, what: str, stopped: Stopped, kind: str) -> SingularError:
         return SingularError(
@@ -396,14 +353,3 @@ class ClosedChain(FullChain):
         q = stopped.q.copy()
         q[self._q_index] = target
         return self._k.at(q).gap
-
-
-def _detours(origin: Array, target: Array, length: float) -> Iterator[Array]:
-    """Points beside the middle of a line, by half and by the whole of its length, in all directions across it."""
-    line = target - origin
-    size = max(float(np.linalg.norm(line)), 0.5 * length)
-    across = np.linalg.svd(line[None, :])[2][1:]
-    for reach in (0.5, 1.0):
-        for direction in across:
-            for sign in (1.0, -1.0):
-                yield 0.5 * (origin + target) + sign * reach * size * direction

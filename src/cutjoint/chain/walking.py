@@ -1,0 +1,151 @@
+"""Ways to a target that keep to one branch: along a line, by a detour, or along what the tool can reach at all.
+
+A tool that can move in space is led along the straight line to its target.  A tool that can only move on a curve or a
+surface (one or two actuators, as a rule) leaves it on the straight way; it is led along the curve or over the surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+
+from cutjoint import tolerances
+from cutjoint.arrays import Array
+from cutjoint.chain.assembly import UNBOUND, ActuatedDriver, Assembler, Driver, Equations, Stopped, ToolDriver
+from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.rank import Split
+
+FURTHEST_DETOUR = 2.0 * np.pi
+"""Ways longer than this (in radians or link lengths) are walked straight or not at all."""
+
+CURVE_STEP = 0.2
+"""How finely a robot with one actuator is searched along its curve, in radians or link lengths."""
+
+SURFACE_STEPS = 100
+
+
+class Walker:
+    """Walks of one robot.
+
+    Args:
+        hold: makes the driver of the actuated coordinates, from where they are to where they shall go.
+        regular: closed postures, to tell what closure and driver leave free as a rule.
+    """
+
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        assembler: Assembler,
+        hold: Callable[[Array, Array], ActuatedDriver],
+        regular: tuple[Placed, ...],
+    ) -> None:
+        self._k, self._assembler, self._hold, self._regular = kinematics, assembler, hold, regular
+
+    def walk(self, q: Array, origin: Array, target: Array, driver: Callable[[Array, Array], Driver]) -> Array | Stopped:
+        """Follow the straight line from `origin` to `target`, or where it leaves the workspace, a detour of two lines.
+
+        A detour is tried only where the robot can be closed at the target at all, and only for short ways.
+        """
+        line = driver(origin, target)
+        free = self._free(q, line)
+        straight = self._assembler.follow(q, line, free)
+        if not isinstance(straight, Stopped) or straight.far or (straight.fraction == 0.0 and straight.singular):
+            return straight
+        if self._assembler.assemble(straight.q, driver(target, target)) is None:
+            return replace(straight, why=UNBOUND, singular=False) if straight.singular else straight
+        length = self._k.length
+        if np.abs((target - origin) / np.where(line.is_length, length, 1.0)).max(initial=0.0) > FURTHEST_DETOUR:
+            return straight
+        for corner in _detours(origin, target, length):
+            there = self._assembler.follow(q, driver(origin, corner), free)
+            if isinstance(there, Stopped):
+                continue
+            found = self._assembler.follow(there, driver(corner, target), free)
+            if not isinstance(found, Stopped):
+                return found
+        return straight
+
+    def along_curve(self, start: Array, driver: ToolDriver, now: Callable[[Array], Array]) -> Array | None:
+        """Configuration of a robot with one actuator that meets the driver, within half a turn either way.
+
+        Args:
+            now: actuated coordinates of a configuration, shape (1,).
+        """
+        passed: list[Array] = []
+        lengths = self._hold(now(start), now(start)).is_length
+        for stride in (CURVE_STEP, -CURVE_STEP):
+            step = np.where(lengths, stride * self._k.length, stride)
+            q: Array | Stopped = start
+            for _ in range(int(np.pi / CURVE_STEP) + 1):
+                if isinstance(q, Stopped):
+                    break
+                passed.append(q)
+                q = self._step(q, self._hold(now(q), now(q) + step))
+
+        def miss(q: Array) -> float:
+            return float(np.linalg.norm(driver.error(self._k.at(q), 1.0)))
+
+        for nearest in sorted(passed, key=miss)[:3]:
+            found = self._assembler.assemble(nearest, driver)
+            if found is not None and np.abs(pin.difference(self._k.model, nearest, found)).max() < 2.0 * CURVE_STEP:
+                return found
+        return None
+
+    def over_surface(
+        self, start: Array, driver: ToolDriver, now: Callable[[Array], Array], tangent: Callable[[Placed], Array]
+    ) -> Array | None:
+        """Configuration that meets the driver, reached by the actuators going downhill on the distance to it.
+
+        Args:
+            now: actuated coordinates of a configuration, shape (n,).
+            tangent: T of a configuration, shape (nv, n).
+        """
+        k, q, last = self._k, start, np.inf
+        for _ in range(SURFACE_STEPS):
+            placed = k.at(q)
+            here = Equations(k, placed, driver, 1.0)
+            if here.openness <= 1.0:
+                return q
+            miss = float(np.linalg.norm(here.error))
+            if miss > 0.999 * last:
+                return None
+            last = miss
+            lengths = self._hold(now(q), now(q)).is_length
+            scale = np.where(lengths, k.length, 1.0)
+            slope = placed.tool_jacobian[:3] @ tangent(placed) * scale / k.length
+            step = -Split.of(slope).solve(here.error[k.closure.rows :])
+            step *= min(1.0, tolerances.STRIDE.value / float(np.abs(step).max(initial=1e-300)))
+            for _ in range(8):
+                found = self._step(q, self._hold(now(q), now(q) + scale * step))
+                if not isinstance(found, Stopped):
+                    there = Equations(k, k.at(found), driver, 1.0)
+                    if float(np.linalg.norm(there.error)) < miss or there.openness <= 1.0:
+                        q = found
+                        break
+                step *= 0.5
+            else:
+                return None
+        return None
+
+    def _step(self, q: Array, driver: Driver) -> Array | Stopped:
+        return self._assembler.follow(q, driver, self._free(q, driver))
+
+    def _free(self, q: Array, driver: Driver) -> int:
+        """Motions that closure and driver leave free as a rule."""
+        if not self._assembler.freedom(self._k.at(q), driver):
+            return 0
+        return min(self._assembler.freedom(placed, driver) for placed in self._regular)
+
+
+def _detours(origin: Array, target: Array, length: float) -> Iterator[Array]:
+    """Points beside the middle of a line, by half and by the whole of its length, in all directions across it."""
+    line = target - origin
+    size = max(float(np.linalg.norm(line)), 0.5 * length)
+    across = np.linalg.svd(line[None, :])[2][1:]
+    for reach in (0.5, 1.0):
+        for direction in across:
+            for sign in (1.0, -1.0):
+                yield 0.5 * (origin + target) + sign * reach * size * direction
