@@ -1,10 +1,13 @@
 from __future__ import annotations
 
 import os
+import shutil
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from functools import cache
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +16,7 @@ import pytest
 from cutjoint.chain import ClosedChain
 from cutjoint.robots import load
 from cutjoint.viewer.browser import find_browser, flags
+from cutjoint.viewer.keeper import make_folder
 
 ROBOTS = ("cpm", "omega3")
 
@@ -34,16 +38,31 @@ def cpm() -> ClosedChain:
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Any]:
-    """A headless Chromium, one for all tests; they skip where there is none."""
-    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+def chromium() -> str:
+    """Path of a Chromium; tests skip where there is none."""
     path = find_browser()
     if path is None:
         pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
+    return path
+
+
+@pytest.fixture(scope="session")
+def browser(chromium: str) -> Iterator[Any]:
+    """A headless Chromium, one for all tests; they skip where there is none."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    folder = make_folder(tempfile.gettempdir())  # Chromium aborts where TMPDIR is long
     with api.sync_playwright() as play:
-        running = play.chromium.launch(executable_path=path, args=flags())
+        running = play.chromium.launch(executable_path=chromium, args=flags(), env={**os.environ, "TMPDIR": folder})
         yield running
         running.close()
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture
+def short_folder() -> Iterator[Path]:
+    """A temporary folder with room for a socket's path, which those of pytest have not always."""
+    with tempfile.TemporaryDirectory(prefix="cj-", dir="/tmp", ignore_cleanup_errors=True) as folder:
+        yield Path(folder)
 
 
 def differing(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> int:

@@ -5,7 +5,7 @@ import hashlib
 import html
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -231,41 +231,3 @@ def test_a_picture_of_impossible_size_or_time_is_refused(
     with pytest.raises(InputError):
         document.picture(tmp_path / "a.png", **bad)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.fixture
-def broken_browser(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
-    def use(script: str) -> None:
-        fake = tmp_path / "fake"
-        fake.write_text(f"#!/bin/sh\n{script}\n")
-        fake.chmod(0o755)
-        monkeypatch.setenv("CUTJOINT_BROWSER", str(fake))
-
-    return use
-
-
-def test_without_a_browser_a_picture_says_what_to_install(
-    document: Document, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("CUTJOINT_BROWSER", "no-such-browser")
-    with pytest.raises(ViewerError, match="install Chromium"):
-        document.picture(tmp_path / "a.png")
-
-
-def test_a_browser_that_ends_at_once_is_an_error(
-    document: Document, tmp_path: Path, broken_browser: Callable[[str], None]
-) -> None:
-    broken_browser("exit 3")
-    with pytest.raises(ViewerError, match="the browser ended"):
-        document.picture(tmp_path / "a.png")
-    assert not (tmp_path / "a.png").exists()
-
-
-def test_a_browser_that_never_answers_is_an_error_too(
-    document: Document, tmp_path: Path, broken_browser: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    broken_browser("sleep 1000")
-    monkeypatch.setattr("cutjoint.viewer.browser.SECONDS", 0.3)
-    monkeypatch.setattr("cutjoint.viewer.browser.GRACE", 0.1)
-    with pytest.raises(ViewerError, match="did not answer"):
-        document.picture(tmp_path / "a.png")

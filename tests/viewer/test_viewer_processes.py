@@ -8,9 +8,8 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -28,6 +27,11 @@ def eventually(check: Callable[[], bool], seconds: float = 20.0) -> bool:
     return True
 
 
+def heed_interrupts() -> None:
+    """Tests that run in the background of a shell inherit an interrupt that is ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def start(*arguments: str) -> tuple[subprocess.Popen[str], int]:
     """The program in a session of its own, and the port that it prints."""
     process = subprocess.Popen(
@@ -36,8 +40,7 @@ def start(*arguments: str) -> tuple[subprocess.Popen[str], int]:
         stderr=subprocess.STDOUT,
         text=True,
         start_new_session=True,
-        # tests that run in the background of a shell inherit an interrupt that is ignored
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        preexec_fn=heed_interrupts,
     )
     assert process.stdout is not None
     until, seen = time.monotonic() + SECONDS, ""
@@ -58,21 +61,57 @@ def answers(port: int) -> bool:
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
-def alive(of: Callable[[Path], bool]) -> list[str]:
-    """Processes (dead ones that nobody has fetched do not count) for which `of` holds."""
+def fields(entry: Path) -> list[str]:
+    """What /proc tells of a process, from its state on."""
+    return entry.joinpath("stat").read_text().rpartition(")")[2].split()
+
+
+def parent_and_session(entry: Path) -> tuple[int, int]:
+    return int(fields(entry)[1]), int(fields(entry)[3])
+
+
+def words_of(entry: Path) -> str:
+    try:
+        return entry.joinpath("cmdline").read_text().replace("\0", " ")
+    except (FileNotFoundError, ProcessLookupError):
+        return "(gone)"
+
+
+def alive(of: Callable[[Path], bool]) -> list[Path]:
+    """Processes (dead ones that nobody has fetched do not count) for which `of` holds: their folders in /proc."""
     found = []
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
             try:
-                if entry.joinpath("stat").read_text().rpartition(")")[2].split()[0] not in "ZX" and of(entry):
-                    found.append(entry.joinpath("cmdline").read_text().replace("\0", " "))
+                if fields(entry)[0] not in "ZX" and of(entry):
+                    found.append(entry)
             except (FileNotFoundError, ProcessLookupError, PermissionError):
                 continue
     return found
 
 
+def listening(processes: list[Path]) -> list[str]:
+    """Where these processes can be reached: TCP sockets that listen, UDP sockets that are bound."""
+    inodes = set()
+    for process in processes:
+        for fd in process.joinpath("fd").iterdir():
+            try:
+                found = re.fullmatch(r"socket:\[(\d+)\]", os.readlink(fd))
+            except FileNotFoundError:
+                continue
+            if found:
+                inodes.add(found[1])
+    places = []
+    for table, state in (("tcp", "0A"), ("tcp6", "0A"), ("udp", "07"), ("udp6", "07")):
+        for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]:
+            cells = line.split()
+            if cells[3] == state and cells[9] in inodes:
+                places.append(cells[1])
+    return places
+
+
 def in_session(leader: int) -> list[str]:
-    return alive(lambda entry: int(entry.joinpath("stat").read_text().rpartition(")")[2].split()[3]) == leader)
+    return [words_of(entry) for entry in alive(lambda entry: parent_and_session(entry)[1] == leader)]
 
 
 @LINUX
@@ -104,17 +143,7 @@ def test_however_it_ends_no_process_and_no_port_is_left(end: signal.Signals, arg
 def test_the_viewer_listens_on_one_loopback_port_only() -> None:
     process, port = start("view", "cpm", "--port", "0", "--no-open")
     try:
-        inodes = set()
-        for fd in Path(f"/proc/{process.pid}/fd").iterdir():
-            if found := re.fullmatch(r"socket:\[(\d+)\]", os.readlink(fd)):
-                inodes.add(found[1])
-        listening = []
-        for table in ("tcp", "tcp6"):
-            for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]:
-                fields = line.split()
-                if fields[3] == "0A" and fields[9] in inodes:
-                    listening.append(fields[1])
-        assert listening == [f"0100007F:{port:04X}"]
+        assert listening([Path(f"/proc/{process.pid}")]) == [f"0100007F:{port:04X}"]
     finally:
         process.kill()
         process.wait(20)
@@ -134,17 +163,6 @@ def test_a_second_viewer_takes_the_next_port() -> None:
         first.wait(20)
 
 
-SHOOTER = """
-import sys
-from cutjoint.robots import load
-from cutjoint.viewer import show
-import cutjoint.viewer.browser as browser
-browser._READY = "false"
-print("started", flush=True)
-show(load("cpm")).picture(sys.argv[1])
-"""
-
-
 def test_a_simulation_is_saved_and_played_into_one_file(tmp_path: Path) -> None:
     for arguments in (
         ("simulate", "cpm", "--trajectory", "circle:0.05,0.2", "--duration", "0.2", "--save", "run.npz"),
@@ -157,25 +175,115 @@ def test_a_simulation_is_saved_and_played_into_one_file(tmp_path: Path) -> None:
     assert (tmp_path / "run.html").read_text().startswith("<!DOCTYPE html>")
 
 
+SHOOTER = """
+import sys
+from cutjoint.robots import load
+from cutjoint.viewer import browser, devtools, show
+
+# a page that is never ready, and a word when it is there
+browser.READY = "false"
+rest = devtools.Devtools.rest
+def tell(self, seconds):
+    print("drawing", flush=True)
+    devtools.Devtools.rest = rest
+devtools.Devtools.rest = tell
+show(load("cpm")).picture(sys.argv[1])
+"""
+
+
+class Shooter:
+    """The program while it takes a picture that does not come, and the browser that it runs.
+
+    Chromium changes what the system shows of its processes' words and surroundings, so they are told by the keeper's
+    session, and the helpers that open sessions of their own by the folder in their words.
+    """
+
+    def __init__(self, place: Path, picture: Path, **environment: str) -> None:
+        self.place = place
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", SHOOTER, str(picture)],
+            env={**os.environ, "TMPDIR": str(place), **environment},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            preexec_fn=heed_interrupts,
+        )
+        self._session: int | None = None
+
+    def browsers(self) -> list[Path]:
+        """Folders in /proc of the keeper and of all that it started."""
+        if self._session is None:
+            for entry in alive(lambda entry: parent_and_session(entry)[0] == self.process.pid):
+                self._session = parent_and_session(entry)[1]
+        return alive(
+            lambda entry: (
+                str(self.place) in entry.joinpath("cmdline").read_text()
+                or (self._session is not None and parent_and_session(entry)[1] == self._session)
+            )
+        )
+
+    def words(self) -> list[str]:
+        return [entry.name + " " + words_of(entry) for entry in self.browsers()]
+
+
+@pytest.fixture
+def shoot(short_folder: Path, tmp_path: Path) -> Iterator[Callable[..., Shooter]]:
+    shooters = []
+
+    def start(**environment: str) -> Shooter:
+        shooters.append(Shooter(short_folder, tmp_path / "a.png", **environment))
+        return shooters[-1]
+
+    yield start
+    for shooter in shooters:
+        shooter.process.kill()
+        shooter.process.communicate()
+    assert not (tmp_path / "a.png").exists()
+
+
+@pytest.fixture
+def drawing(shoot: Callable[..., Shooter], chromium: str) -> Shooter:
+    """A real browser has opened the page."""
+    shooter = shoot(CUTJOINT_BROWSER=chromium)
+    assert shooter.process.stdout is not None
+    assert select.select([shooter.process.stdout], [], [], SECONDS)[0]
+    assert shooter.process.stdout.readline() == "drawing\n"
+    assert len(shooter.browsers()) > 3
+    return shooter
+
+
 @LINUX
 @pytest.mark.browser
-def test_killed_while_it_takes_a_picture_it_leaves_no_browser(tmp_path: Path, browser: Any) -> None:
-    profiles = tmp_path / "profiles"
-    profiles.mkdir()
-    process = subprocess.Popen(
-        [sys.executable, "-c", SHOOTER, str(tmp_path / "a.png")], env={**os.environ, "TMPDIR": str(profiles)}
-    )
+def test_a_browser_that_takes_a_picture_opens_no_port(drawing: Shooter) -> None:
+    assert len(listening([Path(f"/proc/{drawing.process.pid}")])) == 1
+    assert listening(drawing.browsers()) == []
 
-    def browsers() -> list[str]:
-        return alive(lambda entry: str(profiles) in entry.joinpath("cmdline").read_text())
 
-    try:
-        assert eventually(lambda: len(browsers()) > 2, SECONDS)
-    finally:
-        process.kill()
-        process.wait(20)
-    assert eventually(lambda: browsers() == []), browsers()
-    assert not (tmp_path / "a.png").exists()
+@LINUX
+@pytest.mark.browser
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_killed_while_it_takes_a_picture_it_leaves_no_browser(drawing: Shooter, end: signal.Signals) -> None:
+    drawing.process.send_signal(end)
+    drawing.process.wait(SECONDS)
+    assert eventually(lambda: drawing.browsers() == []), drawing.words()
+    assert list(drawing.place.iterdir()) == []
+
+
+@LINUX
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM])
+def test_killed_while_a_browser_hangs_at_its_start_it_leaves_none(
+    shoot: Callable[..., Shooter], tmp_path: Path, end: signal.Signals
+) -> None:
+    fake, started = tmp_path / "fake", tmp_path / "started"
+    fake.write_text(f"#!/bin/sh\ntrap '' TERM INT HUP PIPE\nmkdir $TMPDIR/profile\ntouch {started}\nsleep 1000\n")
+    fake.chmod(0o755)
+    shooter = shoot(CUTJOINT_BROWSER=str(fake))
+    assert eventually(started.exists, SECONDS)
+    assert len(shooter.browsers()) >= 2
+    shooter.process.send_signal(end)
+    shooter.process.wait(SECONDS)
+    assert eventually(lambda: shooter.browsers() == []), shooter.words()
+    assert list(shooter.place.iterdir()) == []
 
 
 @pytest.mark.parametrize(

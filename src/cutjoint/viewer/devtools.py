@@ -14,7 +14,10 @@ ANSWER_BYTES = 1 << 29
 
 
 class LostError(Exception):
-    """Nothing more is to be expected of this browser.  `ended`: it closed its pipe, so its exit status says more."""
+    """Nothing more is to be expected of this browser.
+
+    `ended`: it closed its pipe, and the text says only while what.
+    """
 
     def __init__(self, reason: str, *, ended: bool = False) -> None:
         self.ended = ended
@@ -45,7 +48,7 @@ class Devtools:
         try:
             self._send(message)
         except OSError:
-            raise LostError(f"ended while {self.stage}", ended=True) from None
+            raise LostError(f"while {self.stage}", ended=True) from None
         while True:
             answer = self._receive()
             if answer.get("method") == "Inspector.targetCrashed":
@@ -91,7 +94,7 @@ class Devtools:
                 raise self._late()
             piece = os.read(self._read, 1 << 20)
             if not piece:
-                raise LostError(f"ended while {self.stage}", ended=True)
+                raise LostError(f"while {self.stage}", ended=True)
             self._rest += piece
             if len(self._rest) > ANSWER_BYTES:
                 raise self._nonsense(bytes(self._rest[:80]))

@@ -23,7 +23,10 @@ from cutjoint.viewer.devtools import Devtools, LostError
 PIPE = "--remote-debugging-pipe"
 GRACE = 2.0
 """Seconds to end by itself, once it is asked to."""
+ENDING = 5.0
+"""Seconds from its closing the pipe to its end."""
 TIDYING = 10.0
+"""Seconds for the keeper to kill it and to remove its folder."""
 WORDS_LINES = 12
 WORDS_BYTES = 2000
 
@@ -71,7 +74,13 @@ def run(path: str, arguments: Sequence[str], seconds: float) -> Iterator[Devtool
             devtools.tell("Browser.close")
         except LostError as lost:
             status = _status(process) if lost.ended else None
-            reason = str(lost) if status is None else f"{lost} with exit status {_readable(status)}"
+            reason = str(lost)
+            if lost.ended:
+                reason = (
+                    f"closed its pipe {reason}"
+                    if status is None
+                    else f"ended {reason} with exit status {_readable(status)}"
+                )
             raise LostRunError(reason, status, _tail(words)) from lost
         finally:
             write.close()
@@ -95,7 +104,7 @@ def _pipe() -> Iterator[tuple[IO[bytes], IO[bytes]]]:
 def _status(process: subprocess.Popen[bytes]) -> int | None:
     """What the keeper says of a browser whose pipe is closed; None where the browser goes on without it."""
     try:
-        return process.wait(GRACE)
+        return process.wait(ENDING)
     except subprocess.TimeoutExpired:
         return None
 

@@ -55,8 +55,10 @@ def make_folder(place: str) -> str:
 def start(path: str, arguments: Sequence[str], folder: str, commands: int, answers: int) -> int:
     """The process of a browser that lives in `folder`, reads commands from file 3 and answers on file 4."""
     own = {"TMPDIR": folder, "BREAKPAD_DUMP_LOCATION": os.path.join(folder, "crashes")}
-    # out of the way of 3 and 4, which each of them may be
+    # out of the way of 3 and 4, which each of them may be, and no third copy for the browser
     ends = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 10) for end in (commands, answers)]
+    os.close(commands)
+    os.close(answers)
     try:
         return os.posix_spawn(
             path,
@@ -67,7 +69,7 @@ def start(path: str, arguments: Sequence[str], folder: str, commands: int, answe
             setsigdef=[signal.SIGPIPE],
         )
     finally:
-        for end in (*ends, commands, answers):
+        for end in ends:
             os.close(end)
 
 
@@ -98,9 +100,10 @@ def kill(group: int) -> None:
 def remove(folder: str) -> None:
     """Remove `folder`; processes that are dying may still write into it for a moment."""
     until = time.monotonic() + _REMOVING
+    shutil.rmtree(folder, ignore_errors=True)
     while os.path.lexists(folder) and time.monotonic() < until:
-        shutil.rmtree(folder, ignore_errors=True)
         time.sleep(_PAUSE)
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def main(leash: str, commands: str, answers: str, grace: str, place: str, path: str, *arguments: str) -> int:
