@@ -19,6 +19,8 @@ from cutjoint.viewer.addresses import PORTS_TRIED
 from cutjoint.viewer.bridge import Bridge, File
 from cutjoint.viewer.scene import Scene
 
+SECONDS = 60.0
+"""For an answer, on a machine that has much else to do."""
 PAGE = {"/": File(b"hello", "text/html", "connect-src ws://{host}")}
 
 
@@ -45,7 +47,7 @@ def server(heard: Heard) -> Iterator[Bridge]:
 
 
 def get(bridge: Bridge, path: str = "/", method: str = "GET", **headers: str) -> tuple[int, bytes, dict[str, str]]:
-    connection = http.client.HTTPConnection("127.0.0.1", bridge.port, timeout=5)
+    connection = http.client.HTTPConnection("127.0.0.1", bridge.port, timeout=SECONDS)
     connection.request(method, path, headers=headers)
     answer = connection.getresponse()
     found = answer.status, answer.read(), {k.lower(): v for k, v in answer.getheaders()}
@@ -56,16 +58,16 @@ def get(bridge: Bridge, path: str = "/", method: str = "GET", **headers: str) ->
 async def open_socket(bridge: Bridge, **headers: str) -> Any:
     headers.setdefault("Origin", f"http://127.0.0.1:{bridge.port}")
     request = tornado.httpclient.HTTPRequest(
-        f"ws://127.0.0.1:{bridge.port}/scene", headers={k: v for k, v in headers.items() if v}, request_timeout=5
+        f"ws://127.0.0.1:{bridge.port}/scene", headers={k: v for k, v in headers.items() if v}, request_timeout=SECONDS
     )
     return await tornado.websocket.websocket_connect(request)
 
 
 def talk(action: Callable[[], Any]) -> Any:
-    return asyncio.run(asyncio.wait_for(action(), 20))
+    return asyncio.run(asyncio.wait_for(action(), SECONDS))
 
 
-def eventually(check: Callable[[], bool], seconds: float = 10.0) -> bool:
+def eventually(check: Callable[[], bool], seconds: float = SECONDS) -> bool:
     until = time.monotonic() + seconds
     while not check():
         if time.monotonic() > until:
@@ -195,7 +197,7 @@ def test_a_flood_reaches_the_handler_at_a_bounded_rate(server: Bridge, heard: He
 
 def test_raw_bytes_on_the_port_do_not_stop_it(server: Bridge) -> None:
     for noise in (b"\x00" * 4096, b"GET / HTTP/1.1\r\n" + b"a: b\r\n" * 5000, b"\x16\x03\x01\x02\x00", b"\r\n\r\n"):
-        with socket.create_connection(("127.0.0.1", server.port), timeout=5) as raw:
+        with socket.create_connection(("127.0.0.1", server.port), timeout=SECONDS) as raw:
             raw.sendall(noise)
     assert get(server)[0] == 200
 
@@ -274,4 +276,4 @@ def test_waiting_for_a_browser_has_an_end(server: Bridge) -> None:
     with pytest.raises(ViewerError, match="no browser opened"):
         server.wait_for_tab(0.05)
     talk(lambda: open_socket(server))
-    server.wait_for_tab(5.0)
+    server.wait_for_tab(SECONDS)

@@ -175,7 +175,9 @@ def test_two_tabs_show_the_same_posture(cpm_view: LiveView, open_tab: Callable[.
     assert cpm_view.bridge.tabs == 3
 
 
-def test_text_that_reaches_the_page_is_never_run(cpm_view: LiveView, open_tab: Callable[..., Any]) -> None:
+def test_text_that_reaches_the_page_is_never_run(
+    cpm_view: LiveView, open_tab: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     import umsgpack
 
     tab = open_tab()
@@ -183,9 +185,10 @@ def test_text_that_reaches_the_page_is_never_run(cpm_view: LiveView, open_tab: C
     settle(tab)
     attack = {"type": "set_control", "name": "x", "callback": "window.hacked = 1", "path": ""}
     cpm_view.bridge._send_scene([umsgpack.packb(attack)])
-    cpm_view.bridge.broadcast(
-        {"type": "controls", **cpm_view.puppet.controls(), "title": "<img src=x onerror=hacked=1>"}
-    )
+    # whoever tells of the controls tells this: the workspace's sampler does as well, whenever it gets there
+    controls = {**cpm_view.puppet.controls(), "title": "<img src=x onerror=hacked=1>"}
+    monkeypatch.setattr(cpm_view.puppet, "controls", lambda: controls)
+    cpm_view.bridge.broadcast(controls)
     tab.wait("document.getElementById('title').textContent.includes('onerror')")
     assert tab.page.evaluate("Object.keys(cutjoint.stage.viewer.gui_controllers)") == []
     assert tab.errors == []

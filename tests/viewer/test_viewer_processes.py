@@ -43,14 +43,12 @@ def start(*arguments: str) -> tuple[subprocess.Popen[str], int]:
         preexec_fn=heed_interrupts,
     )
     assert process.stdout is not None
-    until, seen = time.monotonic() + SECONDS, ""
-    while time.monotonic() < until and select.select([process.stdout], [], [], until - time.monotonic())[0]:
-        line = process.stdout.readline()
-        seen += line
-        if found := re.search(r"http://[\d.]+:(\d+)/", line):
+    # read beside Python's buffer, in which a line could wait while nothing more comes
+    output, until, seen = process.stdout.fileno(), time.monotonic() + SECONDS, ""
+    while select.select([output], [], [], max(until - time.monotonic(), 0.0))[0] and (piece := os.read(output, 4096)):
+        seen += piece.decode()
+        if found := re.search(r"http://[\d.]+:(\d+)/", seen):
             return process, int(found[1])
-        if not line:
-            break
     process.kill()
     raise AssertionError(f"no address printed: {seen}")
 

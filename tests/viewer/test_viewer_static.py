@@ -41,8 +41,8 @@ def test_the_file_plays_with_the_network_off(
 ) -> None:
     tab = open_tab(offline=True)
     tab.go(film.as_uri())
-    start = tab.page.evaluate("cutjoint.player.time")
-    tab.wait(f"cutjoint.player.time > {start} + 0.1")
+    tab.page.evaluate("cutjoint.seek(0)")  # from wherever it is by now, which may be the end
+    tab.wait("cutjoint.player.time > 0.1")
     early = at(tab, 0.1)
     assert differing(early, at(tab, 1.3)) > 500
     assert differing(early, at(tab, 0.1)) < 10
