@@ -6,6 +6,7 @@ import json
 import socket
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,9 @@ async def open_socket(bridge: Bridge, **headers: str) -> Any:
 
 
 def talk(action: Callable[[], Any]) -> Any:
-    return asyncio.run(asyncio.wait_for(action(), SECONDS))
+    """In a thread of its own, because playwright, once in use, keeps a loop running in this one."""
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(lambda: asyncio.run(asyncio.wait_for(action(), SECONDS))).result()
 
 
 def eventually(check: Callable[[], bool], seconds: float = SECONDS) -> bool:

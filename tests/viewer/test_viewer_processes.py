@@ -204,6 +204,7 @@ class Shooter:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,
+            start_new_session=True,
             preexec_fn=heed_interrupts,
         )
         self._session: int | None = None
@@ -219,6 +220,11 @@ class Shooter:
                 or (self._session is not None and parent_and_session(entry)[1] == self._session)
             )
         )
+
+    def end(self, end: signal.Signals) -> None:
+        """Send a signal to the program's process group, as a terminal does and whoever wants to be thorough."""
+        os.killpg(self.process.pid, end)
+        self.process.wait(SECONDS)
 
     def words(self) -> list[str]:
         return [entry.name + " " + words_of(entry) for entry in self.browsers()]
@@ -261,8 +267,7 @@ def test_a_browser_that_takes_a_picture_opens_no_port(drawing: Shooter) -> None:
 @pytest.mark.browser
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_killed_while_it_takes_a_picture_it_leaves_no_browser(drawing: Shooter, end: signal.Signals) -> None:
-    drawing.process.send_signal(end)
-    drawing.process.wait(SECONDS)
+    drawing.end(end)
     assert eventually(lambda: drawing.browsers() == []), drawing.words()
     assert list(drawing.place.iterdir()) == []
 
@@ -278,8 +283,7 @@ def test_killed_while_a_browser_hangs_at_its_start_it_leaves_none(
     shooter = shoot(CUTJOINT_BROWSER=str(fake))
     assert eventually(started.exists, SECONDS)
     assert len(shooter.browsers()) >= 2
-    shooter.process.send_signal(end)
-    shooter.process.wait(SECONDS)
+    shooter.end(end)
     assert eventually(lambda: shooter.browsers() == []), shooter.words()
     assert list(shooter.place.iterdir()) == []
 
