@@ -1,8 +1,13 @@
-"""Float arrays as cutjoint hands them out (read-only) and takes them in (checked)."""
+"""Float arrays as cutjoint hands them out (read-only) and takes them in (checked), and what all values that hold such
+arrays have in common."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import fields
 from math import isfinite
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +22,52 @@ def readonly(values: npt.ArrayLike) -> Array:
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
+
+
+class Values:
+    """Base of the frozen dataclasses that hold arrays or mappings: pickled and copied, they stay read-only.
+
+    numpy's arrays come out of a pickle or a deepcopy writable, and Python's read-only mappings do not pickle at all.
+    So a value is taken apart into its fields, where mappings are plain dicts, and put together again without its
+    constructor: no array is changed or checked once more, each is read-only, and each mapping is a view that cannot be
+    written through.  What is not a field (a cached property) is left behind.
+    """
+
+    __slots__ = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        parts = {one.name: _portable(getattr(self, one.name)) for one in fields(self)}  # type: ignore[arg-type]
+        return _put_together, (type(self), parts)
+
+
+def readonly_mapping(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A copy of `values` that nobody can write into."""
+    return MappingProxyType(dict(values))
+
+
+def _portable(value: Any) -> Any:
+    return dict(value) if isinstance(value, MappingProxyType) else value
+
+
+def _put_together(kind: type[Any], parts: Mapping[str, Any]) -> Any:
+    made = object.__new__(kind)
+    for name, value in parts.items():
+        if isinstance(value, dict):
+            value = MappingProxyType({key: _protected(one) for key, one in value.items()})
+        object.__setattr__(made, name, _protected(value))
+    return made
+
+
+def _protected(value: Any) -> Any:
+    """A read-only view of an array, also inside a tuple; anything else as it is."""
+    if isinstance(value, np.ndarray):
+        if value.flags.writeable:
+            value = value.view()
+            value.setflags(write=False)
+        return value
+    if type(value) is tuple:
+        return tuple(map(_protected, value))
+    return value
 
 
 def as_vector(name: str, values: npt.ArrayLike, size: int, unit: str = "") -> Array:

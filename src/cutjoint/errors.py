@@ -1,21 +1,48 @@
 """Every error that cutjoint raises on purpose.
 
 One root, a class per cause.  An error says what was found, what was expected and how to mend it, and holds the
-offending numbers as attributes so that a program can act on them.
+offending numbers as attributes so that a program can act on them.  Every error can be pickled and copied whole, so a
+worker process can hand it over; arrays in it are read-only.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 
 class CutjointError(Exception):
-    """Root of all errors of cutjoint."""
+    """Root of all errors of cutjoint.
+
+    Python would pickle an error by calling its class with `args`, which no class with further arguments survives: a
+    pool of workers then waits for ever.  Here the error is made anew without its constructor, and gets back its
+    arguments and attributes; that holds for every class derived from this one, whatever its constructor takes.
+    """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _bare, (type(self), self.args), dict(self.__dict__)
+
+    def __setstate__(self, state: Mapping[str, Any] | None) -> None:
+        for value in (state or {}).values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+        self.__dict__.update(state or {})
+
+
+def _bare(kind: type[CutjointError], args: tuple[Any, ...]) -> CutjointError:
+    """An error with its arguments and without attributes."""
+    return kind.__new__(kind, *args)
+
+
+def _still(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """A read-only float copy."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
 
 
 class RoundingWarning(UserWarning):
@@ -108,7 +135,8 @@ class UnreachableError(CutjointError):
         reached: npt.NDArray[np.float64] | None = None,
         progress: float = 0.0,
     ) -> None:
-        self.target, self.reached, self.progress = target, reached, progress
+        self.target, self.progress = _still(target), progress
+        self.reached = None if reached is None else _still(reached)
         super().__init__(message)
 
 
@@ -131,7 +159,7 @@ class LimbReachError(UnreachableError, ClosureError):
         target: npt.NDArray[np.float64],
     ) -> None:
         self.limb, self.reach, self.bounds = limb, reach, bounds
-        self.target, self.reached, self.progress = target, None, 0.0
+        self.target, self.reached, self.progress = _still(target), None, 0.0
         self.gap = (max(bounds[0] - reach, reach - bounds[1], 0.0), 0.0)
         self.cut = f"limb {limb}"
         CutjointError.__init__(self, message)
@@ -209,7 +237,7 @@ class SimulationError(CutjointError):
         v: npt.NDArray[np.float64],
         result: object,
     ) -> None:
-        self.t, self.q, self.v, self.result = t, q, v, result
+        self.t, self.q, self.v, self.result = t, _still(q), _still(v), result
         super().__init__(message)
 
 

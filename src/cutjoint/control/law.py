@@ -72,6 +72,9 @@ class Gain:
         if self.value.ndim < 2 and (self.value < 0.0).any():
             raise InputError(f"gain {name} must be >= 0, found {self.value.tolist()}")
 
+    def __reduce__(self) -> tuple[type[Gain], tuple[str, Array]]:
+        return Gain, (self.name, self.value)
+
     def fit(self, n: int) -> None:
         """Raises InputError where the gain is not for n actuators."""
         if self.value.ndim and self.value.shape[0] != n:

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cutjoint.arrays import Array, readonly
+from cutjoint.arrays import Array, Values, readonly
 from cutjoint.mechanism import Mechanism, Posture
 
 
 @dataclass(frozen=True, eq=False)
-class Cost:
+class Cost(Values):
     """Largest effort error per actuator along a path.
 
     Attributes:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cutjoint.arrays import Array, readonly
+from cutjoint.arrays import Array, Values, readonly
 from cutjoint.errors import ClosureError, CutjointError, DynamicsError, SingularError, UnreachableError
 from cutjoint.mechanism import Mechanism, Posture
 
@@ -24,7 +24,7 @@ REFUSED = (UnreachableError, ClosureError, SingularError, DynamicsError)
 
 
 @dataclass(frozen=True, eq=False)
-class Workspace:
+class Workspace(Values):
     """Box of targets around home: lower and upper corner, shape (3,) [m] of the tool, or (n,) of the actuators."""
 
     lower: Array
@@ -37,7 +37,7 @@ class Workspace:
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class State(Values):
     """A posture of the reference model with velocity, acceleration and effort of the actuators, shape (n,) each."""
 
     at: Posture

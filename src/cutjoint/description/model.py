@@ -1,7 +1,8 @@
 """A robot with loops as plain values: the open tree, the cut joints that close it, and how it is driven.
 
 Every file format is read into these types and nothing else; the chain is built from them alone.  Placements are (4, 4)
-homogeneous transforms, SI units and radians.  Values are immutable; `with_...` and `variant` give changed copies.
+homogeneous transforms, SI units and radians.  Values are immutable, also after pickling and
+copying; `with_...` and `variant` give changed copies.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cutjoint.arrays import Array, readonly
+from cutjoint.arrays import Array, Values, readonly, readonly_mapping
 from cutjoint.errors import InputError, UnknownNameError
 
 IDENTITY: Array = readonly(np.eye(4))
@@ -56,7 +57,7 @@ class Place:
 
 
 @dataclass(frozen=True, eq=False)
-class Inertial:
+class Inertial(Values):
     """Mass [kg], centre of mass (3,) [m] in the link frame, inertia (3, 3) [kg m2] about it, along the link axes."""
 
     mass: float
@@ -69,7 +70,7 @@ class Inertial:
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class Shape(Values):
     """A visual or collision shape.
 
     `kind` and `size`: box (x, y, z), cylinder or capsule (radius, length along z), sphere (radius,), mesh (scale x, y,
@@ -82,6 +83,9 @@ class Shape:
     colour: tuple[float, float, float, float] | None = None
     mesh: Path | None = None
     name: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "placement", readonly(self.placement))
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +110,7 @@ class Limits:
 
 
 @dataclass(frozen=True, eq=False)
-class Joint:
+class Joint(Values):
     """A joint of the open tree; `placement` is the child frame in the parent frame at zero.
 
     `axis` (3,) is a unit vector in the child frame; `axis2` the second axis of a universal joint.
@@ -124,9 +128,13 @@ class Joint:
     friction: float = 0.0
     place: Place = Place()
 
+    def __post_init__(self) -> None:
+        for name in ("placement", "axis", "axis2"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
+
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class Frame(Values):
     """A frame on a link: `placement` (4, 4) in the link frame."""
 
     link: str
@@ -164,7 +172,7 @@ class Coupling:
 
 
 @dataclass(frozen=True)
-class Home:
+class Home(Values):
     """A named start: exact actuated coordinates and rough passive ones that pick the branch.
 
     A value is a number, or for joints with several coordinates their list: floating x, y, z, roll, pitch, yaw;
@@ -176,18 +184,25 @@ class Home:
     passive: Mapping[str, float | tuple[float, ...]] = field(default_factory=dict)
     about: str = ""
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "actuated", readonly_mapping(self.actuated))
+        object.__setattr__(self, "passive", readonly_mapping(self.passive))
+
 
 @dataclass(frozen=True)
-class Variant:
+class Variant(Values):
     """A named set of inertias that replace those of the tree's own file; the tree stays one."""
 
     name: str
     about: str = ""
     inertials: Mapping[str, Inertial] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "inertials", readonly_mapping(self.inertials))
+
 
 @dataclass(frozen=True, eq=False)
-class RobotDescription:
+class RobotDescription(Values):
     """A robot with loops.  What `load_description` returns has passed `check()`.
 
     `places` tells where in the files the parts stand that hold no place of their own: "actuators", "tool", "gravity",
@@ -209,6 +224,10 @@ class RobotDescription:
     path: Path | None = None
     variant_name: str = ""
     places: Mapping[str, Place] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gravity", readonly(self.gravity))
+        object.__setattr__(self, "places", readonly_mapping(self.places))
 
     @property
     def root(self) -> str:

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, Values
 from cutjoint.chain import ClosedChain
 from cutjoint.description.model import JointType
 from cutjoint.description.writers import write
@@ -32,7 +32,7 @@ _STEP = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Opinion:
+class Opinion(Values):
     """What MuJoCo says at one state, in the chain's own coordinates.
 
     Attributes:

@@ -1,17 +1,17 @@
 """The values that models hand out: posture, terms of the equation of motion, tool kinematics.
 
-All arrays in them are read-only.  SI units and radians throughout.
+All arrays in them are read-only, also after pickling and copying.  SI units and radians throughout.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cutjoint.arrays import Array, readonly
+from cutjoint.arrays import Array, Values, readonly
 
 
 @dataclass(frozen=True, eq=False)
-class Posture:
+class Posture(Values):
     """A closed configuration.  Only `close()` and `reach()` of a mechanism make one, so it is always closed.
 
     Attributes:
@@ -30,7 +30,7 @@ class Posture:
 
 
 @dataclass(frozen=True, eq=False)
-class Terms:
+class Terms(Values):
     """The equation of motion in actuated coordinates: `mass @ a + coriolis + gravity = effort`.
 
     Attributes:
@@ -49,7 +49,7 @@ class Terms:
 
 
 @dataclass(frozen=True, eq=False)
-class Tool:
+class Tool(Values):
     """Kinematics of the tool point.
 
     Attributes:

@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cutjoint.arrays import Array, as_vector, positive, readonly
+from cutjoint.arrays import Array, Values, as_vector, positive, readonly
 from cutjoint.errors import InputError
 from cutjoint.motion.trajectory import ToolMotion
 
 
 @dataclass(frozen=True, eq=False)
-class Hold:
+class Hold(Values):
     """The tool stays at `position`, shape (3,) [m]."""
 
     position: Array
@@ -33,7 +33,7 @@ class Hold:
 
 
 @dataclass(frozen=True, eq=False)
-class PointToPoint:
+class PointToPoint(Values):
     """A straight line from `start` to `goal`, shape (3,) [m], in `duration` [s], at rest at both ends.
 
     The fraction of the way is the quintic 10 s^3 - 15 s^4 + 6 s^5 of s = t / duration: position, velocity and
@@ -62,7 +62,7 @@ class PointToPoint:
 
 
 @dataclass(frozen=True, eq=False)
-class Circle:
+class Circle(Values):
     """centre + radius (cos(rate t) first + sin(rate t) second), at constant speed.
 
     Attributes:
@@ -103,7 +103,7 @@ class Circle:
 
 
 @dataclass(frozen=True, eq=False)
-class Lissajous:
+class Lissajous(Values):
     """centre + amplitude cos(rate t + phase), each of shape (3,): [m], [m], [rad/s], [rad].
 
     `duration` [s] is one period of the whole curve; the caller states it, because rates need not be commensurable.

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from cutjoint.arrays import Array, positive, readonly
+from cutjoint.arrays import Array, Values, positive, readonly
 from cutjoint.errors import ClosureError, CutjointError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Mechanism, Posture
 from cutjoint.motion.trajectory import ToolMotion, Trajectory
@@ -22,7 +23,7 @@ MEMORY = 10000
 
 
 @dataclass(frozen=True, eq=False)
-class Desired:
+class Desired(Values):
     """The desired motion at one instant.
 
     Attributes:
@@ -91,6 +92,14 @@ class Reference:
             anchors.append((tool.position, near))
         self._places = readonly([place for place, _ in anchors])
         self._postures = tuple(posture for _, posture in anchors)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # The memo stays behind: it is large, and another thread may be writing into it.
+        return {**self.__dict__, "_known": OrderedDict()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._places.setflags(write=False)
 
     def at(self, t: float) -> Desired:
         """The desired motion at time `t` [s], which may lie past the duration.

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from cutjoint.arrays import Array, readonly
+from cutjoint.arrays import Array, Values, readonly
 
 
 @dataclass(frozen=True, eq=False)
-class ToolMotion:
+class ToolMotion(Values):
     """The tool at one instant, in the world frame.
 
     Attributes:

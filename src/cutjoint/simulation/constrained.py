@@ -8,7 +8,8 @@ kept, because the correction is as small as its error.
 
 from __future__ import annotations
 
-from typing import Protocol
+import threading
+from typing import Any, Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -74,11 +75,22 @@ class ConstrainedPlant:
     def __init__(self, chain: FullChain, *, project: bool = True) -> None:
         self.chain = chain
         self.project = project
-        self._data = chain.model.createData()
+        self._workspaces = threading.local()
         self._flat = chain.model.nq == chain.model.nv
         if chain.description.tool is None:
             raise InputError(f"{chain.name} has no tool frame to simulate; name one under [tool] in its loops.toml")
         self._tool_joint, self._tool_place = bind_frame(chain.model, chain.description.tool)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _remade, (type(self), self.chain, self.project)
+
+    @property
+    def _data(self) -> pin.Data:
+        """Pinocchio's workspace of the thread that asks: plants are shared between threads, workspaces cannot be."""
+        found: pin.Data | None = getattr(self._workspaces, "data", None)
+        if found is None:
+            found = self._workspaces.data = self.chain.model.createData()
+        return found
 
     @property
     def mechanism(self) -> FullChain:
@@ -141,3 +153,7 @@ class ConstrainedPlant:
             self.chain.gap(state.q),
             state.q,
         )
+
+
+def _remade(kind: type[ConstrainedPlant], chain: FullChain, project: bool) -> ConstrainedPlant:
+    return kind(chain, project=project)

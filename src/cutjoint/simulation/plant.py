@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, Values, readonly
 from cutjoint.mechanism import Mechanism, Posture
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class State(Values):
     """A plant's own state.
 
     Attributes:
@@ -30,7 +30,7 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
-class Observation:
+class Observation(Values):
     """What a record of a run holds of one state.
 
     Attributes:
@@ -49,6 +49,10 @@ class Observation:
     potential: float
     gap: tuple[float, float]
     q_full: Array
+
+    def __post_init__(self) -> None:
+        for name in ("q", "v", "tool", "tool_velocity", "q_full"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
 
 
 class Plant(Protocol):

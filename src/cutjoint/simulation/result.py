@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from cutjoint.arrays import Array, readonly
+from cutjoint.arrays import Array, Values, readonly, readonly_mapping
 from cutjoint.errors import InputError
 
 
@@ -21,7 +20,7 @@ class Rmse(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(Values):
     """A run: m samples of a robot with n actuators.  Read-only.
 
     Attributes:
@@ -58,7 +57,7 @@ class Result:
     def __post_init__(self) -> None:
         for name in ARRAYS:
             object.__setattr__(self, name, readonly(getattr(self, name)))
-        object.__setattr__(self, "about", MappingProxyType(dict(self.about)))
+        object.__setattr__(self, "about", readonly_mapping(self.about))
         wrong = [f"{name} {getattr(self, name).shape}" for name in ARRAYS if not self._fits(name)]
         if wrong:
             raise InputError(f"a result of {self.time.size} samples has arrays that do not fit: {', '.join(wrong)}")
@@ -78,10 +77,6 @@ class Result:
         if name == "gap":
             return bool(shape[1:] == (2,))
         return len(shape) == (2 if name == "q_full" else 1)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        # Read-only mappings do not pickle; worker processes hand results over.
-        return _rebuilt, ({name: getattr(self, name) for name in ARRAYS}, dict(self.about))
 
     def __len__(self) -> int:
         return int(self.time.size)
@@ -154,10 +149,6 @@ class Result:
     def loop_gap(self) -> tuple[float, float]:
         """Worst loop residual of the run, ([m], [rad])."""
         return float(self.gap[:, 0].max()), float(self.gap[:, 1].max())
-
-
-def _rebuilt(arrays: dict[str, Array], about: dict[str, Any]) -> Result:
-    return Result(**arrays, about=about)
 
 
 ARRAYS = tuple(one.name for one in fields(Result) if one.name != "about")
