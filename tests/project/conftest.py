@@ -5,9 +5,15 @@ from __future__ import annotations
 import importlib.util
 import subprocess
 import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
+from typing import Any
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -48,3 +54,58 @@ def _tool(name: str) -> ModuleType:
     sys.modules[spec.name] = module
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="session")
+def alike() -> Callable[[Any, Any], None]:
+    """`alike(found, wanted)` holds where two values are the same to the last bit and both cannot be written into."""
+    return _alike
+
+
+def _alike(found: Any, wanted: Any) -> None:
+    assert type(found) is type(wanted)
+    if isinstance(wanted, np.ndarray):
+        assert (found.dtype, found.shape) == (wanted.dtype, wanted.shape)
+        assert found.tobytes() == wanted.tobytes()
+        assert not found.flags.writeable
+        assert not wanted.flags.writeable
+    elif is_dataclass(wanted):
+        for one in fields(wanted):
+            _alike(getattr(found, one.name), getattr(wanted, one.name))
+    elif isinstance(wanted, tuple | list):
+        assert len(found) == len(wanted)
+        for one, other in zip(found, wanted, strict=True):
+            _alike(one, other)
+    elif isinstance(wanted, dict | MappingProxyType):
+        assert list(found) == list(wanted)
+        for name in wanted:
+            _alike(found[name], wanted[name])
+    elif type(wanted).__eq__ is object.__eq__ and hasattr(wanted, "__dict__") and not callable(wanted):
+        _alike(vars(found), vars(wanted))
+    else:
+        assert found == wanted
+        assert repr(found) == repr(wanted)
+
+
+@pytest.fixture
+def together() -> Iterator[Callable[[Sequence[Callable[[], Any]]], list[Any]]]:
+    """`together(calls)`: what the calls return, made by eight threads that take turns every tenth of a millisecond."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-4)
+    yield _together
+    sys.setswitchinterval(before)
+
+
+def _together(calls: Sequence[Callable[[], Any]]) -> list[Any]:
+    threads = 8
+    ready = threading.Barrier(threads)
+
+    def work(first: int) -> Mapping[int, Any]:
+        ready.wait(60.0)
+        return {i: calls[i]() for i in range(first, len(calls), threads)}
+
+    found: dict[int, Any] = {}
+    with ThreadPoolExecutor(threads) as pool:
+        for part in pool.map(work, range(threads)):
+            found.update(part)
+    return [found[i] for i in range(len(calls))]

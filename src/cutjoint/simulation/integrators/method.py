@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, Values
 from cutjoint.errors import CutjointError
 
 Field = Callable[[float, Array], Array]
@@ -22,7 +22,7 @@ class StepError(CutjointError):
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class Step(Values):
     """One accepted step.
 
     Attributes:
