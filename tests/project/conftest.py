@@ -6,11 +6,12 @@ import importlib.util
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import FrameType, MappingProxyType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -89,7 +90,11 @@ def _alike(found: Any, wanted: Any) -> None:
 
 @pytest.fixture
 def together() -> Iterator[Callable[[Sequence[Callable[[], Any]]], list[Any]]]:
-    """`together(calls)`: what the calls return, made by eight threads that take turns every tenth of a millisecond."""
+    """`together(calls)`: what the calls return, made by eight threads that take turns every tenth of a millisecond.
+
+    Every twentieth round they even take turns at every line of the package, so that a shared workspace is met for sure and
+    not by luck.
+    """
     before = sys.getswitchinterval()
     sys.setswitchinterval(1e-4)
     yield _together
@@ -102,10 +107,24 @@ def _together(calls: Sequence[Callable[[], Any]]) -> list[Any]:
 
     def work(first: int) -> Mapping[int, Any]:
         ready.wait(60.0)
-        return {i: calls[i]() for i in range(first, len(calls), threads)}
+        made = {}
+        for i in range(first, len(calls), threads):
+            sys.settrace(_step if i // threads % 20 == 10 else None)
+            made[i] = calls[i]()
+            sys.settrace(None)
+        return made
 
     found: dict[int, Any] = {}
     with ThreadPoolExecutor(threads) as pool:
         for part in pool.map(work, range(threads)):
             found.update(part)
     return [found[i] for i in range(len(calls))]
+
+
+def _step(frame: FrameType, event: str, arg: Any) -> Any:
+    """A trace function that lets the other threads go on before every line."""
+    if "cutjoint" not in frame.f_code.co_filename:
+        return None
+    if event == "line":
+        time.sleep(1e-6)
+    return _step
