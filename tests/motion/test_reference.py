@@ -1,10 +1,14 @@
 """A trajectory through a mechanism: actuator rates are derivatives of the inverse kinematics."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
 from cutjoint.errors import InputError, UnreachableError
 from cutjoint.motion import Circle, Hold, Lissajous, PointToPoint, Reference
+from cutjoint.motion import reference as motion
 from cutjoint.papers.cpm import CpmModel
 from cutjoint.papers.omega3 import Omega3Model
 
@@ -42,6 +46,24 @@ def test_it_has_no_memory(reference):
     forwards = [reference.at(t).q for t in times]
     backwards = [reference.at(t).q for t in reversed(times)]
     assert all(np.array_equal(a, b) for a, b in zip(forwards, reversed(backwards), strict=True))
+
+
+def test_it_remembers_the_last_instants_and_no_more(reference, monkeypatch):
+    """What it remembers is handed out again; what fell out is made anew, with the same bits."""
+    monkeypatch.setattr(motion, "MEMORY", 50)
+    times = [float(t) for t in np.linspace(0.0, 1.9, 120)]
+    first = [reference.at(t) for t in times]
+    assert [reference.at(t) is one for t, one in zip(times[-50:], first[-50:], strict=True)] == [True] * 50
+    again = [reference.at(t) for t in times[:70]]
+    assert not any(one is other for one, other in zip(again, first, strict=False))
+    assert all(np.array_equal(one.a, other.a) for one, other in zip(again, first, strict=False))
+
+
+def test_a_run_of_any_length_takes_a_bounded_memory(reference, monkeypatch):
+    monkeypatch.setattr(motion, "MEMORY", 50)
+    kept = [weakref.ref(reference.at(float(t))) for t in np.linspace(0.0, 1.9, 400)]
+    gc.collect()
+    assert sum(one() is not None for one in kept) == 50
 
 
 def test_leaving_the_workspace_is_found_before_anything_moves():

@@ -92,8 +92,8 @@ def _alike(found: Any, wanted: Any) -> None:
 def together() -> Iterator[Callable[[Sequence[Callable[[], Any]]], list[Any]]]:
     """`together(calls)`: what the calls return, made by eight threads that take turns every tenth of a millisecond.
 
-    Every twentieth round they even take turns at every line of the package, so that a shared workspace is met for sure and
-    not by luck.
+    Every twentieth round they even take turns at every line of the package, so that a shared workspace is met for sure
+    and not by luck.
     """
     before = sys.getswitchinterval()
     sys.setswitchinterval(1e-4)

@@ -1,12 +1,14 @@
 """The plants against each other, and against conservation laws."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from cutjoint.control import NoControl
 from cutjoint.errors import InputError, SimulationError
 from cutjoint.motion import Hold, Reference
-from cutjoint.simulation import Adaptive, ConstrainedPlant, ReducedPlant, RungeKutta4, run
+from cutjoint.simulation import Adaptive, ConstrainedPlant, DormandPrince, ReducedPlant, RungeKutta4, run
 
 LAWS = ("pd", "pd-gravity", "feedforward", "computed-torque")
 
@@ -42,6 +44,33 @@ def test_loops_stay_closed_and_drift_without_projection(robot):
     assert max(kept.loop_gap()) < 1e-12
     assert kept.about["strayed"] > 0.0
     assert left.loop_gap()[0] > 1e3 * max(kept.loop_gap()[0], 1e-15)
+
+
+@pytest.mark.parametrize("method", [DormandPrince(1e-3, 1e-4), Adaptive(1e-3, 1e-4), Adaptive(1e-3, 1e-4, "RK45")])
+def test_every_step_starts_with_the_slope_of_the_state_it_starts_from(robot, method):
+    """A step ends with the slope of its own end, which is another state once that was put back onto the loops."""
+    moved = []
+
+    class Watched:
+        name, interpolates = method.name, method.interpolates
+
+        def first(self, *given):
+            return method.first(*given)
+
+        def step(self, field, t, y, slope, h, end, span):
+            fresh = field(t, y)
+            assert np.abs(slope - fresh).max() <= 1e-11 * np.abs(fresh).max()
+            made = method.step(field, t, y, slope, h, end, span)
+            moved.append((made.y, made.slope, fresh))
+            return made
+
+    plant = ConstrainedPlant(robot.chain)
+    found = run(plant, robot.law("pd"), robot.reference, integrator=Watched(), duration=0.2)
+    assert found.about["strayed"] > 1e-9
+    assert len(moved) > 5
+    # The slope at the end of a step differs from the one that the next starts with by far more than rounding.
+    apart = [np.abs(end[1] - start[2]).max() for end, start in pairwise(moved)]
+    assert max(apart) > 1e-9 * np.abs(moved[-1][2]).max()
 
 
 @pytest.mark.parametrize("plant", ["reduced", "constrained"])

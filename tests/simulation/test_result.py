@@ -62,6 +62,23 @@ def test_energy_drift_is_what_the_actuators_did_not_do():
     assert leaky.energy_drift() == pytest.approx(0.02 / (3.0 - 0.02))
 
 
+@pytest.mark.parametrize("level", [-1e6, -3.0, 0.0, 7.0, 1e6])
+def test_energy_drift_does_not_know_where_potential_energy_is_zero(level):
+    """The heights that count are those between which the robot moved: here 0.2 J, wherever they are measured from."""
+    t = np.linspace(0.0, 2.0, 201)
+    fall = 0.2 * np.sin(0.25 * np.pi * t) ** 2
+    leaky = made(kinetic=0.5 * fall, potential=level - fall, work=np.zeros(201))
+    assert leaky.energy_drift() == pytest.approx(0.1 / 0.2, rel=1e-8)
+
+
+def test_energy_drift_is_relative_to_the_largest_turnover():
+    t = np.linspace(0.0, 1.0, 101)
+    for kinetic, potential, work in ((3.0, 1.0, 1.0), (1.0, 3.0, 1.0), (1.0, 1.0, 3.0)):
+        found = made(t, kinetic=kinetic * t, potential=potential * t, work=work * t)
+        assert found.energy_drift() == pytest.approx(abs(kinetic + potential - work) / 3.0)
+    assert made(t, kinetic=np.zeros(101), potential=np.full(101, -5.0)).energy_drift() == 0.0
+
+
 def test_loop_gap_is_the_worst():
     gap = np.zeros((201, 2))
     gap[7] = [1e-9, 0.0]
