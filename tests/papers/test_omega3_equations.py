@@ -195,6 +195,19 @@ def test_stretched_limbs_are_the_edge_of_the_workspace():
     assert aside.value.bounds == (0.0, p.L_B)
 
 
+@pytest.mark.parametrize("offset", [0.0, 1e-300, 1e-20, 1e-9])
+@pytest.mark.parametrize("length", [1e-4, 0.1, 1e4])
+def test_a_limb_folded_onto_its_own_motor_axis_is_singular_and_not_out_of_reach(length, offset):
+    """Arm and rods as long as each other hold the tool on the motor axis at any angle: that is no lack of reach."""
+    m = Omega3Model(Parameters(L_A=length, L_B=length, R_A=0.5 * length, R_B=0.3 * length))
+    for limb in range(3):
+        tool = turned(limb * THIRD) @ [offset * length, 0.0, m.parameters.R]
+        with pytest.raises(SingularError, match=f"limb {limb + 1} ") as found:
+            m.working_modes(tool)
+        assert (found.value.kind, found.value.limit) == ("type-1", SMALLEST_MEASURE)
+        assert found.value.measure <= 1e-7
+
+
 def test_an_arm_may_move_through_type_1():
     """Stretched limbs stop the tool, not the arms: close() passes, the Jacobian there is singular."""
     m = Omega3Model()

@@ -256,7 +256,7 @@ class Omega3Model:
             plane = "in its plane"
         else:
             reach, bounds, plane = abs(ay), (0.0, p.L_B), "sideways"
-        if not bounds[0] <= reach <= bounds[1] or reach == 0.0:
+        if not bounds[0] <= reach <= bounds[1]:
             raise LimbReachError(
                 f"limb {i + 1} of {self.name} would have to span {reach:.6g} m {plane} to hold the tool at "
                 f"{list(tool)} m; it spans {bounds[0]:.6g} to {bounds[1]:.6g} m",
