@@ -2,8 +2,9 @@
 
 Mass matrix and bias of the tree and the directions of the constraints are exact in MuJoCo and are compared to
 rounding.  Its constraints are soft: its solver lets through about 1 - d of the acceleration that they would stop, where
-the impedance d is at most 0.9999, so its own forward dynamics agrees to that.  Solving the same matrices with hard
-constraints takes the softness away; J_dot v then comes from a central difference of MuJoCo's own Jacobian.
+the impedance d is at most 0.9999: each row gives by (1 - d) / d of its inverse inertia, which MuJoCo estimates once.
+Solving the same matrices with hard constraints takes the softness away; J_dot v then comes from a central difference of
+MuJoCo's own Jacobian.
 
 E. Todorov, Convex and analytically-invertible dynamics with contacts and constraints, ICRA 2014; MuJoCo documentation,
 chapter Computation.
@@ -39,6 +40,8 @@ class Opinion(Values):
         mass: mass matrix of the open tree, shape (nv, nv).
         bias: Coriolis, centrifugal and gravity forces of the open tree, shape (nv,).
         jacobian: constraint Jacobian in MuJoCo's rows, shape (rows, nv).
+        give: what each row gives at the impedance that was asked for, shape (rows,): the acceleration of the row [m/s2]
+            or [rad/s2] for a force of [N] or [N m] in it.
         soft: acceleration of all joints as MuJoCo's solver gives it, shape (nv,).
         softened: what that solver must give by its own regularisation and reference acceleration, shape (nv,).
         hard: the same from MuJoCo's matrices with constraints that do not give, shape (nv,).
@@ -47,6 +50,7 @@ class Opinion(Values):
     mass: Array
     bias: Array
     jacobian: Array
+    give: Array
     soft: Array
     softened: Array
     hard: Array
@@ -107,6 +111,8 @@ class MujocoRobot:
         mujoco.mj_fullM(model, data, mass)
         bias, jacobian, soft = data.qfrc_bias.copy(), self._constraint_jacobian(), data.qacc.copy()
         slack, aim = data.efc_R[: data.nefc].copy(), data.efc_aref[: data.nefc].copy()
+        used = np.array(data.efc_KBIP).reshape(-1, 4)[: data.nefc, 2]
+        give = slack * used / (1.0 - used) * (1.0 - IMPEDANCE) / IMPEDANCE
         drift = self._constraint_drift(turn @ v_full)
         free = np.linalg.solve(mass, np.column_stack([data.qfrc_applied - bias, jacobian.T]))
         compliance = jacobian @ free[:, 1:]
@@ -118,6 +124,7 @@ class MujocoRobot:
             turn.T @ mass @ turn,
             turn.T @ (bias + mass @ bend),
             jacobian @ turn,
+            give,
             np.linalg.solve(turn, soft - bend),
             np.linalg.solve(turn, softened - bend),
             np.linalg.solve(turn, hard - bend),
