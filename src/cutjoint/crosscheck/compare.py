@@ -1,8 +1,11 @@
 """Every quantity of one model against the same quantity of another, at the same states.
 
 The error of a sample is the largest difference of any entry, relative to the largest entry of that quantity in that
-sample.  Three quantities may vanish while their terms do not (J_dot v of a robot whose Jacobian is constant, C v, and
-gravity at balance); they are measured against the accelerations or efforts of the same sample where those are larger.
+sample, with sliding actuators counted in characteristic lengths of the robot: otherwise the entries of a robot that
+turns and slides would outweigh one another by its size.  Three quantities may vanish while their terms do not (J_dot v
+of a robot whose Jacobian is constant, C v, and gravity at balance); they are measured against the accelerations or
+efforts of the same sample where those are larger.  Positions are measured against the robot, not against their distance
+from the origin.
 """
 
 from __future__ import annotations
@@ -14,9 +17,13 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.crosscheck.sampling import REFUSED, Reacher, State
+from cutjoint.crosscheck.sampling import REFUSED, Reacher, State, length_of, units_of
 from cutjoint.errors import ToleranceError
 from cutjoint.mechanism import Mechanism, Posture
+
+FAR = 1e-4
+"""From 1 / FAR characteristic lengths from the origin on the tool position is measured against this part of its
+distance: there the rounding of coordinates shows."""
 
 QUANTITIES = (
     "actuated coordinates",
@@ -93,21 +100,20 @@ def compare(
     errors: dict[int, dict[str, tuple[float, float]]] = {}
     refused, reason, count = 0, "", 0
     reacher = Reacher(checked)
+    units, length = units_of(reference), length_of(reference)
     for count, state in enumerate(states, start=1):
         try:
             at = reacher.take_up(state)
-            found = _evaluate(checked, at, state)
+            found = _evaluate(checked, at, state, units)
         except REFUSED as error:
             refused, reason = refused + 1, reason or str(error)
             continue
-        wanted = _evaluate(reference, state.at, state)
-        natural = _natural_sizes(reference, state)
+        wanted = _evaluate(reference, state.at, state, units)
+        natural = _natural_sizes(reference, state, units)
+        sizes = {name: max(float(np.abs(wanted[name]).max()), natural.get(name, 0.0)) for name in QUANTITIES}
+        sizes["tool position"] = max(length, FAR * float(np.abs(wanted["tool position"]).max()))
         errors[count - 1] = {
-            name: (
-                float(np.abs(found[name] - wanted[name]).max()),
-                max(float(np.abs(wanted[name]).max()), natural.get(name, 0.0)),
-            )
-            for name in QUANTITIES
+            name: (float(np.abs(found[name] - wanted[name]).max()), sizes[name]) for name in QUANTITIES
         }
         if progress is not None:
             progress(count)
@@ -125,27 +131,29 @@ def _rows(errors: dict[int, dict[str, tuple[float, float]]]) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def _evaluate(mechanism: Mechanism, at: Posture, state: State) -> dict[str, Array]:
+def _evaluate(mechanism: Mechanism, at: Posture, state: State, units: Array) -> dict[str, Array]:
     tool, terms = mechanism.tool(at, state.v), mechanism.terms(at, state.v)
     return {
-        "actuated coordinates": at.q,
+        "actuated coordinates": at.q / units,
         "tool position": tool.position,
-        "Jacobian": tool.jacobian,
+        "Jacobian": tool.jacobian * units,
         "J_dot v": tool.drift,
-        "mass matrix": terms.mass,
-        "Coriolis C v": terms.coriolis,
-        "gravity": terms.gravity,
-        "inverse dynamics": mechanism.inverse_dynamics(at, state.v, state.a),
-        "forward dynamics": mechanism.forward_dynamics(at, state.v, state.effort),
+        "mass matrix": terms.mass * np.outer(units, units),
+        "Coriolis C v": terms.coriolis * units,
+        "gravity": terms.gravity * units,
+        "inverse dynamics": mechanism.inverse_dynamics(at, state.v, state.a) * units,
+        "forward dynamics": mechanism.forward_dynamics(at, state.v, state.effort) / units,
     }
 
 
-def _natural_sizes(reference: Mechanism, state: State) -> dict[str, float]:
-    """Sizes that vanishing quantities are measured against: accelerations of the tool, inertial efforts."""
+def _natural_sizes(reference: Mechanism, state: State, units: Array) -> dict[str, float]:
+    """Sizes that vanishing quantities are measured against: a radian or a length, accelerations of the tool, inertial
+    efforts."""
     tool, terms = reference.tool(state.at), reference.terms(state.at, state.v)
-    inertial = float(np.abs(terms.mass @ state.a).max())
+    inertial = float(np.abs(terms.mass @ state.a * units).max())
     turning = tool.jacobian @ np.linalg.solve(terms.mass, terms.coriolis)
     return {
+        "actuated coordinates": 1.0,
         "J_dot v": max(float(np.abs(tool.jacobian @ state.a).max()), float(np.abs(turning).max())),
         "Coriolis C v": inertial,
         "gravity": inertial,

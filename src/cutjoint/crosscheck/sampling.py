@@ -3,7 +3,8 @@
 The workspace is boxed by walking from home along each axis until the robot cannot follow; targets are drawn evenly from
 that box and kept where the robot can be closed and is well conditioned.  A target is a position of the tool where three
 actuators place it, and else the coordinates of the actuators.  Near a singularity two right models differ by
-conditioning alone, so such postures are left out.
+conditioning alone, so such postures are left out.  Lengths count in characteristic lengths of the robot, so a robot a
+thousand times as large is sampled at the same postures.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from cutjoint.errors import ClosureError, CutjointError, DynamicsError, Singular
 from cutjoint.mechanism import Mechanism, Posture
 
 WORST_CONDITION = 100.0
-"""Postures where the tool Jacobian or the mass matrix is worse conditioned are not sampled."""
+"""Postures where the tool Jacobian or the mass matrix, per natural unit of the actuators, is worse conditioned are not
+sampled."""
 
 REFUSED = (UnreachableError, ClosureError, SingularError, DynamicsError)
 
@@ -69,9 +71,36 @@ class Reacher:
         return at
 
 
+def length_of(mechanism: Mechanism) -> float:
+    """Characteristic length [m], so that nothing here depends on how large a robot is.
+
+    The mechanism's own `length` where it has one (closed chains and the published models do), else how far the tool
+    moves for a radian of its rotary actuators at home, else a metre.
+    """
+    own = getattr(mechanism, "length", None)
+    if own is not None:
+        return float(own)
+    turning = [one.kind == "rotation" for one in mechanism.actuators]
+    lever = float(np.linalg.norm(mechanism.tool(mechanism.home).jacobian[:, turning]))
+    return lever if lever > 0.0 else 1.0
+
+
+def units_of(mechanism: Mechanism) -> Array:
+    """Natural unit of each actuated coordinate, shape (n,): the characteristic length [m], or a radian."""
+    length = length_of(mechanism)
+    return np.array([length if one.kind == "translation" else 1.0 for one in mechanism.actuators])
+
+
 def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: float = 10.0) -> Workspace:
-    """How far `mechanism` gets from home along each axis, to `resolution` [m] or [rad]."""
+    """How far `mechanism` gets from home along each axis.
+
+    Args:
+        mechanism: the robot.
+        resolution: how exactly, as a fraction of the distance.
+        furthest: where the search ends, in characteristic lengths or radians.
+    """
     origin, go = _targets(mechanism)
+    units = np.full(3, length_of(mechanism)) if mechanism.n == 3 else units_of(mechanism)
 
     def goes(axis: int, distance: float) -> bool:
         target = np.array(origin)
@@ -83,12 +112,12 @@ def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: floa
         return True
 
     corners = np.zeros((2, len(origin)))
-    for axis in range(len(origin)):
+    for axis, unit in enumerate(units):
         for row, sign in enumerate((-1.0, 1.0)):
-            inside, outside = 0.0, resolution
-            while outside < furthest and goes(axis, sign * outside):
+            inside, outside = 0.0, resolution * unit
+            while outside < furthest * unit and goes(axis, sign * outside):
                 inside, outside = outside, 2.0 * outside
-            while outside - inside > resolution:
+            while outside - inside > resolution * max(outside, resolution * unit):
                 middle = 0.5 * (inside + outside)
                 if goes(axis, sign * middle):
                     inside = middle
@@ -117,6 +146,7 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sta
     """
     random = np.random.default_rng(seed)
     box, go = workspace_box(mechanism), _targets(mechanism)[1]
+    units = units_of(mechanism)
     made = 0
     for _ in range(1000 * samples):
         if made == samples:
@@ -126,15 +156,14 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sta
             tool, terms = mechanism.tool(at), mechanism.terms(at)
         except REFUSED:
             continue
-        if max(_condition(tool.jacobian), _condition(terms.mass)) > WORST_CONDITION:
+        jacobian = tool.jacobian * units
+        if max(_condition(jacobian), _condition(terms.mass * np.outer(units, units))) > WORST_CONDITION:
             continue
-        speed = box.diagonal
-        if mechanism.n == 3:
-            speed /= max(float(np.linalg.norm(tool.jacobian, 2)), 1e-12)
+        speed = box.diagonal / float(np.linalg.norm(jacobian, 2)) * units if mechanism.n == 3 else box.upper - box.lower
         v = speed * random.normal(size=mechanism.n)
         a = 10.0 * speed * random.normal(size=mechanism.n)
         effort = terms.mass @ a + terms.gravity
-        effort = effort + float(np.abs(effort).max()) * random.normal(size=mechanism.n)
+        effort = effort + float(np.abs(effort * units).max()) / units * random.normal(size=mechanism.n)
         made += 1
         yield State(at, tool.position, readonly(v), readonly(a), readonly(effort))
     if made < samples:

@@ -20,7 +20,7 @@ from cutjoint.simulation.plant import Plant, State
 from cutjoint.simulation.recorder import Recorder
 from cutjoint.simulation.result import Result
 
-# Two instants nearer to each other than this [s] are one.
+# Two instants nearer to each other than this part of the whole run are one.
 SAME = 1e-12
 
 
@@ -111,6 +111,7 @@ class _Run:
     ) -> None:
         self.coupled, self.method, self.about = coupled, method, about
         self.span, self.period, self.spacing, self.every_step = span, period, spacing, every_step
+        self.same = SAME * span
         self.recorder = Recorder()
         self.t, self.steps, self.samples, self.records = 0.0, 0, 0, 0
         self.h = math.inf
@@ -121,7 +122,7 @@ class _Run:
         if math.isfinite(self.period):
             self.coupled.sample(0.0, self.period)
         self.record(0.0, self.coupled.origin, self.coupled.effort(0.0), 0.0)
-        while self.span - self.t > SAME:
+        while self.span - self.t > self.same:
             try:
                 self.advance()
             except (CutjointError, np.linalg.LinAlgError) as error:
@@ -156,23 +157,23 @@ class _Run:
         unchanged = coupled.accept(step.y)
         self.slope = step.slope if unchanged else None
         self.t, self.steps = step.t, self.steps + 1
-        if self.t >= (self.samples + 1) * self.period - SAME:
+        if self.t >= (self.samples + 1) * self.period - self.same:
             self.samples += 1
             coupled.sample(self.t, self.period)
             self.slope = None
-        if self.every_step or self.t >= self.next_record() - SAME:
+        if self.every_step or self.t >= self.next_record() - self.same:
             self.records += 1
             self.record(self.t, coupled.origin, coupled.effort(self.t), float(coupled.y[-1]))
 
     def next_record(self) -> float:
         """Next instant to record [s]; the end is always recorded."""
         t = (self.records + 1) * self.spacing
-        return self.span if t > self.span - SAME else t
+        return self.span if t > self.span - self.same else t
 
     def record_between(self, step: Step) -> None:
         """The instants to record inside a step."""
         coupled = self.coupled
-        while step.between is not None and (t := self.next_record()) < step.t - SAME:
+        while step.between is not None and (t := self.next_record()) < step.t - self.same:
             y = step.between(t)
             state, _ = coupled.plant.settled(coupled.state(y))
             effort = coupled.control(t, state, y)[0] if coupled.held is None else coupled.held

@@ -89,6 +89,11 @@ class Omega3Model:
     def __repr__(self) -> str:
         return f"{type(self).__name__}(parameters={self.parameters!r}, signs={self.signs!r})"
 
+    @property
+    def length(self) -> float:
+        """Characteristic length [m]: the mean of arm and rod."""
+        return 0.5 * (self.parameters.L_A + self.parameters.L_B)
+
     @cached_property
     def home(self) -> Posture:
         """The tool at (0.1, 0, 0) m in the working mode `signs`."""
