@@ -16,7 +16,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.errors import ClosureError, CutjointError, DynamicsError, SingularError, UnreachableError
-from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.mechanism import Mechanism, Posture, Terms
 
 WORST_CONDITION = 100.0
 """Postures where the tool Jacobian or the mass matrix, per natural unit of the actuators, is worse conditioned are not
@@ -137,9 +137,10 @@ def _targets(mechanism: Mechanism) -> tuple[Array, Callable[[Array, Posture | No
 def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[State]:
     """`samples` random states of `mechanism`; the same for the same seed.
 
-    Speeds and accelerations are drawn so that the robot moves at up to about one workspace a second; efforts are those
-    of the acceleration plus a random part of the same size, so that forward dynamics is not asked what inverse dynamics
-    just answered.
+    Speeds and accelerations are drawn so that the robot moves through about one workspace in the time in which it would
+    fall through it, so that what gravity, speeds and accelerations do has one size; efforts are those of the
+    acceleration plus a random part of the same size, so that forward dynamics is not asked what inverse dynamics just
+    answered.
 
     Raises:
         CutjointError: hardly any posture around home can be closed and is well conditioned.
@@ -159,9 +160,12 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sta
         jacobian = tool.jacobian * units
         if max(_condition(jacobian), _condition(terms.mass * np.outer(units, units))) > WORST_CONDITION:
             continue
-        speed = box.diagonal / float(np.linalg.norm(jacobian, 2)) * units if mechanism.n == 3 else box.upper - box.lower
-        v = speed * random.normal(size=mechanism.n)
-        a = 10.0 * speed * random.normal(size=mechanism.n)
+        reach = box.upper - box.lower
+        if mechanism.n == 3:
+            reach = box.diagonal / float(np.linalg.norm(jacobian, 2)) * units
+        pace = _pace(terms, reach)
+        v = pace * reach * random.normal(size=mechanism.n)
+        a = 3.0 * pace * pace * reach * random.normal(size=mechanism.n)
         effort = terms.mass @ a + terms.gravity
         effort = effort + float(np.abs(effort * units).max()) / units * random.normal(size=mechanism.n)
         made += 1
@@ -171,6 +175,13 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sta
             f"of {1000 * samples} random targets of {mechanism.name} between {box.lower.tolist()} and "
             f"{box.upper.tolist()} only {made} can be reached and are well conditioned; {samples} were asked for"
         )
+
+
+def _pace(terms: Terms, reach: Array) -> float:
+    """One over the time that the actuators take to fall through their reach [1/s]; 1/s where nothing falls."""
+    falls = np.abs(np.linalg.solve(terms.mass, terms.gravity))
+    fastest = float(np.divide(falls, reach, out=np.zeros_like(falls), where=reach > 0.0).max())
+    return float(np.sqrt(0.5 * fastest)) if fastest > 0.0 else 1.0
 
 
 def _condition(matrix: Array) -> float:
