@@ -50,7 +50,9 @@ REACHED = Tolerance(
 AGREEMENT = Tolerance(
     1e-10, "relative", "two independent formulations of one robot; 2e-13 is typical, the rest is conditioning"
 )
-ENGINE_MATRIX = Tolerance(1e-9, "relative", "the same matrices from another engine, which bounds small masses at 1e-12")
+ENGINE_MATRIX = Tolerance(
+    1e-9, "relative", "the same matrices from another engine, which lifts masses below 1e-12 of the heaviest"
+)
 ENGINE_HARD = Tolerance(1e-6, "relative", "J_dot v by central differences of the other engine's Jacobian")
 ENGINE_SOLVER = Tolerance(
     1e-7, "relative", "a soft solver at its impedance of 0.9999: 1e-11 of the mass matrix, times the 1e4 of 1 / (1 - d)"
@@ -58,7 +60,9 @@ ENGINE_SOLVER = Tolerance(
 ENGINE_LEAK = Tolerance(
     0.02, "relative", "of what constraints stop a soft solver lets 1e-4 through a row, to 6e-3 where rows work together"
 )
-PLACEMENT = Tolerance(1e-12, "m, -", "link placements of two readers: rounding along a few joints of about a metre")
+PLACEMENT = Tolerance(
+    1e-12, "lengths, -", "link placements of two readers: rounding along a few joints of about a length of the robot"
+)
 ROUNDING = Tolerance(
     1e-3, "-", "rows whose singular values are above this are never dropped as rounding of exported lengths"
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import pytest
 import cutjoint
 from cutjoint.chain import ClosedChain
 from cutjoint.crosscheck import Comparison, State, sample_states
-from cutjoint.description import RobotDescription
+from cutjoint.description import Frame, Inertial, JointType, RobotDescription
 from cutjoint.engines import compare
 from cutjoint.engines import mujoco as engine
 from cutjoint.engines.compare import compare_with_mujoco
@@ -53,8 +54,8 @@ LEAK = "what MuJoCo's solver lets through"
 
 def compared(chain: ClosedChain, given: RobotDescription, monkeypatch: pytest.MonkeyPatch) -> Comparison:
     """The comparison where MuJoCo is given another robot than the chain."""
-    write = engine.write
-    monkeypatch.setattr(engine, "write", lambda _, path, to: write(given, path, to))
+    natural = engine.natural
+    monkeypatch.setattr(engine, "natural", lambda _, scale: natural(given, scale))
     source = cutjoint.published(chain.description.name) if chain.description.name in PUBLISHED else chain
     return compare_with_mujoco(chain, list(sample_states(source, 5, 0)))
 
@@ -112,6 +113,60 @@ def test_no_tolerance_comes_from_what_is_compared() -> None:
         chain = cutjoint.load(name)
         comparison = compare_with_mujoco(chain, list(sample_states(cutjoint.published(name), 2, 0)))
         assert {row.quantity: row.tolerance for row in comparison.rows} == compare.TOLERANCE
+
+
+def placed(frame: Frame, s: float) -> Frame:
+    return replace(frame, placement=moved(frame.placement, s))
+
+
+def moved(placement: np.ndarray, s: float) -> np.ndarray:
+    return np.block([[placement[:3, :3], s * placement[:3, 3:]], [placement[3:, :]]])
+
+
+def scaled(robot: RobotDescription, s: float, m: float) -> RobotDescription:
+    """The five-bar or the Omega-3 with lengths times s and masses times m."""
+    links = []
+    for link in robot.links:
+        old = link.inertial
+        new = None if old is None else Inertial(m * old.mass, s * old.com, m * s * s * old.inertia)
+        links.append(replace(link, inertial=new))
+    floating = {joint.name for joint in robot.joints if joint.type is JointType.FLOATING}
+
+    def start(name: str, value: Any) -> Any:
+        return (*(s * x for x in value[:3]), *value[3:]) if name in floating else value
+
+    homes = tuple(replace(home, passive={k: start(k, v) for k, v in home.passive.items()}) for home in robot.homes)
+    return replace(
+        robot,
+        links=tuple(links),
+        joints=tuple(replace(joint, placement=moved(joint.placement, s)) for joint in robot.joints),
+        cuts=tuple(replace(cut, a=placed(cut.a, s), b=placed(cut.b, s)) for cut in robot.cuts),
+        tool=None if robot.tool is None else placed(robot.tool, s),
+        homes=homes,
+        variants=(),
+    )
+
+
+@pytest.mark.parametrize(("s", "m"), [(1e-4, 1.0), (1e4, 1.0), (1.0, 1e-6), (1.0, 1e6), (1e-4, 1e-6), (1e4, 1e6)])
+@pytest.mark.parametrize("name", ["fivebar", "omega3"])
+def test_engines_agree_at_every_size_and_mass(name: str, s: float, m: float) -> None:
+    """Errors are those of the robot as it is, within a factor of 100 above rounding."""
+    base = cutjoint.load(name, PUBLISHED[name].variant if name in PUBLISHED else None).description
+    random = np.random.default_rng(1)
+    draws = [random.normal(size=(2, len(base.actuators))) for _ in range(3)]
+
+    def comparisons(chain: ClosedChain, s: float, m: float) -> list[Comparison]:
+        home = chain.home
+        position = chain.tool(home).position
+        size = m * 9.81 * chain.length
+        states = [State(home, position, v / np.sqrt(s), v / s, size * effort) for v, effort in draws]
+        return [compare_with_mujoco(chain, states), compare_with_yourdfpy(chain, states)]
+
+    plain = comparisons(ClosedChain(scaled(base, 1.0, 1.0)), 1.0, 1.0)
+    for found, wanted in zip(comparisons(ClosedChain(scaled(base, s, m)), s, m), plain, strict=True):
+        found.require()
+        for one, other in zip(found.rows, wanted.rows, strict=True):
+            assert one.error <= 100.0 * max(other.error, 1e-12)
 
 
 def test_mujoco_says_which_joint_it_has_no_word_for() -> None:

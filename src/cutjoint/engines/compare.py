@@ -29,10 +29,11 @@ def compare_with_mujoco(
 ) -> Comparison:
     """Dynamics of `chain` against MuJoCo's at `states` of any model of the robot.
 
-    Errors are relative to the largest entry of each sample.  MuJoCo's own solver is soft: it is compared with what its
-    own regularisation must give, and with what Pinocchio's accelerations become where MuJoCo's constraints give by the
-    impedance that was asked for.  What it lets through is its difference from hard constraints against what these stop,
-    measured with the mass matrix.  No tolerance depends on what was found.
+    Errors are relative to the largest entry of each sample, with sliding coordinates in lengths of the robot.  MuJoCo's
+    own solver is soft: it is compared with what its own regularisation must give, and with what Pinocchio's
+    accelerations become where MuJoCo's constraints give by the impedance that was asked for.  What it lets through is
+    its difference from hard constraints against what these stop, measured with the mass matrix.  No tolerance depends
+    on what was found.
 
     Raises:
         InputError: MuJoCo is not installed, or has no counterpart for one of the robot's joints.
@@ -50,13 +51,16 @@ def compare_with_mujoco(
         bias = np.array(pin.nonLinearEffects(chain.model, data, q, v))
         acceleration = chain.full_forward_dynamics(q, v, effort).acceleration
         tangent = chain.tangent(near)
+        units = robot.units
+        predicted = _softened(mass, effort - bias, acceleration, opinion)
+        size = np.abs(tangent / units[:, None]).max()
         errors = (
-            _relative(opinion.mass, mass),
-            _relative(opinion.bias, bias),
-            float(np.abs(opinion.jacobian @ tangent).max(initial=0.0)) / float(np.abs(tangent).max()),
-            _relative(opinion.hard, acceleration),
-            _relative(opinion.soft, opinion.softened),
-            _relative(opinion.soft, _softened(mass, effort - bias, acceleration, opinion)),
+            _relative(opinion.mass, mass, np.outer(units, units)),
+            _relative(opinion.bias, bias, units),
+            float(np.abs(opinion.jacobian @ tangent).max(initial=0.0) / size),
+            _relative(opinion.hard, acceleration, 1.0 / units),
+            _relative(opinion.soft, opinion.softened, 1.0 / units),
+            _relative(opinion.soft, predicted, 1.0 / units),
             _let_through(mass, effort - bias, acceleration, opinion),
         )
         for name, error in zip(TOLERANCE, errors, strict=True):
@@ -88,6 +92,6 @@ def _let_through(mass: Array, force: Array, hard: Array, opinion: Opinion) -> fl
     return float(np.sqrt(through @ mass @ through / most)) if most > 0.0 else 0.0
 
 
-def _relative(found: Array, wanted: Array) -> float:
-    error = float(np.abs(found - wanted).max()) / max(float(np.abs(wanted).max()), 1e-300)
+def _relative(found: Array, wanted: Array, units: Array) -> float:
+    error = float(np.abs((found - wanted) * units).max()) / max(float(np.abs(wanted * units).max()), 1e-300)
     return error if np.isfinite(error) else float("inf")

@@ -4,7 +4,8 @@ Mass matrix and bias of the tree and the directions of the constraints are exact
 rounding.  Its constraints are soft: its solver lets through about 1 - d of the acceleration that they would stop, where
 the impedance d is at most 0.9999: each row gives by (1 - d) / d of its inverse inertia, which MuJoCo estimates once.
 Solving the same matrices with hard constraints takes the softness away; J_dot v then comes from a central difference of
-MuJoCo's own Jacobian.
+MuJoCo's own Jacobian.  MuJoCo gets the robot in natural units (`cutjoint.engines.natural`), because it holds masses,
+moments and times against fixed ones; what comes back is in SI units.
 
 E. Todorov, Convex and analytically-invertible dynamics with contacts and constraints, ICRA 2014; MuJoCo documentation,
 chapter Computation.
@@ -23,13 +24,15 @@ from cutjoint.arrays import Array, Values
 from cutjoint.chain import ClosedChain
 from cutjoint.description.model import JointType
 from cutjoint.description.writers import write
+from cutjoint.engines.natural import natural, units_of
 from cutjoint.errors import InputError
 
 IMPEDANCE = 0.9999
 """The largest that MuJoCo accepts."""
 
 _ONE = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
-_STEP = 1e-6
+_STEP = 1e-5
+"""How far the fastest joint moves to either side for J_dot v [rad or lengths]; its square is rounding over it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +42,8 @@ class Opinion(Values):
     Attributes:
         mass: mass matrix of the open tree, shape (nv, nv).
         bias: Coriolis, centrifugal and gravity forces of the open tree, shape (nv,).
-        jacobian: constraint Jacobian in MuJoCo's rows, shape (rows, nv).
-        give: what each row gives at the impedance that was asked for, shape (rows,): the acceleration of the row [m/s2]
-            or [rad/s2] for a force of [N] or [N m] in it.
+        jacobian: constraint Jacobian in MuJoCo's rows, which are dimensionless, shape (rows, nv).
+        give: what each row gives at the impedance that was asked for, shape (rows,): its acceleration for a force of 1.
         soft: acceleration of all joints as MuJoCo's solver gives it, shape (nv,).
         softened: what that solver must give by its own regularisation and reference acceleration, shape (nv,).
         hard: the same from MuJoCo's matrices with constraints that do not give, shape (nv,).
@@ -69,8 +71,10 @@ class MujocoRobot:
         except ImportError as error:
             raise InputError("MuJoCo is not installed; pip install 'cutjoint[engines]'") from error
         self._mujoco: Any = mujoco
+        self._scale = units_of(chain.description, chain.length)
         with tempfile.TemporaryDirectory() as folder:
-            path = write(chain.description, Path(folder) / "robot.xml", "mjcf")[0]
+            robot = natural(chain.description, self._scale)
+            path = write(robot, Path(folder) / "robot.xml", "mjcf")[0]
             self._model = mujoco.MjModel.from_xml_path(str(path))
         self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONTACT
         self._model.opt.tolerance, self._model.opt.iterations = 0.0, 200
@@ -79,8 +83,9 @@ class MujocoRobot:
         self._map(chain)
 
     def _map(self, chain: ClosedChain) -> None:
-        """Where each joint of the chain stands in MuJoCo's vectors."""
+        """Where each joint of the chain stands in MuJoCo's vectors, and the units of its coordinates."""
         names, model = self._mujoco.mjtObj.mjOBJ_JOINT, self._model
+        self._q_units, self.units = np.ones(chain.nq), np.ones(chain.nv)
         self._single: list[tuple[int, int, int, int]] = []
         self._free: list[tuple[int, int, int, int]] = []
         for joint in chain.description.joints:
@@ -97,15 +102,20 @@ class MujocoRobot:
                 int(model.jnt_dofadr[index]),
             )
             (self._free if joint.type is JointType.FLOATING else self._single).append(row)
+            lengths = {JointType.PRISMATIC: 1, JointType.FLOATING: 3}.get(joint.type, 0)
+            self._q_units[row[0] : row[0] + lengths] = chain.length
+            self.units[row[1] : row[1] + lengths] = chain.length
         self._nv = chain.nv
 
     def opinion(self, q_full: Array, v_full: Array, effort_full: Array) -> Opinion:
         """MuJoCo's dynamics at a configuration (nq,), velocity and effort (nv,) of the chain."""
-        mujoco, model, data = self._mujoco, self._model, self._data
-        turn, bend = self._transform(q_full, v_full)
-        self._place(q_full)
-        data.qvel[:] = turn @ v_full
-        data.qfrc_applied[:] = np.linalg.solve(turn.T, effort_full)
+        mujoco, model, data, units = self._mujoco, self._model, self._data, self.units
+        inertia, time, energy = self._scale.mass * self._scale.length**2, self._scale.time, self._scale.energy
+        q, v = q_full / self._q_units, v_full * time / units
+        turn, bend = self._transform(q, v)
+        self._place(q)
+        data.qvel[:] = turn @ v
+        data.qfrc_applied[:] = np.linalg.solve(turn.T, effort_full * units / energy)
         mujoco.mj_forward(model, data)
         mass = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, mass)
@@ -113,7 +123,7 @@ class MujocoRobot:
         slack, aim = data.efc_R[: data.nefc].copy(), data.efc_aref[: data.nefc].copy()
         used = np.array(data.efc_KBIP).reshape(-1, 4)[: data.nefc, 2]
         give = slack * used / (1.0 - used) * (1.0 - IMPEDANCE) / IMPEDANCE
-        drift = self._constraint_drift(turn @ v_full)
+        drift = self._constraint_drift(turn @ v)
         free = np.linalg.solve(mass, np.column_stack([data.qfrc_applied - bias, jacobian.T]))
         compliance = jacobian @ free[:, 1:]
         forces = np.linalg.lstsq(compliance, -(jacobian @ free[:, 0] + drift), rcond=1e-9)[0]
@@ -121,13 +131,13 @@ class MujocoRobot:
         yielding = np.linalg.solve(compliance + np.diag(slack), aim - jacobian @ free[:, 0])
         softened = free[:, 0] + free[:, 1:] @ yielding
         return Opinion(
-            turn.T @ mass @ turn,
-            turn.T @ (bias + mass @ bend),
-            jacobian @ turn,
-            give,
-            np.linalg.solve(turn, soft - bend),
-            np.linalg.solve(turn, softened - bend),
-            np.linalg.solve(turn, hard - bend),
+            inertia * (turn.T @ mass @ turn) / np.outer(units, units),
+            energy * (turn.T @ (bias + mass @ bend)) / units,
+            jacobian @ turn / units,
+            give / inertia,
+            np.linalg.solve(turn, soft - bend) * units / time**2,
+            np.linalg.solve(turn, softened - bend) * units / time**2,
+            np.linalg.solve(turn, hard - bend) * units / time**2,
         )
 
     def _place(self, q_full: Array) -> None:
@@ -163,12 +173,16 @@ class MujocoRobot:
     def _constraint_drift(self, velocity: Array) -> Array:
         """J_dot v by a central difference of MuJoCo's own Jacobian along the velocity."""
         mujoco, model, data = self._mujoco, self._model, self._data
+        fastest = float(np.abs(velocity).max(initial=0.0))
+        if fastest == 0.0:
+            return np.zeros(data.nefc)
+        step = _STEP / fastest
         origin = data.qpos.copy()
         sides = []
         for sign in (1.0, -1.0):
             data.qpos[:] = origin
-            mujoco.mj_integratePos(model, data.qpos, velocity, sign * _STEP)
+            mujoco.mj_integratePos(model, data.qpos, velocity, sign * step)
             mujoco.mj_fwdPosition(model, data)
             sides.append(self._constraint_jacobian() @ velocity)
         data.qpos[:] = origin
-        return np.asarray((sides[0] - sides[1]) / (2.0 * _STEP))
+        return np.asarray((sides[0] - sides[1]) / (2.0 * step))

@@ -26,7 +26,8 @@ _READ = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 def compare_with_yourdfpy(
     chain: ClosedChain, states: Iterable[State], progress: Callable[[int], None] | None = None
 ) -> Comparison:
-    """Placements of all links of `chain` at `states` against yourdfpy's: worst difference in metres and of rotations.
+    """Placements of all links of `chain` at `states` against yourdfpy's: worst difference in lengths of the robot (or a
+    thousandth of the distance from the origin, where rounding decides) and of rotations.
 
     Raises:
         InputError: the robot has joints that URDF has no word for.
@@ -34,7 +35,7 @@ def compare_with_yourdfpy(
     tree = _read(chain)
     parts = _parts(chain)
     reacher = Reacher(chain)
-    worst = {"link positions, in metres": (0.0, 0), "link orientations": (0.0, 0)}
+    worst = {"link positions": (0.0, 0), "link orientations": (0.0, 0)}
     count = 0
     for count, state in enumerate(states, start=1):
         q = reacher.take_up(state).q_full
@@ -44,7 +45,8 @@ def compare_with_yourdfpy(
             back = np.linalg.inv(placed[root])
             for link in links:
                 apart = np.abs(back @ placed[link] - tree.get_transform(link, root))
-                for name, error in zip(worst, (apart[:3, 3].max(), apart[:3, :3].max()), strict=True):
+                size = max(chain.length, 1e-3 * float(np.abs(placed[link][:3, 3]).max()))
+                for name, error in zip(worst, (apart[:3, 3].max() / size, apart[:3, :3].max()), strict=True):
                     if not error <= worst[name][0]:
                         worst[name] = (float(error), count - 1)
         if progress is not None:
