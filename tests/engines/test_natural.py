@@ -23,10 +23,10 @@ def robot(length=1.0, mass=1.0, time=1.0):
         "slider",
         (Link("base"), Link("crank", inertial), Link("block", Inertial(0.5 * mass))),
         (
-            Joint("turn", JointType.REVOLUTE, "base", "crank", at(0.3 * length, 0.0, 0.1 * length), damping=0.2 * turning,
-                  friction=0.3 * turning / time),
-            Joint("slide", JointType.PRISMATIC, "base", "block", at(0.0, length, 0.0), damping=0.4 * sliding,
-                  friction=0.5 * sliding * length / time),
+            Joint("turn", JointType.REVOLUTE, "base", "crank", at(0.3 * length, 0.0, 0.1 * length),
+                  damping=0.2 * turning, friction=0.3 * turning / time),
+            Joint("slide", JointType.PRISMATIC, "base", "block", at(0.0, length, 0.0),
+                  damping=0.4 * sliding, friction=0.5 * sliding * length / time),
         ),
         cuts=(CutJoint("pin", CutType.SPHERICAL, Frame("crank", at(length, 0.0, 0.0)), Frame("block", np.eye(4))),),
         couplings=(
