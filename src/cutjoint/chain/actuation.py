@@ -15,14 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint import tolerances
-from cutjoint.arrays import Array, readonly
+from cutjoint.arrays import Array, Values, readonly
 from cutjoint.chain.kinematics import Kinematics, joints_of
 from cutjoint.chain.rank import Split, null_space
 from cutjoint.errors import ActuationError, InputError
 
 
 @dataclass(frozen=True, eq=False)
-class ActuatorEfforts:
+class ActuatorEfforts(Values):
     """Efforts that produce a motion.
 
     Attributes:

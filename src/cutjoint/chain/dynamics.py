@@ -25,7 +25,7 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint import tolerances
-from cutjoint.arrays import Array, readonly
+from cutjoint.arrays import Array, Values, readonly, readonly_mapping
 from cutjoint.chain.kinematics import Kinematics, Moving, joints_of
 from cutjoint.chain.rank import Split, coordinates_of, null_space
 from cutjoint.chain.rigid import RigidConstraints, is_rigid
@@ -34,7 +34,7 @@ from cutjoint.errors import DynamicsError
 
 
 @dataclass(frozen=True, eq=False)
-class FullMotion:
+class FullMotion(Values):
     """Result of constrained forward dynamics.
 
     Attributes:
@@ -120,7 +120,7 @@ class FullDynamics:
         of_ratios = multipliers[len(multipliers) - len(ratios) :]
         couplings = {r.name: float(f) for r, f in zip(ratios, of_ratios, strict=True)}
         forces = wrenches(self._k.closure.cuts, placed.frames, multipliers)
-        return FullMotion(readonly(acceleration), forces, couplings, residual)
+        return FullMotion(readonly(acceleration), readonly_mapping(forces), readonly_mapping(couplings), residual)
 
     def _solve(self, placed: Moving, effort: Array) -> tuple[Array, Array, float]:
         """Acceleration (nv,), multipliers of the rows (rows,) and the largest |K a + gamma| left."""

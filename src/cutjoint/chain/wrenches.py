@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cutjoint.arrays import Array, readonly
+from cutjoint.arrays import Array, Values, readonly
 from cutjoint.chain.closure import Cut, CutFrames
 from cutjoint.description.model import CutType
 
 
 @dataclass(frozen=True, eq=False)
-class Wrench:
+class Wrench(Values):
     """What body A of a cut exerts on body B: force (3,) [N], moment (3,) [N m] at the origin of frame b, world axes."""
 
     force: Array
