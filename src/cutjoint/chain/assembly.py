@@ -115,43 +115,58 @@ class Stopped:
     measure: float = 0.0
 
 
-def row_scale(kinematics: Kinematics, driver: Driver | None) -> Array:
-    """Factor per row of closure and driver that makes errors dimensionless."""
-    k = kinematics
-    if driver is None:
-        return k.row_scale
-    return np.concatenate([k.row_scale, np.where(driver.is_length, 1.0 / k.length, 1.0)])
+class System:
+    """The rows of closure and driver as one system of equations.
+
+    Attributes:
+        scale: factor per row that makes errors dimensionless, shape (rows,).
+    """
+
+    def __init__(self, kinematics: Kinematics, driver: Driver | None) -> None:
+        k = self.k = kinematics
+        self.driver, self.scale, self._is_length = driver, k.row_scale, k.closure.is_length
+        if driver is not None:
+            self.scale = np.concatenate([k.row_scale, np.where(driver.is_length, 1.0 / k.length, 1.0)])
+            self._is_length = np.concatenate([k.closure.is_length, driver.is_length])
+        self.driven_scale = self.scale[k.closure.rows :, None] * k.column_scale
+        self._closed: Array | None = None if k.travels else self._closed_by(k.closed_length)
+
+    def at(self, placed: Placed, fraction: float = 1.0) -> Equations:
+        """The equations at one configuration, this fraction of the driver's way."""
+        raw = placed.residual
+        if self.driver is not None:
+            raw = np.concatenate([raw, self.driver.error(placed, fraction)])
+        closed = self._closed_by(self.k.closed_within(placed.q)) if self._closed is None else self._closed
+        openness = float(np.abs(raw * closed).max(initial=0.0))
+        return Equations(self, placed, self.scale * raw, openness)
+
+    def _closed_by(self, length: float) -> Array:
+        """One over what counts as closed, of every row."""
+        return np.where(self._is_length, 1.0 / length, 1.0 / tolerances.CLOSURE.value)
 
 
+@dataclass(frozen=True, eq=False)
 class Equations:
     """Closure and driver at one configuration.
 
     Attributes:
+        placed: the configuration.
         error: of all rows, dimensionless, shape (rows,).
         openness: largest error in units of what counts as closed; 1 is closed.
-        matrix: derivative of the error, dimensionless, shape (rows, nv).
     """
 
-    def __init__(self, kinematics: Kinematics, placed: Placed, driver: Driver | None, fraction: float) -> None:
-        k = self._k = kinematics
-        self.placed, self._driver = placed, driver
-        self._scale = row_scale(k, driver)
-        raw, lengths = placed.residual, k.closure.is_length
-        if driver is not None:
-            raw = np.concatenate([raw, driver.error(placed, fraction)])
-            lengths = np.concatenate([lengths, driver.is_length])
-        self.error = self._scale * raw
-        bound = np.where(lengths, k.closed_within(placed.q), tolerances.CLOSURE.value)
-        self.openness = float((np.abs(raw) / bound).max(initial=0.0))
+    system: System
+    placed: Placed
+    error: Array
+    openness: float
 
     @property
     def matrix(self) -> Array:
-        """See the class."""
-        if self._driver is None:
+        """Derivative of the error, dimensionless, shape (rows, nv)."""
+        if self.system.driver is None:
             return self.placed.scaled
-        k = self._k
-        driven = self._driver.jacobian(self.placed) * k.column_scale
-        return np.concatenate([self.placed.scaled, self._scale[k.closure.rows :, None] * driven])
+        driven = self.system.driver.jacobian(self.placed) * self.system.driven_scale
+        return np.concatenate([self.placed.scaled, driven])
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +224,7 @@ class Assembler:
 
     def freedom(self, placed: Placed, driver: Driver) -> int:
         """Number of motions that closure and driver leave free at a configuration."""
-        matrix = Equations(self._k, placed, driver, 1.0).matrix
+        matrix = System(self._k, driver).at(placed).matrix
         return int(matrix.shape[1]) - rank_of(matrix)
 
     def follow(self, q: Array, driver: Driver, free: int = 0) -> Array | Stopped:
@@ -220,13 +235,11 @@ class Assembler:
         """
         k, fraction, step = self._k, 0.0, 1.0
         converged = refused = False
-        placed = k.at(q)
-        scale = row_scale(k, driver)[k.closure.rows :]
-        still = np.zeros(k.closure.rows)
-        rate = np.concatenate([still, scale * (driver.error(placed, 1.0) - driver.error(placed, 0.0))])
-        end = Equations(k, placed, driver, 1.0)
+        placed, system = k.at(q), System(k, driver)
+        end = system.at(placed)
+        rate = end.error - system.at(placed, 0.0).error
         if end.openness <= 1.0:
-            nearer = self._newton(q, driver, 1.0, tolerances.STRIDE.value)
+            nearer = self._newton(q, system, 1.0, tolerances.STRIDE.value)
             return q if nearer is None else nearer
         here = _Linear.of(end.matrix, free)
         if not here.regular:
@@ -235,7 +248,7 @@ class Assembler:
         for _ in range(MOST_STEPS):
             step = min(step, 1.0 - fraction)
             goal = 1.0 if fraction + step > 1.0 - 1e-12 else fraction + step
-            motion = here.solve(Equations(k, placed, driver, goal).error)
+            motion = here.solve(system.at(placed, goal).error)
             size = float(np.abs(motion).max(initial=0.0))
             if not np.isfinite(size):
                 return Stopped(fraction, q, "the equations are singular")
@@ -243,11 +256,11 @@ class Assembler:
                 step *= max(tolerances.STRIDE.value / size, 0.1)
                 converged = False
             else:
-                corrected = self._newton(k.integrate(q, motion * k.column_scale), driver, goal, 0.5 * size + 1e-9)
+                corrected = self._newton(k.integrate(q, motion * k.column_scale), system, goal, 0.5 * size + 1e-9)
                 converged = corrected is not None
                 if corrected is not None:
                     arrived = k.at(corrected)
-                    there = _Linear.of(Equations(k, arrived, driver, goal).matrix, free)
+                    there = _Linear.of(system.at(arrived, goal).matrix, free)
                     onward = there.solve(rate)
                     if _same_branch(here, direction, there, onward):
                         q, placed, fraction, here, direction = corrected, arrived, goal, there, onward
@@ -264,7 +277,7 @@ class Assembler:
     def assemble(self, q: Array, driver: Driver | None, iterations: int = 100) -> Array | None:
         """A closed configuration from any start `q`, shape (nq,), or None; damped least squares, then Newton."""
         near, cost = self.nearest(q, driver, iterations)
-        return self._newton(near, driver, 1.0, np.inf) if cost < 1e-12 else None
+        return self._newton(near, System(self._k, driver), 1.0, np.inf) if cost < 1e-12 else None
 
     def assemble_around(self, q: Array, driver: Driver | None) -> Array | None:
         """As `assemble`, from starts around `q` at growing distance (always the same ones): a straight limb pulled
@@ -285,7 +298,8 @@ class Assembler:
     def nearest(self, q: Array, driver: Driver | None, iterations: int = 100) -> tuple[Array, float]:
         """Where damped least squares comes to rest from `q`, shape (nq,), and the sum of squared scaled errors."""
         k, damping = self._k, 1e-3
-        here = Equations(k, k.at(q), driver, 1.0)
+        system = System(k, driver)
+        here = system.at(k.at(q))
         cost = float(here.error @ here.error)
         for _ in range(iterations):
             if cost < 1e-12:
@@ -296,7 +310,7 @@ class Assembler:
                 motion = -np.linalg.solve(normal + damping * np.eye(len(normal)), gradient)
                 motion *= min(1.0, 1.0 / float(np.abs(motion).max(initial=1e-12)))
                 trial = k.integrate(q, motion * k.column_scale)
-                there = Equations(k, k.at(trial), driver, 1.0)
+                there = system.at(k.at(trial))
                 trial_cost = float(there.error @ there.error)
                 if trial_cost < cost:
                     break
@@ -312,13 +326,13 @@ class Assembler:
     def settle(self, q: Array, driver: Driver | None, reach: float = tolerances.STRIDE.value) -> Array | None:
         """The closed configuration next to `q`, shape (nq,), or None where Newton's method does not find one within
         `reach` (radians or characteristic lengths)."""
-        return self._newton(q, driver, 1.0, reach)
+        return self._newton(q, System(self._k, driver), 1.0, reach)
 
-    def _newton(self, q: Array, driver: Driver | None, fraction: float, reach: float) -> Array | None:
+    def _newton(self, q: Array, system: System, fraction: float, reach: float) -> Array | None:
         """Newton's method from near by; None if it does not converge or moves further than `reach` (scaled)."""
         k, moved, last = self._k, 0.0, np.inf
         for _ in range(NEWTON_STEPS):
-            here = Equations(k, k.at(q), driver, fraction)
+            here = system.at(k.at(q), fraction)
             worst = here.openness
             if not np.isfinite(worst) or (worst > 0.5 * last and worst > 1.0):
                 return None

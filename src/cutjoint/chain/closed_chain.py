@@ -115,7 +115,7 @@ class ClosedChain(FullChain):
         """
         target = as_vector("q", q, self.n)
         start = self._full(near)
-        quick = self._step(start, self._drive(start[self._q_index], target))
+        quick = self._step(self._k.at(start), self._drive(start[self._q_index], target))
         if quick is not None:
             return self._posture(quick)
         found = self._walker.walk(start, start[self._q_index], target, self._drive)
@@ -153,8 +153,9 @@ class ClosedChain(FullChain):
         self._need_tool()
         start = self._full(near)
         goal = target - self._k.origin
-        origin = self._k.at(start).tool_position
-        quick = self._step(start, ToolDriver(origin, goal))
+        placed = self._k.at(start)
+        origin = placed.tool_position
+        quick = self._step(placed, ToolDriver(origin, goal))
         if quick is not None:
             return self._posture(quick)
         found = self._lead_tool(start, origin, goal)
@@ -313,7 +314,7 @@ class ClosedChain(FullChain):
             drift[self._passive] = tangent.back @ gamma
         return drift
 
-    def _step(self, start: Array, driver: Driver) -> Placed | None:
+    def _step(self, start: Placed, driver: Driver) -> Placed | None:
         """A short way in one go, where that is plainly on the same branch."""
         return self._nearby.follow(start, driver) if self._nearby is not None else None
 

@@ -106,8 +106,12 @@ class Closure:
         self.row_names = tuple(every[i] for i in self.trusted)
         self.left_out = tuple(every[i] for i in range(self.all_rows) if i not in set(self.trusted.tolist()))
         lengths = [flag for cut in self.cuts for flag in _length_rows(cut.type)]
-        self.is_length = np.array(lengths + [ratio.is_length for ratio in self.ratios], dtype=bool)[self.trusted]
+        self._all_lengths = np.array(lengths + [ratio.is_length for ratio in self.ratios], dtype=bool)
+        self.is_length = self._all_lengths[self.trusted]
+        self.names = (*(cut.name for cut in self.cuts), *(ratio.name for ratio in self.ratios))
+        self._is_sine = np.zeros(self.all_rows, dtype=bool)
         self._layout = _Layout(self.cuts)
+        self._is_sine[[row for cut, row, _, _ in self._layout.dots if self.cuts[cut].type is CutType.UNIVERSAL]] = True
         self.support = np.array([cut.support_a for cut in self.cuts] + [cut.support_b for cut in self.cuts])
         self.support = self.support.reshape(2 * len(self.cuts), 1, self.nv)
         self.keeps_twists = all(cut.type is CutType.FIXED for cut in self.cuts)
@@ -116,14 +120,13 @@ class Closure:
             row[ratio.v_joint], row[ratio.v_driver] = 1.0, -ratio.ratio
 
     def residual(self, frames: CutFrames, q: Array) -> Array:
-        """Residual of all rows, shape (rows,), [m] and [rad] (universal: sine of the angle)."""
+        """Residual of all rows, trusted or not, shape (all rows,), [m] and [rad] (universal: sine of the angle)."""
         rows = self._layout
         residual = np.empty(self.all_rows)
         apart = frames.at_b - frames.at_a
         residual[rows.point_rows] = apart[rows.point_cuts].ravel()
-        for cut, row in rows.locks:
-            a, b = frames.axes_a[cut], frames.axes_b[cut]
-            residual[row : row + 3] = a @ pin.log3(a.T @ b)
+        if rows.locks:
+            residual[rows.lock_rows] = _rotation_vectors(frames.axes_a[rows.lock_cuts], frames.axes_b[rows.lock_cuts])
         for cut, row, i in rows.slides:
             residual[row] = frames.axes_a[cut, :, i] @ apart[cut]
         for cut, row, i, j in rows.dots:
@@ -133,7 +136,7 @@ class Closure:
             residual[row : row + 2] = _turned(residual[row : row + 2], cosine)
         for row, r in enumerate(self.ratios, start=self.all_rows - len(self.ratios)):
             residual[row] = q[r.q_joint] - r.ratio * q[r.q_driver] - r.offset
-        return self._kept(residual)
+        return residual
 
     def gather(self, frames: CutFrames) -> Array:
         """G: the rows of the cuts over the twists of their frames a, then b, shape (cut rows, 12 cuts).
@@ -162,7 +165,7 @@ class Closure:
     def jacobian(self, gather: Array, twists: Array) -> Array:
         """Time derivative of the residual per velocity, shape (rows, nv), from G and the joint Jacobians (6, nv)."""
         of_cuts = gather @ (self.support * twists).reshape(-1, self.nv)
-        return self._kept(np.concatenate([of_cuts, self._ratio_rows]) if self.ratios else of_cuts)
+        return self.kept(np.concatenate([of_cuts, self._ratio_rows]) if self.ratios else of_cuts)
 
     def drift(self, frames: CutFrames, gather: Array, twists: Array, rates: Array, v: Array) -> Array:
         """Time derivative of the Jacobian times v, shape (rows,), [m/s2] and [rad/s2], for a closed posture.
@@ -174,7 +177,7 @@ class Closure:
         moving = self.support[:, 0] * v
         of_cuts = gather @ (moving @ rates.T).ravel()
         self._add_turning(of_cuts, frames, moving @ twists.T)
-        return self._kept(np.concatenate([of_cuts, np.zeros(len(self.ratios))]) if self.ratios else of_cuts)
+        return self.kept(np.concatenate([of_cuts, np.zeros(len(self.ratios))]) if self.ratios else of_cuts)
 
     def _add_turning(self, drift: Array, frames: CutFrames, twists: Array) -> None:
         """What the turning of G adds to the drift, from the twists (2 cuts, 6) of the frames."""
@@ -200,7 +203,7 @@ class Closure:
     def kept_rows(self, of_cuts: Array) -> Array:
         """Rows of all cuts, shape (cut rows, k), as trusted rows, those of couplings being zero, shape (rows, k)."""
         none = np.zeros((len(self.ratios), of_cuts.shape[1]))
-        return self._kept(np.concatenate([of_cuts, none]))
+        return self.kept(np.concatenate([of_cuts, none]))
 
     def spread(self, multipliers: Array) -> Array:
         """Multipliers of the trusted rows among those of all rows, which get none, shape (all rows,)."""
@@ -208,37 +211,25 @@ class Closure:
         spread[self.trusted] = multipliers
         return spread
 
-    def _kept(self, values: Array) -> Array:
+    def kept(self, values: Array) -> Array:
+        """The trusted rows among all."""
         return values if self.rows == self.all_rows else values[self.trusted]
 
-    def gaps(self, frames: CutFrames, q: Array) -> list[tuple[str, float, float]]:
-        """Name, distance [m] and angle [rad] by which every cut and coupling is open."""
-        found: list[tuple[str, float, float]] = []
-        for index, cut in enumerate(self.cuts):
-            a, b = frames.axes_a[index], frames.axes_b[index]
-            apart = frames.at_b[index] - frames.at_a[index]
-            if cut.type is CutType.PRISMATIC:
-                apart = a[:, :2].T @ apart
-            angle = 0.0
-            if cut.type in _LOCKED:
-                angle = float(np.linalg.norm(pin.log3(a.T @ b)))
-            elif cut.type is CutType.REVOLUTE:
-                sine = _cross(a[:, 2], b[:, 2])
-                angle = float(np.arctan2(np.linalg.norm(sine), a[:, 2] @ b[:, 2]))
-            elif cut.type is CutType.UNIVERSAL:
-                angle = abs(float(np.arcsin(np.clip(a[:, 0] @ b[:, 1], -1.0, 1.0))))
-            found.append((cut.name, float(np.linalg.norm(apart)), angle))
-        for r in self.ratios:
-            apart = abs(float(q[r.q_joint] - r.ratio * q[r.q_driver] - r.offset))
-            found.append((r.name, apart, 0.0) if r.is_length else (r.name, 0.0, apart))
-        return found
+    def gaps(self, residual: Array) -> tuple[Array, Array]:
+        """Distance [m] and angle [rad] by which every cut and coupling is open, from the residual of all rows."""
+        if not self.names:
+            return np.zeros(0), np.zeros(0)
+        size = np.where(self._is_sine, np.arcsin(np.clip(residual, -1.0, 1.0)), residual) ** 2
+        starts = self._layout.starts + list(range(self.all_rows - len(self.ratios), self.all_rows))
+        lengths = np.sqrt(np.add.reduceat(size * self._all_lengths, starts))
+        return lengths, np.sqrt(np.add.reduceat(size * ~self._all_lengths, starts))
 
 
 class _Layout:
     """Which rows are of which kind, and the entries of G that are the same in every posture."""
 
     def __init__(self, cuts: tuple[Cut, ...]) -> None:
-        starts = [sum(cut.rows for cut in cuts[:index]) for index in range(len(cuts))]
+        starts = self.starts = [sum(cut.rows for cut in cuts[:index]) for index in range(len(cuts))]
         points = [i for i, cut in enumerate(cuts) if cut.type is not CutType.PRISMATIC]
         self.point_cuts = np.array(points, dtype=int)
         self.point_rows = np.array([starts[i] + k for i in points for k in range(3)], dtype=int)
@@ -246,6 +237,8 @@ class _Layout:
         self.point_a = columns.reshape(-1, 3)
         self.point_b = self.point_a + 6 * len(cuts)
         self.locks = [(i, starts[i] + cut.rows - 3) for i, cut in enumerate(cuts) if cut.type in _LOCKED]
+        self.lock_cuts = np.array([i for i, _ in self.locks], dtype=int)
+        self.lock_rows = np.array([row + k for _, row in self.locks for k in range(3)], dtype=int)
         self.dots = [
             (index, starts[index] + 3 + k, i, j)
             for index, cut in enumerate(cuts)
@@ -311,6 +304,15 @@ def _turned(sines: Array, cosine: float) -> Array:
     if sine > 1e-12:
         return sines * (float(np.arctan2(sine, cosine)) / sine)
     return sines if cosine > 0.0 else np.array([np.pi, 0.0])
+
+
+def _rotation_vectors(a: Array, b: Array) -> Array:
+    """Rotation vectors in world axes that turn the axes a into b, shape (k, 3, 3) each, one after another, (3 k,)."""
+    turn = b @ a.transpose(0, 2, 1)
+    twice = np.array([turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]]).T
+    if np.abs(twice).max() < 1e-4 and turn.trace(axis1=1, axis2=2).min() > 0.0:
+        return np.asarray(0.5 * twice * (1.0 + (twice * twice).sum(axis=1)[:, None] / 24.0)).ravel()
+    return np.concatenate([pin.log3(one) for one in turn])
 
 
 def _cross(x: Array, y: Array) -> Array:

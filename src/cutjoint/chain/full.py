@@ -15,7 +15,7 @@ import pinocchio as pin
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
-from cutjoint.chain.assembly import ActuatedDriver, Assembler
+from cutjoint.chain.assembly import ActuatedDriver, Assembler, System
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.kinematics import Kinematics, Placed, joints_of
@@ -119,7 +119,7 @@ class FullChain:
         """
         q = readonly(as_vector("q_full", q_full, self.nq))
         placed = self._k.at(q)
-        if self._k.openness(placed) > 1.0:
+        if System(self._k, None).at(placed).openness > 1.0:
             distance, angle, cut = placed.gap
             raise ClosureError(
                 f"{self.name}: cut '{cut}' is open by {distance:.3g} m, {angle:.3g} rad; use close(), reach() or "
@@ -166,7 +166,9 @@ class FullChain:
         """
         determined = self._is_determined
         driver = self._hold(q_full) if determined else None
-        placed = self._nearby.follow(q_full, driver) if self._nearby is not None and driver is not None else None
+        placed = (
+            self._nearby.follow(self._k.at(q_full), driver) if self._nearby is not None and driver is not None else None
+        )
         if placed is None:
             found = self._assembler.settle(q_full, driver)
             if found is None:
@@ -425,7 +427,7 @@ class FullChain:
                 "close() or reach()"
             )
         placed = self._k.at(at.q_full)
-        if not self._k.openness(placed) < 10.0:
+        if not System(self._k, None).at(placed).openness < 10.0:
             distance, angle, cut = placed.gap
             raise InputError(
                 f"this posture leaves cut '{cut}' of {self.name} open by {distance:.3g} m, {angle:.3g} rad; make it "

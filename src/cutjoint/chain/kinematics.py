@@ -13,6 +13,7 @@ near the robot (`origin`); positions are given back in the world by the chain.
 from __future__ import annotations
 
 import threading
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -51,20 +52,24 @@ class Placed:
         self.jacobian = k.closure.jacobian(self.gather, twists)
         self.scaled: Array = self.jacobian * k.scale
 
+    @cached_property
+    def residual_of_all(self) -> Array:
+        """Residual of all rows, also of those that are left out, [m] and [rad]."""
+        return self._k.closure.residual(self.frames, self.q)
+
     @property
     def residual(self) -> Array:
-        """Residual of all rows, shape (rows,), [m] and [rad]."""
-        found: Array = self._k.closure.residual(self.frames, self.q)
-        return found
+        """Residual of the rows, shape (rows,), [m] and [rad]."""
+        return self._k.closure.kept(self.residual_of_all)
 
     @property
     def gap(self) -> tuple[float, float, str]:
         """Worst distance [m] and angle [rad] of any cut, and the name of the worst cut."""
-        gaps = self._k.closure.gaps(self.frames, self.q)
-        if not gaps:
+        lengths, angles = self._k.closure.gaps(self.residual_of_all)
+        if not len(lengths):
             return 0.0, 0.0, ""
-        worst = max(gaps, key=lambda gap: gap[1] / self._k.length + gap[2])
-        return max(gap[1] for gap in gaps), max(gap[2] for gap in gaps), worst[0]
+        worst = int(np.argmax(lengths / self._k.length + angles))
+        return float(lengths.max()), float(angles.max()), self._k.closure.names[worst]
 
     @property
     def tool(self) -> pin.SE3:
@@ -80,11 +85,12 @@ class Placed:
     def tool_jacobian(self) -> Array:
         """Linear velocity of the tool point and angular velocity of its body per velocity, shape (6, nv)."""
         assert self._k.tool_support is not None
-        twist = self.twists * self._k.tool_support
-        x, y, z = self._tool_at
-        w = twist[3:]
-        linear = twist[:3] + np.array([w[1] * z - w[2] * y, w[2] * x - w[0] * z, w[0] * y - w[1] * x])
-        return np.concatenate([linear, w])
+        x, y, z = self._tool_at.tolist()
+        shift = np.eye(6)
+        shift[0, 4], shift[0, 5], shift[1, 5] = z, -y, x
+        shift[1, 3], shift[2, 3], shift[2, 4] = -z, y, -x
+        moved: Array = shift @ (self.twists * self._k.tool_support)
+        return moved
 
 
 class Moving(Placed):
@@ -127,6 +133,7 @@ class Kinematics:
         reach: longest way along the tree's and the cuts' frames [m], the size of the robot.
         tool_support: 1 for every velocity that moves the tool, shape (nv,); None where there is no tool.
         row_scale, column_scale: factors per row and per velocity that make the constraint Jacobian dimensionless.
+        travels: whether bodies of it may be anywhere.
         closed_length: distance [m] below which a cut counts as closed; `tolerances.CLOSURE` is the same for angles.
     """
 
@@ -154,7 +161,8 @@ class Kinematics:
             for joint in range(1, self.model.njoints)
             if self.model.joints[joint].shortname() == "JointModelUniversal"
         ]
-        self._travels = _travelling(self.model)
+        self._travelling = _travelling(self.model)
+        self.travels = bool(len(self._travelling))
         self.closed_length = tolerances.CLOSURE.value * self.reach
         self.row_scale = np.where(self.closure.is_length, 1.0 / self.length, 1.0)
         self.column_scale = velocity_scale(self.model, self.length)
@@ -218,14 +226,9 @@ class Kinematics:
     def closed_within(self, q: Array) -> float:
         """Distance [m] below which a cut counts as closed at `q`: bodies that travel far from the origin are rounded to
         their distance from it.  For angles it is `tolerances.CLOSURE`."""
-        if not len(self._travels):
+        if not self.travels:
             return self.closed_length
-        return self.closed_length + tolerances.CLOSURE.value * float(np.abs(q[self._travels]).max())
-
-    def openness(self, placed: Placed) -> float:
-        """How open the loops are: the largest residual of a row in units of what counts as closed."""
-        bound = np.where(self.closure.is_length, self.closed_within(placed.q), tolerances.CLOSURE.value)
-        return float((np.abs(placed.residual) / bound).max(initial=0.0))
+        return self.closed_length + tolerances.CLOSURE.value * float(np.abs(q[self._travelling]).max())
 
     def _placements(self, data: pin.Data) -> Array:
         """Placements of the frames a and b of all cuts and of the tool, shape (frames, 4, 4)."""

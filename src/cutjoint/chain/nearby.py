@@ -10,6 +10,7 @@ rank.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,7 @@ from scipy.linalg.lapack import dgesv
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.assembly import Driver, Equations, row_scale
+from cutjoint.chain.assembly import Driver, System
 from cutjoint.chain.kinematics import Kinematics, Placed
 
 SMALLEST_PIVOT = 1e-3
@@ -28,6 +29,8 @@ LARGEST_CHANGE = 2.0
 """Largest change of the determinant, up or down, over a step: a singular posture within it would change more."""
 
 NEWTON_STEPS = 6
+SMALL = 1e-3
+"""Steps smaller than this (in radians or characteristic lengths) change the determinant too little to look at."""
 MET = 1e-9
 """What the rows that were not chosen may leave of a velocity."""
 
@@ -78,15 +81,18 @@ class Nearby:
         back = -scale[self._passive, None] * solved[:, n:] * k.row_scale[self._rows]
         return QuickTangent(tangent, self._rows, back)
 
-    def follow(self, q: Array, driver: Driver) -> Placed | None:
-        """The closed configuration next to the closed `q` (nq,) that meets the driver at the end of its way."""
-        k, extra = self._k, self._rows_of(driver)
+    def follow(self, placed: Placed, driver: Driver) -> Placed | None:
+        """The closed configuration next to the closed one `placed` that meets the driver at the end of its way."""
+        k, system = self._k, System(self._k, driver)
+        extra = self._rows_of(system)
         if extra is None:
             return None
         rows = np.concatenate([self._rows, k.closure.rows + extra])
+        here = system.at(placed)
         last, start = np.inf, 0.0
         for step in range(NEWTON_STEPS):
-            here = Equations(k, k.at(q), driver, 1.0)
+            if here.openness < 1e-2 and (step == 0 or last < SMALL):
+                return here.placed
             factors, pivots, solved, failed = dgesv(here.matrix[rows], here.error[rows])
             if failed or not _trusted(factors):
                 return None
@@ -94,33 +100,33 @@ class Nearby:
             start = determinant if step == 0 else start
             if not 1.0 / LARGEST_CHANGE < determinant / start < LARGEST_CHANGE:
                 return None
-            if here.openness < 1e-2:
-                return here.placed
             size = float(np.abs(solved).max(initial=0.0))
             if size > min(tolerances.STRIDE.value, 0.3 * last):
                 return here.placed if here.openness < 1.0 else None
             last = size
-            q = k.integrate(q, -k.column_scale * solved)
-        return None
+            here = system.at(k.at(k.integrate(here.placed.q, -k.column_scale * solved)))
+        return here.placed if here.openness < 1.0 else None
 
-    def _rows_of(self, driver: Driver) -> npt.NDArray[np.intp] | None:
+    def _rows_of(self, system: System) -> npt.NDArray[np.intp] | None:
         """As many independent rows of a driver as there are actuators, or None where it has not as many."""
-        k, count = self._k, len(self._actuated)
+        driver, count = system.driver, len(self._actuated)
+        assert driver is not None
         if len(driver.is_length) <= count:
             return np.arange(count) if len(driver.is_length) == count else None
         tangent = self.tangent(self._regular)
         if tangent is None:
             return None
-        driven = row_scale(k, driver)[k.closure.rows :, None] * driver.jacobian(self._regular)
+        driven = system.scale[self._k.closure.rows :, None] * driver.jacobian(self._regular)
         order = qr((driven @ tangent.map).T, mode="r", pivoting=True)[1]
         return np.sort(order[:count])
 
 
 def _trusted(factors: Array) -> bool:
-    pivots = np.abs(np.diagonal(factors))
+    pivots = np.abs(factors.diagonal())
     return bool(pivots.min(initial=1.0) > SMALLEST_PIVOT * pivots.max(initial=0.0))
 
 
 def _determinant(factors: Array, pivots: Array) -> float:
-    swaps = int(np.count_nonzero(pivots != np.arange(len(pivots))))
-    return float(np.prod(np.diagonal(factors))) * (-1.0 if swaps % 2 else 1.0)
+    swaps = sum(pivot != row for row, pivot in enumerate(pivots.tolist()))
+    product: float = prod(factors.diagonal().tolist())
+    return -product if swaps % 2 else product

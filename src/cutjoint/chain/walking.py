@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.assembly import UNBOUND, ActuatedDriver, Assembler, Driver, Equations, Stopped, ToolDriver
+from cutjoint.chain.assembly import UNBOUND, ActuatedDriver, Assembler, Driver, Stopped, System, ToolDriver
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import Split
 
@@ -104,9 +104,10 @@ class Walker:
             tangent: T of a configuration, shape (nv, n).
         """
         k, q, last = self._k, start, np.inf
+        system = System(k, driver)
         for _ in range(SURFACE_STEPS):
             placed = k.at(q)
-            here = Equations(k, placed, driver, 1.0)
+            here = system.at(placed)
             if here.openness <= 1.0:
                 return q
             miss = float(np.linalg.norm(here.error))
@@ -121,7 +122,7 @@ class Walker:
             for _ in range(8):
                 found = self._step(q, self._hold(now(q), now(q) + scale * step))
                 if not isinstance(found, Stopped):
-                    there = Equations(k, k.at(found), driver, 1.0)
+                    there = system.at(k.at(found))
                     if float(np.linalg.norm(there.error)) < miss or there.openness <= 1.0:
                         q = found
                         break
