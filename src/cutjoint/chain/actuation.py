@@ -16,7 +16,7 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly
-from cutjoint.chain.kinematics import Kinematics, joints_of
+from cutjoint.chain.kinematics import Kinematics, Placed, joints_of
 from cutjoint.chain.rank import Split, null_space
 from cutjoint.errors import ActuationError, InputError
 
@@ -70,7 +70,7 @@ def actuator_efforts(
 
 
 def motion_of_tool(
-    name: str, kinematics: Kinematics, q: Array, velocity: Array, acceleration: Array
+    name: str, kinematics: Kinematics, placed: Placed, velocity: Array, acceleration: Array
 ) -> tuple[Array, Array]:
     """Least motion of all joints, v and a (nv,) each, that the loops allow and that moves the tool point as asked.
 
@@ -78,7 +78,6 @@ def motion_of_tool(
         InputError: the tool cannot move like that here.
     """
     k, scale = kinematics, kinematics.column_scale
-    placed = k.at(q)
     rows = np.concatenate([k.row_scale[:, None] * placed.jacobian, placed.tool_jacobian[:3] / k.length]) * scale
     split = Split.of(rows)
     still = np.zeros(k.closure.rows)
@@ -93,6 +92,6 @@ def motion_of_tool(
         return np.asarray(scale * motion)
 
     v = least("velocity", np.concatenate([still, velocity / k.length]))
-    moving = k.moving(q, v)
+    moving = k.moving(placed.q, v)
     drift = np.concatenate([k.row_scale * moving.drift, moving.tool_drift / k.length])
     return v, least("acceleration", np.concatenate([still, acceleration / k.length]) - drift)

@@ -12,7 +12,8 @@ need no special case.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from math import sqrt
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -137,22 +138,21 @@ class System:
         if self.driver is not None:
             raw = np.concatenate([raw, self.driver.error(placed, fraction)])
         closed = self._closed_by(self.k.closed_within(placed.q)) if self._closed is None else self._closed
-        openness = float(np.abs(raw * closed).max(initial=0.0))
-        return Equations(self, placed, self.scale * raw, openness)
+        left = raw * closed
+        return Equations(self, placed, self.scale * raw, sqrt(left.dot(left)))
 
     def _closed_by(self, length: float) -> Array:
         """One over what counts as closed, of every row."""
         return np.where(self._is_length, 1.0 / length, 1.0 / tolerances.CLOSURE.value)
 
 
-@dataclass(frozen=True, eq=False)
-class Equations:
+class Equations(NamedTuple):
     """Closure and driver at one configuration.
 
     Attributes:
         placed: the configuration.
         error: of all rows, dimensionless, shape (rows,).
-        openness: largest error in units of what counts as closed; 1 is closed.
+        openness: norm of the errors in units of what counts as closed; 1 is closed.
     """
 
     system: System

@@ -25,66 +25,16 @@ import pinocchio as pin
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.chain.assembly import ActuatedDriver, Driver, Stopped, ToolDriver
-from cutjoint.chain.dynamics import Motions
 from cutjoint.chain.full import FullChain
 from cutjoint.chain.kinematics import Placed
-from cutjoint.chain.nearby import QuickTangent
-from cutjoint.chain.tangent import TangentMap
+from cutjoint.chain.reduced import Reduced
 from cutjoint.chain.walking import Walker
 from cutjoint.description.model import RobotDescription
-from cutjoint.errors import ClosureError, DynamicsError, SingularError, UnreachableError
+from cutjoint.errors import ClosureError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture, Terms, Tool
 
 if TYPE_CHECKING:
     from cutjoint import CompiledChain
-
-
-class _Tangent:
-    """What is known of one posture: T (nv, n), and what drifts and inverse masses come from; it never changes."""
-
-    def __init__(self, chain: ClosedChain, posture: Posture, placed: Placed, found: QuickTangent | TangentMap) -> None:
-        self.posture, self.map, self.transposed = posture, readonly(found.map), readonly(found.map.T)
-        self._chain, self._placed, self._found = chain, placed, found
-
-    @cached_property
-    def back(self) -> Array:
-        """Passive accelerations from the drift of the rows, shape (passive, rows)."""
-        found = self._found
-        if isinstance(found, TangentMap):
-            return -found.inverse
-        back = np.zeros((len(found.back), self._placed.jacobian.shape[0]))
-        back[:, found.rows] = found.back
-        return back
-
-    @cached_property
-    def from_rates(self) -> Array:
-        """Accelerations of all joints from the rates of the cut frames' twists, shape (nv, 12 cuts)."""
-        chain = self._chain
-        found = np.zeros((chain.nv, self._placed.gather.shape[1]))
-        found[chain._passive] = self.back @ chain._k.closure.kept_rows(self._placed.gather)
-        return found
-
-    @cached_property
-    def inverse_mass(self) -> Array:
-        """Inverse of the mass matrix in actuated coordinates, shape (n, n).
-
-        Raises:
-            DynamicsError: a motion of the actuators moves no mass.
-        """
-        k = self._chain._k
-        motions = Motions.of(np.eye(len(self.transposed)), self.transposed @ k.mass(self._placed.q) @ self.map)
-        if motions.idle.size:
-            raise DynamicsError(
-                f"{self._chain.name} has a motion that moves no mass: a body at the end of a limb has none, or none "
-                "that its joint moves; give it an inertia",
-                residual=np.inf,
-            )
-        return np.asarray(motions.basis @ motions.factor @ motions.factor.T @ motions.basis.T)
-
-    @property
-    def idle(self) -> Array:
-        """Idle motions as in `TangentMap`, shape (nv, k)."""
-        return self._found.idle if isinstance(self._found, TangentMap) else self.map[:, :0]
 
 
 class ClosedChain(FullChain):
@@ -101,7 +51,7 @@ class ClosedChain(FullChain):
 
     def __init__(self, description: RobotDescription, home: str | None = None) -> None:
         super().__init__(description, home)
-        self._last: _Tangent | None = None
+        self._last: Reduced | None = None
 
     def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The closed posture with actuated coordinates `q`, shape (n,) [m] or [rad], on the branch of `near`.
@@ -114,8 +64,9 @@ class ClosedChain(FullChain):
             SingularError: the way leads through a type-2 singularity, where branches meet.
         """
         target = as_vector("q", q, self.n)
-        start = self._full(near)
-        quick = self._step(self._k.at(start), self._drive(start[self._q_index], target))
+        placed = self._placed(near)
+        start = placed.q
+        quick = self._step(placed, self._drive(start[self._q_index], target))
         if quick is not None:
             return self._posture(quick)
         found = self._walker.walk(start, start[self._q_index], target, self._drive)
@@ -151,14 +102,13 @@ class ClosedChain(FullChain):
         """
         target = as_vector("p", p, 3, "m")
         self._need_tool()
-        start = self._full(near)
+        placed = self._placed(near)
         goal = target - self._k.origin
-        placed = self._k.at(start)
         origin = placed.tool_position
         quick = self._step(placed, ToolDriver(origin, goal))
         if quick is not None:
             return self._posture(quick)
-        found = self._lead_tool(start, origin, goal)
+        found = self._lead_tool(placed.q, origin, goal)
         if isinstance(found, Stopped):
             if found.singular:
                 raise self._crossing(f"reach {np.round(target, 6).tolist()} m", found, "type-1")
@@ -191,7 +141,7 @@ class ClosedChain(FullChain):
     def drift(self, at: Posture, v: npt.ArrayLike) -> Array:
         """d with a_full = T @ a + d, shape (nv,): what the passive joints accelerate at constant actuator speed."""
         tangent, v_full = self._tangent(at), self.full_velocity(at, v)
-        drift = self._drift(tangent, v_full)
+        drift = tangent.drift(v_full)
         if tangent.idle.size:
             drift = drift - tangent.idle @ (tangent.idle.T @ self._k.forces(at.q_full, v_full, drift))
         return drift
@@ -206,11 +156,11 @@ class ClosedChain(FullChain):
         self._need_tool()
         tangent = self._tangent(at)
         if v is None:
-            placed, drift = self._k.at(at.q_full), np.zeros(3)
+            placed, drift = tangent.placed, np.zeros(3)
         else:
             v_full = self.full_velocity(at, v)
             placed = moving = self._k.moving(at.q_full, v_full)
-            drift = moving.tool_drift + moving.tool_jacobian[:3] @ self._drift(tangent, v_full)
+            drift = moving.tool_drift + moving.tool_jacobian[:3] @ tangent.drift(v_full)
         return Tool(placed.tool_position + self._k.origin, placed.tool_jacobian[:3] @ tangent.map, drift)
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
@@ -224,7 +174,7 @@ class ClosedChain(FullChain):
         coriolis = np.zeros(self.n)
         if v is not None:
             v_full = self.full_velocity(at, v)
-            drift = self._drift(tangent, v_full)
+            drift = tangent.drift(v_full)
             coriolis = tangent.transposed @ (self._k.forces(q, v_full, drift) - gravity)
         reduced = tangent.transposed @ mass @ tangent.map
         return Terms(0.5 * (reduced + reduced.T), coriolis, tangent.transposed @ gravity)
@@ -232,7 +182,7 @@ class ClosedChain(FullChain):
     def potential_energy(self, at: Posture) -> float:
         """Potential energy of gravity [J], zero at the world origin."""
         k = self._k
-        near = float(pin.computePotentialEnergy(k.model, k.data, self._full(at)))
+        near = float(pin.computePotentialEnergy(k.model, k.data, self._placed(at).q))
         if not k.origin.any():
             return near
         mass = sum(inertia.mass for inertia in list(k.model.inertias)[1:])
@@ -246,7 +196,7 @@ class ClosedChain(FullChain):
         """
         tangent = self._tangent(at)
         v_full = tangent.map @ as_vector("v", v, self.n)
-        full = tangent.map @ as_vector("a", a, self.n) + self._drift(tangent, v_full)
+        full = tangent.map @ as_vector("a", a, self.n) + tangent.drift(v_full)
         k = self._k
         found: Array = tangent.transposed @ pin.rnea(k.model, k.data, at.q_full, v_full, full)
         return found
@@ -260,7 +210,7 @@ class ClosedChain(FullChain):
         tangent = self._tangent(at)
         v_full = tangent.map @ as_vector("v", v, self.n)
         k = self._k
-        held = pin.rnea(k.model, k.data, at.q_full, v_full, self._drift(tangent, v_full))
+        held = pin.rnea(k.model, k.data, at.q_full, v_full, tangent.drift(v_full))
         found: Array = tangent.inverse_mass @ (as_vector("effort", effort, self.n) - tangent.transposed @ held)
         return found
 
@@ -290,29 +240,15 @@ class ClosedChain(FullChain):
         """Built anew from its description, in another process too."""
         return type(self), (self.description, self._home_name)
 
-    def _tangent(self, at: Posture) -> _Tangent:
+    def _tangent(self, at: Posture) -> Reduced:
         """Tangent map of a posture; that of the last one is kept, since several calls at one posture are the rule."""
         last = self._last
         if last is None or last.posture is not at:
-            placed = self._k.at(self._full(at))
+            placed = self._placed(at)
             quick = self._nearby.tangent(placed) if self._nearby is not None else None
-            last = self._last = _Tangent(self, at, placed, self._map(placed) if quick is None else quick)
+            last = Reduced(self._k, self._passive, at, placed, self._map(placed) if quick is None else quick)
+            self._last = last
         return last
-
-    def _drift(self, tangent: _Tangent, v_full: Array) -> Array:
-        """d, the idle motions at rest."""
-        k = self._k
-        data = k.data
-        twists, rates = k.rates(data, tangent.posture.q_full, v_full)
-        if k.closure.keeps_twists:
-            found: Array = tangent.from_rates @ ((k.closure.support[:, 0] * v_full) @ rates.T).ravel()
-            return found
-        drift = np.zeros(self.nv)
-        if len(self._passive):
-            placed = tangent._placed
-            gamma = k.closure.drift(placed.frames, placed.gather, twists, rates, v_full)
-            drift[self._passive] = tangent.back @ gamma
-        return drift
 
     def _step(self, start: Placed, driver: Driver) -> Placed | None:
         """A short way in one go, where that is plainly on the same branch."""

@@ -16,6 +16,7 @@ G (dJ/dt v) plus what the turning of G adds.  Nothing here is a finite differenc
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -114,10 +115,24 @@ class Closure:
         self._is_sine[[row for cut, row, _, _ in self._layout.dots if self.cuts[cut].type is CutType.UNIVERSAL]] = True
         self.support = np.array([cut.support_a for cut in self.cuts] + [cut.support_b for cut in self.cuts])
         self.support = self.support.reshape(2 * len(self.cuts), 1, self.nv)
-        self.keeps_twists = all(cut.type is CutType.FIXED for cut in self.cuts)
+        self.turns = any(cut.type is not CutType.FIXED for cut in self.cuts)
+        self.holds_points = all(cut.type in (CutType.FIXED, CutType.SPHERICAL) for cut in self.cuts)
+        self._has_sines = bool(self._is_sine.any())
+        self._starts = np.array(
+            self._layout.starts + list(range(self.all_rows - len(self.ratios), self.all_rows)), dtype=int
+        )
         self._ratio_rows = np.zeros((len(self.ratios), self.nv))
         for row, ratio in zip(self._ratio_rows, self.ratios, strict=True):
             row[ratio.v_joint], row[ratio.v_driver] = 1.0, -ratio.ratio
+
+    @cached_property
+    def apart(self) -> Array:
+        """Differences of the origins of frames b and a as rows of the cuts, shape (cut rows, 6 cuts)."""
+        found = np.zeros((self._layout.constant.shape[0], 6 * len(self.cuts)))
+        for cut, row in self._layout.points:
+            found[row : row + 3, 3 * cut : 3 * cut + 3] = -np.eye(3)
+            found[row : row + 3, 3 * (len(self.cuts) + cut) :][:, :3] = np.eye(3)
+        return found
 
     def residual(self, frames: CutFrames, q: Array) -> Array:
         """Residual of all rows, trusted or not, shape (all rows,), [m] and [rad] (universal: sine of the angle)."""
@@ -147,19 +162,19 @@ class Closure:
         rows, count = self._layout, len(self.cuts)
         gather = rows.constant.copy()
         if len(rows.point_cuts):
-            gather[rows.point_rows[:, None], rows.point_a] = _skew(frames.at_a[rows.point_cuts]).reshape(-1, 3)
-            gather[rows.point_rows[:, None], rows.point_b] = -_skew(frames.at_b[rows.point_cuts]).reshape(-1, 3)
+            arms = np.concatenate([frames.at_a, frames.at_b]).ravel()
+            gather.reshape(-1)[rows.arm_entries] = arms[rows.arm_of] * rows.arm_sign
         for cut, row, i, j in rows.dots:
             axis = (frames.axes_a if self.cuts[cut].type is CutType.REVOLUTE else frames.axes_b)[cut, :, j]
-            normal = _cross(axis, frames.axes_a[cut, :, i])
+            normal = cross(axis, frames.axes_a[cut, :, i])
             gather[row, 6 * cut + 3 : 6 * cut + 6] = -normal
             gather[row, 6 * (count + cut) + 3 : 6 * (count + cut) + 6] = normal
         for cut, row, i in rows.slides:
             axis = frames.axes_a[cut, :, i]
             gather[row, 6 * cut : 6 * cut + 3] = -axis
-            gather[row, 6 * cut + 3 : 6 * cut + 6] = -_cross(frames.at_b[cut], axis)
+            gather[row, 6 * cut + 3 : 6 * cut + 6] = -cross(frames.at_b[cut], axis)
             gather[row, 6 * (count + cut) : 6 * (count + cut) + 3] = axis
-            gather[row, 6 * (count + cut) + 3 : 6 * (count + cut) + 6] = _cross(frames.at_b[cut], axis)
+            gather[row, 6 * (count + cut) + 3 : 6 * (count + cut) + 6] = cross(frames.at_b[cut], axis)
         return gather
 
     def jacobian(self, gather: Array, twists: Array) -> Array:
@@ -184,20 +199,20 @@ class Closure:
         rows, half = self._layout, len(self.cuts)
         w = twists[:, 3:]
         points = np.concatenate([frames.at_a, frames.at_b])
-        velocity = twists[:, :3] + _cross(w, points)
-        inward = _cross(w, velocity)
+        velocity = twists[:, :3] + cross(w, points)
+        inward = cross(w, velocity)
         drift[rows.point_rows] += (inward[half:] - inward[:half])[rows.point_cuts].ravel()
         for cut, row, i, j in rows.dots:
             x, y = frames.axes_a[cut, :, i], frames.axes_b[cut, :, j]
             w_a, w_b = w[cut], w[half + cut]
-            drift[row] += (_cross(_cross(w_b, y), x) + _cross(y, _cross(w_a, x))) @ (w_b - w_a)
+            drift[row] += (cross(cross(w_b, y), x) + cross(y, cross(w_a, x))) @ (w_b - w_a)
         for cut, row, i in rows.slides:
             axis, w_a = frames.axes_a[cut, :, i], w[cut]
-            swing = _cross(w_a, axis)
+            swing = cross(w_a, axis)
             drift[row] += (
                 axis @ (inward[half + cut] - inward[cut])
                 + 2.0 * swing @ (velocity[half + cut] - velocity[cut])
-                + _cross(w_a, swing) @ (frames.at_b[cut] - frames.at_a[cut])
+                + cross(w_a, swing) @ (frames.at_b[cut] - frames.at_a[cut])
             )
 
     def kept_rows(self, of_cuts: Array) -> Array:
@@ -219,10 +234,11 @@ class Closure:
         """Distance [m] and angle [rad] by which every cut and coupling is open, from the residual of all rows."""
         if not self.names:
             return np.zeros(0), np.zeros(0)
-        size = np.where(self._is_sine, np.arcsin(np.clip(residual, -1.0, 1.0)), residual) ** 2
-        starts = self._layout.starts + list(range(self.all_rows - len(self.ratios), self.all_rows))
-        lengths = np.sqrt(np.add.reduceat(size * self._all_lengths, starts))
-        return lengths, np.sqrt(np.add.reduceat(size * ~self._all_lengths, starts))
+        if self._has_sines:
+            residual = np.where(self._is_sine, np.arcsin(np.clip(residual, -1.0, 1.0)), residual)
+        size = residual * residual
+        lengths = np.sqrt(np.add.reduceat(size * self._all_lengths, self._starts))
+        return lengths, np.sqrt(np.add.reduceat(size * ~self._all_lengths, self._starts))
 
 
 class _Layout:
@@ -231,11 +247,9 @@ class _Layout:
     def __init__(self, cuts: tuple[Cut, ...]) -> None:
         starts = self.starts = [sum(cut.rows for cut in cuts[:index]) for index in range(len(cuts))]
         points = [i for i, cut in enumerate(cuts) if cut.type is not CutType.PRISMATIC]
+        self.points = [(i, starts[i]) for i in points]
         self.point_cuts = np.array(points, dtype=int)
         self.point_rows = np.array([starts[i] + k for i in points for k in range(3)], dtype=int)
-        columns = np.array([[6 * i + 3 + k for k in range(3)] for i in points for _ in range(3)], dtype=int)
-        self.point_a = columns.reshape(-1, 3)
-        self.point_b = self.point_a + 6 * len(cuts)
         self.locks = [(i, starts[i] + cut.rows - 3) for i, cut in enumerate(cuts) if cut.type in _LOCKED]
         self.lock_cuts = np.array([i for i, _ in self.locks], dtype=int)
         self.lock_rows = np.array([row + k for _, row in self.locks for k in range(3)], dtype=int)
@@ -252,6 +266,18 @@ class _Layout:
             for i in range(2)
         ]
         self.constant = np.zeros((sum(cut.rows for cut in cuts), 12 * len(cuts)))
+        # row r of the point's velocity u + w x p has p[b] w[a] - p[a] w[b], (r, a, b) in cyclic order
+        width = 12 * len(cuts)
+        arms = [
+            ((starts[i] + r) * width + 6 * (i + half) + 3 + turn, 3 * (i + half) + arm, sign * way)
+            for half, sign in ((0, -1.0), (len(cuts), 1.0))
+            for i in points
+            for r in range(3)
+            for turn, arm, way in (((r + 1) % 3, (r + 2) % 3, 1.0), ((r + 2) % 3, (r + 1) % 3, -1.0))
+        ]
+        self.arm_entries = np.array([entry for entry, _, _ in arms], dtype=int)
+        self.arm_of = np.array([arm for _, arm, _ in arms], dtype=int)
+        self.arm_sign = np.array([sign for _, _, sign in arms])
         for side, sign in ((0, -1.0), (6 * len(cuts), 1.0)):
             for i in points:
                 for k in range(3):
@@ -306,25 +332,26 @@ def _turned(sines: Array, cosine: float) -> Array:
     return sines if cosine > 0.0 else np.array([np.pi, 0.0])
 
 
+_LOWER, _UPPER = np.array([7, 2, 3]), np.array([5, 6, 1])
+_TRACE = np.eye(3).ravel()
+_THIRDS = np.full(3, 1.0 / 48.0)
+
+
 def _rotation_vectors(a: Array, b: Array) -> Array:
     """Rotation vectors in world axes that turn the axes a into b, shape (k, 3, 3) each, one after another, (3 k,)."""
     turn = b @ a.transpose(0, 2, 1)
-    twice = np.array([turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]]).T
-    if np.abs(twice).max() < 1e-4 and turn.trace(axis1=1, axis2=2).min() > 0.0:
-        return np.asarray(0.5 * twice * (1.0 + (twice * twice).sum(axis=1)[:, None] / 24.0)).ravel()
+    entries = turn.reshape(-1, 9)
+    twice = entries[:, _LOWER] - entries[:, _UPPER]
+    if np.vdot(twice, twice) < 1e-8 and min(entries.dot(_TRACE).tolist()) > 0.0:  # small angles, as a rule
+        return np.asarray(twice * (0.5 + (twice * twice).dot(_THIRDS)[:, None])).ravel()
     return np.concatenate([pin.log3(one) for one in turn])
 
 
-def _cross(x: Array, y: Array) -> Array:
+_FIRST = np.eye(3)[:, [1, 2, 0, 2, 0, 1]]
+_SECOND = np.eye(3)[:, [2, 0, 1, 1, 2, 0]]
+
+
+def cross(x: Array, y: Array) -> Array:
     """Cross product of vectors, shape (3,) or (k, 3); quicker than numpy's on arrays as small as these."""
-    x0, x1, x2 = x.T
-    y0, y1, y2 = y.T
-    return np.array([x1 * y2 - x2 * y1, x2 * y0 - x0 * y2, x0 * y1 - x1 * y0]).T
-
-
-def _skew(points: Array) -> Array:
-    """Matrices [p x] of points (k, 3), shape (k, 3, 3)."""
-    skew = np.zeros((len(points), 3, 3))
-    skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0] = points.T
-    skew[:, 1, 2], skew[:, 2, 0], skew[:, 0, 1] = -points.T
-    return skew
+    products = x.dot(_FIRST) * y.dot(_SECOND)
+    return np.asarray(products[..., :3] - products[..., 3:])

@@ -59,7 +59,9 @@ class FullChain:
         self._assembler = Assembler(self._k)
         self._dynamics = FullDynamics(self._k)
         self._home_name = home
-        self._home = self._known = self.assemble(rough, keep_actuators=keep)
+        self._known: tuple[Posture, Placed]
+        self._home = self.assemble(rough, keep_actuators=keep)
+        self._at_home: Placed = self._known[1]
         check_rounding(self.name, self._k, self._home.q_full)
 
     # ---- names and sizes -------------------------------------------------------------------------------------------
@@ -204,7 +206,7 @@ class FullChain:
         self._need_tool()
         if not self._k.closure.rows:
             raise InputError(f"{self.name} has no cut joints; working modes are those of closed robots")
-        placed = self._k.at(self._full(at))
+        placed = self._placed(at)
         held = np.concatenate([placed.scaled, placed.tool_jacobian * self._k.column_scale])
         left = self.nv - rank_of(held)
         if left:
@@ -221,7 +223,7 @@ class FullChain:
 
     def mobility(self, at: Posture | None = None) -> MobilityReport:
         """Mobility, redundancy and distance to singularities at a posture (default home)."""
-        return mobility_report(self._k, self._v_index, self._structure, self._k.at(self._full(at)))
+        return mobility_report(self._k, self._v_index, self._structure, self._placed(at))
 
     def limit_violations(self, at: Posture) -> Mapping[str, tuple[float, float, float]]:
         """Joints beyond their limits: name -> (value, lower, upper), [m] or [rad]."""
@@ -270,7 +272,7 @@ class FullChain:
         """
         self._need_tool()
         wanted = as_vector("velocity", velocity, 3, "m/s"), as_vector("acceleration", acceleration, 3, "m/s2")
-        return motion_of_tool(self.name, self._k, self._full(at), *wanted)
+        return motion_of_tool(self.name, self._k, self._placed(at), *wanted)
 
     def full_effort(self, effort: npt.ArrayLike) -> Array:
         """Actuator efforts (n,) as generalised forces of all joints, shape (nv,)."""
@@ -342,8 +344,7 @@ class FullChain:
     @cached_property
     def _regular(self) -> tuple[Placed, ...]:
         """Home and closed postures around it, home first."""
-        home = self._home.q_full
-        found = [self._k.at(home)]
+        home, found = self._home.q_full, [self._at_home]
         for start in self._assembler.around(home, np.full(2 * AROUND, SHIFT)):
             closed = self._assembler.settle(start, None, 3.0 * SHIFT) if len(found) <= AROUND else None
             if closed is not None:
@@ -415,10 +416,16 @@ class FullChain:
         if self._k.tool_support is None:
             raise InputError(f"{self.name} has no tool frame; name one under [tool] in its loops.toml")
 
-    def _full(self, at: Posture | None) -> Array:
-        """Full configuration of a posture (default home) that this robot, or one of the same geometry, made."""
-        if at is None or at is self._home or at is self._known:
-            return (self._home if at is None else at).q_full
+    def _placed(self, at: Posture | None) -> Placed:
+        """The tree at a posture (default home) that this robot, or one of the same geometry, made.
+
+        That of the last posture is kept, since several calls at one posture are the rule.
+        """
+        if at is None or at is self._home:
+            return self._at_home
+        known, placed = self._known
+        if at is known:
+            return placed
         if not isinstance(at, Posture):
             raise InputError(f"a posture is wanted, such as {self.name} makes by close() or reach(); found {at!r}")
         if at.q_full.shape != (self.nq,):
@@ -433,12 +440,13 @@ class FullChain:
                 f"this posture leaves cut '{cut}' of {self.name} open by {distance:.3g} m, {angle:.3g} rad; make it "
                 "with this robot's close() or reach()"
             )
-        self._known = at
-        return at.q_full
+        self._known = at, placed
+        return placed
 
     def _posture(self, placed: Placed) -> Posture:
         distance, angle, _ = placed.gap
-        posture = self._known = Posture(placed.q[self._q_index], placed.q, (distance, angle))
+        posture = Posture(placed.q[self._q_index], placed.q, (distance, angle))
+        self._known = posture, placed
         return posture
 
     def _type2(self, placed: Placed) -> float:

@@ -35,9 +35,6 @@ class Placed:
         q: configuration, shape (nq,).
         twists: joint Jacobians about the origin in its axes, shape (6, nv).
         frames: of the cuts.
-        gather: G of `cutjoint.chain.closure`, shape (cut rows, 12 cuts).
-        jacobian: of all rows, [m] and [rad] per velocity, shape (rows, nv).
-        scaled: the same, dimensionless.
     """
 
     def __init__(self, kinematics: Kinematics, q: Array, placements: Array, twists: Array) -> None:
@@ -48,9 +45,21 @@ class Placed:
         self.frames = CutFrames(axes[:count], axes[count : 2 * count], at[:count], at[count : 2 * count])
         self._tool_axes: Array = axes[-1]
         self._tool_at: Array = at[-1]
-        self.gather = k.closure.gather(self.frames)
-        self.jacobian = k.closure.jacobian(self.gather, twists)
-        self.scaled: Array = self.jacobian * k.scale
+
+    @cached_property
+    def gather(self) -> Array:
+        """G of `cutjoint.chain.closure`, shape (cut rows, 12 cuts)."""
+        return self._k.closure.gather(self.frames)
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """Of all rows, [m] and [rad] per velocity, shape (rows, nv)."""
+        return self._k.closure.jacobian(self.gather, self.twists)
+
+    @cached_property
+    def scaled(self) -> Array:
+        """The same, dimensionless."""
+        return np.asarray(self.jacobian * self._k.scale)
 
     @cached_property
     def residual_of_all(self) -> Array:
@@ -86,11 +95,14 @@ class Placed:
         """Linear velocity of the tool point and angular velocity of its body per velocity, shape (6, nv)."""
         assert self._k.tool_support is not None
         x, y, z = self._tool_at.tolist()
-        shift = np.eye(6)
+        shift = _UNIT.copy()
         shift[0, 4], shift[0, 5], shift[1, 5] = z, -y, x
         shift[1, 3], shift[2, 3], shift[2, 4] = -z, y, -x
         moved: Array = shift @ (self.twists * self._k.tool_support)
         return moved
+
+
+_UNIT = np.eye(6)
 
 
 class Moving(Placed):

@@ -10,12 +10,14 @@ rank.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import count
 from math import prod
+from operator import ne
 
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import qr
-from scipy.linalg.lapack import dgesv
+from scipy.linalg.lapack import dgesv, dgetrs
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
@@ -29,7 +31,7 @@ LARGEST_CHANGE = 2.0
 """Largest change of the determinant, up or down, over a step: a singular posture within it would change more."""
 
 NEWTON_STEPS = 6
-SMALL = 1e-3
+SMALL = 1e-4
 """Steps smaller than this (in radians or characteristic lengths) change the determinant too little to look at."""
 MET = 1e-9
 """What the rows that were not chosen may leave of a velocity."""
@@ -89,17 +91,20 @@ class Nearby:
             return None
         rows = np.concatenate([self._rows, k.closure.rows + extra])
         here = system.at(placed)
-        last, start = np.inf, 0.0
+        last, start, factors, pivots = np.inf, 0.0, None, None
         for step in range(NEWTON_STEPS):
             if here.openness < 1e-2 and (step == 0 or last < SMALL):
                 return here.placed
-            factors, pivots, solved, failed = dgesv(here.matrix[rows], here.error[rows])
-            if failed or not _trusted(factors):
-                return None
-            determinant = _determinant(factors, pivots)
-            start = determinant if step == 0 else start
-            if not 1.0 / LARGEST_CHANGE < determinant / start < LARGEST_CHANGE:
-                return None
+            if factors is None or last > SMALL:
+                factors, pivots, solved, failed = dgesv(here.matrix[rows], here.error[rows])
+                if failed or not _trusted(factors):
+                    return None
+                determinant = _determinant(factors, pivots)
+                start = determinant if step == 0 else start
+                if not 1.0 / LARGEST_CHANGE < determinant / start < LARGEST_CHANGE:
+                    return None
+            else:  # so near the end the last factors are as good as new ones
+                solved, failed = dgetrs(factors, pivots, here.error[rows])
             size = float(np.abs(solved).max(initial=0.0))
             if size > min(tolerances.STRIDE.value, 0.3 * last):
                 return here.placed if here.openness < 1.0 else None
@@ -109,24 +114,23 @@ class Nearby:
 
     def _rows_of(self, system: System) -> npt.NDArray[np.intp] | None:
         """As many independent rows of a driver as there are actuators, or None where it has not as many."""
-        driver, count = system.driver, len(self._actuated)
+        driver, wanted = system.driver, len(self._actuated)
         assert driver is not None
-        if len(driver.is_length) <= count:
-            return np.arange(count) if len(driver.is_length) == count else None
+        if len(driver.is_length) <= wanted:
+            return np.arange(wanted) if len(driver.is_length) == wanted else None
         tangent = self.tangent(self._regular)
         if tangent is None:
             return None
         driven = system.scale[self._k.closure.rows :, None] * driver.jacobian(self._regular)
         order = qr((driven @ tangent.map).T, mode="r", pivoting=True)[1]
-        return np.sort(order[:count])
+        return np.sort(order[:wanted])
 
 
 def _trusted(factors: Array) -> bool:
-    pivots = np.abs(factors.diagonal())
-    return bool(pivots.min(initial=1.0) > SMALLEST_PIVOT * pivots.max(initial=0.0))
+    pivots = [abs(pivot) for pivot in factors.diagonal().tolist()]
+    return min(pivots, default=1.0) > SMALLEST_PIVOT * max(pivots, default=0.0)
 
 
 def _determinant(factors: Array, pivots: Array) -> float:
-    swaps = sum(pivot != row for row, pivot in enumerate(pivots.tolist()))
     product: float = prod(factors.diagonal().tolist())
-    return -product if swaps % 2 else product
+    return -product if sum(map(ne, pivots.tolist(), count())) % 2 else product
