@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def differences(a: object, b: object, where: str = "", tolerance: float = 4e-15)
         return found
     if isinstance(a, tuple) and where.rsplit(".", 1)[-1] in UNORDERED:
         a, b = ({item.name: item for item in items} for items in (a, b))
-    if isinstance(a, dict):
+    if isinstance(a, Mapping):
         if set(a) != set(b):
             return [f"{where}: {sorted(a)} / {sorted(b)}"]
         return [one for key in a for one in differences(a[key], b[key], f"{where}[{key}]")]
