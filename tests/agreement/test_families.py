@@ -52,7 +52,7 @@ def check(family: tuple[str, str, str], shapes: int, mountings: int, folder: Pat
             effort = rng.normal(size=chain.nv) if effort is None else effort
             at = chain.home if index % 4 == 0 else random_posture(chain, oracle, rng)
             p = placed(chain, oracle, at.q_full)
-            speed = rng.normal(size=p.mobility) if speed is None else speed
+            speed = rng.normal(size=chain.n) if speed is None else speed
             v = _led(chain, p, speed)
             robot = chain.compile() if compiled else None
             found = judge.everything(chain, oracle, at, v, effort, rng, robot)

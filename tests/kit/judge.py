@@ -63,8 +63,14 @@ def apart(chain: Any, motion: Motion, acceleration: Array) -> float:
         free = np.stack([full(chain, {n: c[own] for n, own in names.items()}) / scale for c in state.massless.T], 1)
         basis = np.linalg.qr(free)[0]
         difference = difference - basis @ (basis.T @ difference)
-    size = max(float(np.abs(wanted / scale).max(initial=0.0)), float(np.abs(state.joint_drift).max(initial=0.0)), 1e-9)
+    size = max(float(np.abs(wanted / scale).max(initial=0.0)), _falling(state))
     return float(np.abs(difference).max(initial=0.0)) / size if np.isfinite(difference).all() else np.inf
+
+
+def _falling(state: State) -> float:
+    """What a free fall over the robot's length is as a dimensionless acceleration: what structures are measured by."""
+    oracle = state.placed.oracle
+    return float(np.linalg.norm(oracle.robot.gravity)) / oracle.length
 
 
 def equations(chain: Any, motion: Motion, acceleration: Array) -> dict[str, float]:
@@ -75,7 +81,9 @@ def equations(chain: Any, motion: Motion, acceleration: Array) -> dict[str, floa
     left = p.motions.T @ (p.mass @ twists - motion.load)
     terms = np.abs(p.motions.T) @ (np.abs(p.mass @ twists) + np.abs(motion.load))
     rows = p.loop_rows @ twists + state.constraint_drift[len(p.tree_rows) :]
-    rates = np.abs(p.loop_rows @ p.tree) @ np.abs(flat) + np.abs(state.constraint_drift[len(p.tree_rows) :])
+    entries = np.abs(p.loop_rows) @ np.abs(p.tree)  # before anything cancels
+    rates = entries @ (np.abs(flat) + _falling(state) * p._velocity_scale)
+    rates = rates + np.abs(state.constraint_drift[len(p.tree_rows) :])
     return {
         "Newton's equation": relative(left, np.zeros_like(left), float(terms.max(initial=1e-300))),
         "K a + gamma": relative(rows, np.zeros_like(rows), float(rates.max(initial=1e-300))),

@@ -69,7 +69,8 @@ def urdf_text(plan: Blueprint, mounting: Mounting, scale: float, density: float)
         # spherical and universal joints are what loops.toml makes of a joint that URDF knows
         kind = "floating" if joint.kind in ("spherical", "universal") else joint.kind
         axis = "" if joint.axis is None or kind == "floating" else f'<axis xyz="{_text(joint.axis)}"/>'
-        limit = '<limit lower="-100" upper="100" effort="1e6" velocity="1e6"/>' if kind == "prismatic" else ""
+        limited = kind in ("prismatic", "revolute")
+        limit = '<limit lower="-100" upper="100" effort="1e6" velocity="1e6"/>' if limited else ""
         lines.append(
             f'<joint name="{joint.name}" type="{kind}"><parent link="{joint.parent}"/><child link="{joint.child}"/>'
             f'<origin xyz="{_text(scale * joint.position)}" rpy="{_text(rpy_of(joint.rotation))}"/>'

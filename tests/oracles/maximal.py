@@ -252,6 +252,11 @@ class Placed:
         return mass
 
     @cached_property
+    def heaviest(self) -> float:
+        """Largest entry of the mass matrix for dimensionless twists; 1 where nothing has mass."""
+        return float((np.diag(self.mass) * self.column_scale**2).max(initial=0.0)) or 1.0
+
+    @cached_property
     def weight(self) -> Array:
         """Wrenches of gravity at the links' origins, shape (6 bodies,)."""
         weight = np.zeros(self.oracle.size)
@@ -284,5 +289,5 @@ class Placed:
         wanted = self.oracle.flat(velocities)[self._actuated]
         basis = self.motions
         held = self.joint_motions()[self._actuated]
-        y = saddle(basis.T @ self.mass @ basis, held, np.zeros(basis.shape[1]), wanted)[0]
+        y = saddle(basis.T @ self.mass @ basis, held, np.zeros(basis.shape[1]), wanted, self.heaviest)[0]
         return State(self, basis @ y)

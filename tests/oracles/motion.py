@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from oracles.connections import Rows
 from oracles.reading import Array
-from oracles.solving import MASSLESS, residual, saddle
+from oracles.solving import MASSLESS, MOVED, residual, saddle
 
 if TYPE_CHECKING:
     from oracles.maximal import Placed
@@ -124,14 +124,14 @@ class State:
     def massless(self) -> Array:
         """Basis of the motions that are left and move no mass, as joint velocities, shape (velocities, k)."""
         values, vectors = np.linalg.eigh(self._energy)
-        return self.placed.joint_motions(self.placed.motions @ vectors[:, values <= MASSLESS * values.max(initial=0.0)])
+        return self.placed.joint_motions(self.placed.motions @ vectors[:, values <= MASSLESS * self.placed.heaviest])
 
     def driven(self, efforts: Mapping[str, Array | float]) -> Motion:
         """The motion that efforts of joints give, by name; joints left out have none."""
         p, basis = self.placed, self.placed.motions
         load = p.weight - self.gyroscopic + p.speeds.T @ p.oracle.flat(efforts)
         force = basis.T @ residual(p.mass, self.start, load)
-        y = saddle(self._energy, np.zeros((0, len(force))), force, np.zeros(0))[0]
+        y = saddle(self._energy, np.zeros((0, len(force))), force, np.zeros(0), p.heaviest)[0]
         return Motion(self, self.start + basis @ y, load)
 
     def led(self, accelerations: Mapping[str, float]) -> tuple[dict[str, float], Motion]:
@@ -146,22 +146,27 @@ class State:
         wanted = p.oracle.flat(accelerations)[own] - self.joint_drift[own] - p.speeds[own] @ self.start
         load = p.weight - self.gyroscopic
         force = basis.T @ residual(p.mass, self.start, load)
-        y, effort = saddle(self._energy, held, force, wanted)
+        y, effort = saddle(self._energy, held, force, wanted, p.heaviest)
         named = dict(zip(p.oracle.robot.actuators, map(float, effort), strict=True))
         return named, Motion(self, self.start + basis @ y, load + p.speeds[own].T @ effort)
 
     def efforts_for(self, accelerations: Mapping[str, Array | float]) -> tuple[dict[str, float], float]:
         """Least efforts of the actuators for accelerations of all joints, and what part of the need they cannot meet.
 
-        The part is the largest generalised force that stays, against the largest that is needed.
+        The part is the largest generalised force that stays, against the largest of the terms that make up the need.
         """
         p, basis = self.placed, self.placed.motions
         twists = p.tree @ p.oracle.flat(accelerations)
-        needed = basis.T @ (p.mass @ (twists + self._tree_start) + self.gyroscopic - p.weight)
+        wrenches = p.mass @ (twists + self._tree_start), self.gyroscopic - p.weight
+        needed = basis.T @ sum(wrenches)
         acting = p.joint_motions()[p._actuated].T
-        effort = np.linalg.lstsq(acting, needed, rcond=1e-9)[0] if acting.size else np.zeros(acting.shape[1])
+        # which motions the actuators act on at all is decided on dimensionless rows
+        directions, values = np.linalg.svd(acting / p._velocity_scale[p._actuated])[:2]
+        served = directions[:, : int(np.sum(values > MOVED))].T
+        effort = np.linalg.pinv(served @ acting, rcond=0.0) @ (served @ needed)
         left = needed - acting @ effort
-        part = float(np.abs(left).max(initial=0.0) / max(np.abs(needed).max(initial=0.0), 1e-300))
+        terms = np.abs(basis.T) @ sum(map(np.abs, wrenches))
+        part = float(np.abs(left).max(initial=0.0) / max(terms.max(initial=0.0), 1e-300))
         return dict(zip(p.oracle.robot.actuators, map(float, effort), strict=True)), part
 
     @cached_property

@@ -5,24 +5,29 @@ from __future__ import annotations
 import numpy as np
 from oracles.reading import Array
 
+MOVED = 1e-9
+"""Dimensionless velocities below this are none."""
+
 MASSLESS = 1e-13
-"""Motions whose kinetic energy is below this part of that of the heaviest one move no mass."""
+"""Motions whose kinetic energy is below this part of the heaviest body's move no mass."""
 
 
-def saddle(hessian: Array, rows: Array, force: Array, right: Array) -> tuple[Array, Array]:
-    """y and f of hessian y = force + rows' f, rows y = right; of least norm where they are not unique."""
-    n = len(hessian)
-    if not n + len(rows):
-        return np.zeros(0), np.zeros(0)
-    size = max(float(np.diag(hessian).max(initial=0.0)), 1e-300)
-    norms = np.linalg.norm(rows, axis=1)
-    scale = 1.0 / np.where(norms > 0.0, norms, 1.0)
+def saddle(hessian: Array, rows: Array, force: Array, right: Array, size: float) -> tuple[Array, Array]:
+    """y and f of hessian y = force + rows' f, rows y = right; of least norm where they are not unique.
+
+    `size` is what entries of the hessian are measured by: what is below `MASSLESS` of it is nothing.
+    """
+    n, norms = len(hessian), np.linalg.norm(rows, axis=1)
+    scale = 1.0 / np.where(norms > MOVED, norms, 1.0)
     top = rows * scale[:, None]
     matrix = np.block([[hessian / size, -top.T], [top, np.zeros((len(rows), len(rows)))]])
     wanted = np.r_[force / size, right * scale]
+    left, values, across = np.linalg.svd(matrix)
+    rank = int(np.sum(values > MASSLESS))
     found = np.zeros(len(wanted))
     for _ in range(2):
-        found = found + np.linalg.lstsq(matrix, residual(matrix, found, wanted), rcond=MASSLESS)[0]
+        missing = residual(matrix, found, wanted)
+        found = found + across[:rank].T @ ((left[:, :rank].T @ missing) / values[:rank])
     return found[:n], found[n:] * scale * size
 
 
