@@ -9,12 +9,12 @@ import pytest
 from kit import judge
 from kit.blueprint import random_mounting
 from kit.built import at_home, built
-from kit.by_joint import placed
+from kit.by_joint import by_joint, placed
 from kit.mechanisms import MECHANISMS, Mechanism
 from kit.postures import moving, random_posture
 from oracles.maximal import Maximal, Placed
 
-from cutjoint.errors import SingularError
+from cutjoint.errors import CutjointError, SingularError
 
 ACCURACY = 1e-10
 """Relative: two formulations in double precision, away from singular postures."""
@@ -97,6 +97,15 @@ def test_at_a_singular_home(name: str, tmp_path: Path) -> None:
     judge.require(judge.forward(chain, state, chain.home, rest, rng.normal(size=chain.nv)), ACCURACY)
     with pytest.raises(SingularError):
         chain.close(chain.home.q + 0.1)
+    opening = 0
+    for _ in range(8):
+        v = moving(chain, state.placed, rng.normal(size=state.placed.mobility))
+        motion = state.placed.moving(by_joint(chain, v)).driven({})
+        if judge.opens(motion):
+            opening += 1
+            with pytest.raises(CutjointError):
+                chain.full_forward_dynamics(chain.home.q_full, v, rest)
+    assert opening, "speeds that belong to no branch have no acceleration"
 
 
 @pytest.mark.slow

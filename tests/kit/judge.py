@@ -13,7 +13,7 @@ from kit.postures import scale_of
 from oracles.maximal import Maximal
 from oracles.motion import Motion, State
 
-from cutjoint.errors import ActuationError
+from cutjoint.errors import ActuationError, DynamicsError, SingularError
 
 Array = np.ndarray
 
@@ -136,6 +136,9 @@ def actuated(chain: Any, oracle: Maximal, at: Any, rng: np.random.Generator, com
     changes = 5.0 * rng.normal(size=len(names)) * _sizes(chain)
     state = p.with_actuators(dict(zip(names, speeds, strict=True)))
     efforts, motion = state.led(dict(zip(names, changes, strict=True)))
+    if opens(motion):
+        assert _refuses(chain, at, speeds), "inverse dynamics where no acceleration keeps the loops closed"
+        return {}
     wanted = np.array([efforts[name] for name in names])
     differences: dict[str, float] = {}
     for what, robot in {"": chain, "compiled ": compiled}.items():
@@ -174,12 +177,18 @@ def _sizes(chain: Any) -> Array:
     return np.array([chain.length if one.kind == "translation" else 1.0 for one in chain.actuators])
 
 
-def _refuses(chain: Any, at: Any) -> bool:
+def _refuses(chain: Any, at: Any, speeds: Array | None = None) -> bool:
+    speeds = np.zeros(chain.n) if speeds is None else speeds
     try:
-        chain.inverse_dynamics(at, np.zeros(chain.n), np.zeros(chain.n))
-    except ActuationError:
+        chain.inverse_dynamics(at, speeds, np.zeros(chain.n))
+    except (ActuationError, SingularError, DynamicsError):
         return True
     return False
+
+
+def opens(motion: Motion) -> bool:
+    """Whether a singular posture's velocities open the loops in the next moment, whatever the accelerations."""
+    return motion.unmet[0] > 1e-7 * (1.0 + float(np.abs(motion.state.constraint_drift).max(initial=0.0)))
 
 
 def full_inverse(chain: Any, state: State, at: Any, v: Array, effort: Array) -> float:

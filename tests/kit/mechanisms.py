@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from kit import ball_rods
 from kit.blueprint import Blueprint, random_rotation, turn, unit
 
 Array = np.ndarray
@@ -308,10 +309,26 @@ def hexapod(rng: Rng) -> Mechanism:
     return Mechanism(plan, 6)
 
 
+def ball_rod_delta(rng: Rng) -> Mechanism:
+    """A Delta on six ball-ball rods: three freedoms of the motors and six spins that no motor needs."""
+    return Mechanism(ball_rods.Delta(rod=rng.uniform(0.35, 0.45)).plan(rng.uniform(0.2, 0.6), rng), 9)
+
+
+def ball_rod_ankle(rng: Rng) -> Mechanism:
+    """Two motors turn a foot over two ball-ball rods."""
+    return Mechanism(ball_rods.ankle(rng), 4)
+
+
+def ball_rod_slider_crank(rng: Rng) -> Mechanism:
+    """A crank drives a slide over a ball-ball rod."""
+    return Mechanism(ball_rods.slider_crank(rng), 2)
+
+
 MECHANISMS: dict[str, Callable[[Rng], Mechanism]] = {
     builder.__name__: builder
     for builder in (
         bennett, bricard, sarrus, peaucellier, spherical_4r, planar_3rrr, spherical_3rrr, prs_3, upu_3, upu_3_equal,
         ups_6, scotch_yoke, geared_fivebar, parallelogram, parallelogram_flat, floating_fourbar, hexapod,
+        ball_rod_delta, ball_rod_ankle, ball_rod_slider_crank,
     )
 }  # fmt: skip

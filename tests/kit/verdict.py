@@ -99,8 +99,7 @@ class Verdicts:
             v = moving(chain, p, amount * rng.normal(size=p.mobility))
             state = p.moving(by_joint(chain, v))
             motion = state.driven(by_joint(chain, effort))
-            if motion.unmet[0] > 1e-7 * (1.0 + float(np.abs(state.constraint_drift).max(initial=0.0))):
-                # singular: with these velocities the loops open in the next moment, so there is no right number
+            if judge.opens(motion):
                 self.counts["velocities without accelerations"] += 1
                 answer = self.attempt(
                     "open",
