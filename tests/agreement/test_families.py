@@ -18,7 +18,7 @@ from kit.built import built, choose_actuators
 from kit.by_joint import full, placed
 from kit.loops import CUTS, EXTRAS, SPACES, loop
 from kit.postures import random_posture
-from oracles.maximal import Placed
+from oracles.placed import Placed
 
 from cutjoint.chain import ClosedChain
 

@@ -180,7 +180,7 @@ def test_energy_rate_is_power_and_gravity_turns_the_momentum(seed: int, tmp_path
 
 
 def test_a_simulated_crank_keeps_its_books() -> None:
-    """0.2 s of the shipped four-bar by Runge-Kutta 4: the loop stays closed and energy grows by the motor's work."""
+    """0.08 s of the shipped four-bar by Runge-Kutta 4: the loop stays closed and energy grows by the motor's work."""
     oracle, crank = Maximal(URDF / "fourbar", length=0.2), FourBar()
     start = {name: value[0] for name, value in crank.joints(2.0, 0.0, 0.0).items()}
 
@@ -193,14 +193,14 @@ def test_a_simulated_crank_keeps_its_books() -> None:
     names = [joint.name for joint in oracle.robot.joints if joint.kind != "fixed"]
     y, dt = np.r_[[start[name] for name in names], np.zeros(4)], 2e-3
     first = oracle.at(dict(zip(names, y[:3], strict=True))).potential_energy
-    for _ in range(100):
+    for _ in range(40):
         k1 = rate(y)
         k2 = rate(y + 0.5 * dt * k1)
         k3 = rate(y + 0.5 * dt * k2)
         y = y + dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + rate(y + dt * k3))
     end = oracle.at(dict(zip(names, y[:3], strict=True))).moving(dict(zip(names, y[3:6], strict=True)))
     assert max(map(max, end.placed.gaps.values())) < 1e-8
-    assert abs(y[names.index("crank")] - start["crank"]) > 0.1, "it moved"
+    assert abs(y[names.index("crank")] - start["crank"]) > 0.02, "it moved"
     assert end.kinetic_energy + end.placed.potential_energy - first == pytest.approx(y[6], abs=1e-8)
 
 

@@ -12,7 +12,8 @@ from kit.built import at_home, built
 from kit.by_joint import by_joint, placed
 from kit.mechanisms import MECHANISMS, Mechanism
 from kit.postures import moving, random_posture
-from oracles.maximal import Maximal, Placed
+from oracles.maximal import Maximal
+from oracles.placed import Placed
 
 from cutjoint.errors import CutjointError, SingularError
 

@@ -14,11 +14,13 @@ from cutjoint.chain import ClosedChain
 from cutjoint.description import load_description
 
 
-def built(plan: Blueprint, folder: Path, mounting: Mounting | None = None) -> tuple[ClosedChain, Maximal]:
-    """The chain of a plan at a mounting and its oracle."""
-    path = plan.write(folder, mounting)
+def built(
+    plan: Blueprint, folder: Path, mounting: Mounting | None = None, scale: float = 1.0, density: float = 1.0
+) -> tuple[ClosedChain, Maximal]:
+    """The chain of a plan at a mounting, lengths times `scale` and masses times `density`, and its oracle."""
+    path = plan.write(folder, mounting, scale, density)
     chain = ClosedChain(load_description(path))
-    return chain, oracle_of(chain, path)
+    return chain, oracle_of(chain, path, None if mounting is None else mounting.xyz)
 
 
 def at_home(plan: Blueprint, oracle: Maximal) -> dict[str, object]:

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from oracles.maximal import Maximal, Placed
+from oracles.maximal import Maximal
 from oracles.motion import State
+from oracles.placed import Placed
 
 Array = np.ndarray
 
@@ -55,10 +56,10 @@ def full(chain: Any, values: dict[str, Array]) -> Array:
     return vector
 
 
-def oracle_of(chain: Any, path: Path | str | None = None) -> Maximal:
+def oracle_of(chain: Any, path: Path | str | None = None, origin: Array | None = None) -> Maximal:
     """The oracle of the files that a chain was read from, with the chain's length."""
     description = chain.description
-    return Maximal(path or description.path, description.variant_name or None, chain.length)
+    return Maximal(path or description.path, description.variant_name or None, chain.length, origin)
 
 
 def placed(chain: Any, oracle: Maximal, q_full: Array) -> Placed:

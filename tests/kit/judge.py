@@ -118,8 +118,9 @@ def _joint_of(p: Any, coupling: str) -> str:
 def actuated(chain: Any, oracle: Maximal, at: Any, rng: np.random.Generator, compiled: Any = None) -> dict[str, float]:
     """Inverse and forward dynamics in actuated coordinates; empty where the actuators do not determine the motion.
 
-    Freedoms that no actuator moves are let be where they do not move the tool; where they do, cutjoint must refuse.
-    Where a robot has such freedoms and no tool it may do either.
+    Speeds and accelerations are of the size that gravity gives to a robot as large.  Freedoms that no actuator moves
+    are let be where they do not move the tool; where they do, cutjoint must refuse.  Where a robot has such freedoms
+    and no tool it may do either.
     """
     p = placed(chain, oracle, at.q_full)
     names = oracle.robot.actuators
@@ -132,8 +133,9 @@ def actuated(chain: Any, oracle: Maximal, at: Any, rng: np.random.Generator, com
         assert refused or (determined and oracle.robot.tool is None), "the actuators do not determine the motion"
         if refused:
             return {}
-    speeds = rng.normal(size=len(names)) * _sizes(chain)
-    changes = 5.0 * rng.normal(size=len(names)) * _sizes(chain)
+    falling = float(np.linalg.norm(oracle.robot.gravity)) / oracle.length or 1.0
+    speeds = np.sqrt(falling) * rng.normal(size=len(names)) * _sizes(chain)
+    changes = falling * rng.normal(size=len(names)) * _sizes(chain)
     state = p.with_actuators(dict(zip(names, speeds, strict=True)))
     efforts, motion = state.led(dict(zip(names, changes, strict=True)))
     if opens(motion):
@@ -206,7 +208,8 @@ def potential_energy(chain: Any, oracle: Maximal, at: Any) -> float:
     """Potential energy against the oracle's, relative to the weights times their distances."""
     p = placed(chain, oracle, at.q_full)
     size = sum(body.mass for body in oracle.robot.bodies.values()) * np.linalg.norm(oracle.robot.gravity)
-    reach = max(float(np.linalg.norm(pose.position)) for pose in p.poses.values()) + oracle.length
+    far = max(float(np.linalg.norm(pose.position)) for pose in p.poses.values())
+    reach = far + float(np.linalg.norm(oracle.origin)) + oracle.length
     return relative(np.array(chain.potential_energy(at)), np.array(p.potential_energy), float(size * reach))
 
 
@@ -220,7 +223,7 @@ def everything(
     own = np.zeros(chain.nv)
     own[chain._v_index] = effort[chain._v_index]
     return {
-        "gap": max(map(max, p.gaps.values()), default=0.0),
+        "gap": p.gap,
         "open velocity": state.unmet,
         "potential energy": potential_energy(chain, oracle, at),
         "full inverse": full_inverse(chain, state, at, v, own),

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 from kit.by_joint import full, placed
-from oracles.maximal import Maximal, Placed
+from oracles.maximal import Maximal
+from oracles.placed import Placed
 
 from cutjoint.errors import CutjointError
 
@@ -40,7 +41,7 @@ def random_posture(
         except CutjointError:
             continue
         found = placed(chain, oracle, at.q_full)
-        closed = max(map(max, found.gaps.values()), default=0.0) < 1e-11
+        closed = found.gap < 1e-11
         if closed and found.margin[0] > REGULAR and mobility in (None, found.mobility):
             return at
     return chain.home

@@ -16,7 +16,8 @@ from kit.built import at_home
 from kit.by_joint import by_joint, oracle_of, placed
 from kit.postures import moving, random_posture
 from kit.random_robots import random_robot
-from oracles.maximal import Maximal, Placed
+from oracles.maximal import Maximal
+from oracles.placed import Placed
 from oracles.solving import MASSLESS
 
 from cutjoint.chain import ClosedChain
@@ -85,7 +86,7 @@ class Verdicts:
 
     def _at(self, chain: ClosedChain, oracle: Maximal, at: Any, rng: np.random.Generator) -> None:
         p = placed(chain, oracle, at.q_full)
-        judge.require({"gap": max(map(max, p.gaps.values()), default=0.0)}, 1e-11)
+        judge.require({"gap": p.gap}, 1e-11)
         cause, allowed = _cause(p), limit(p)
         if cause:
             self.counts[f"not judged: {cause}"] += 1

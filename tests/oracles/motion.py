@@ -21,7 +21,7 @@ from oracles.reading import Array
 from oracles.solving import MASSLESS, MOVED, residual, saddle
 
 if TYPE_CHECKING:
-    from oracles.maximal import Placed
+    from oracles.placed import Placed
 
 
 class State:
