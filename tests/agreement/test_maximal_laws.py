@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kit.blueprint import random_mounting
+from kit.blueprint import Blueprint, random_mounting
 from kit.built import at_home
 from kit.mechanisms import MECHANISMS
 from oracles.connections import turn
@@ -156,6 +156,7 @@ def test_energy_rate_is_power_and_gravity_turns_the_momentum(seed: int, tmp_path
     placed = oracle.at(at)
     rates = placed.joint_motions() @ rng.normal(size=placed.mobility)
     assert placed.mobility == oracle.velocities - 1
+    near(rates[oracle.velocity["j5"]], -1.7 * rates[oracle.velocity["j1"]], 1e-12)
     state = placed.moving(values(oracle, rates))
     efforts = 4.0 * rng.normal(size=oracle.velocities)
     efforts[oracle.velocity["j0"]] = 0.0
@@ -312,3 +313,20 @@ def test_no_smaller_loop_forces_do_the_work(name: str, tmp_path: Path) -> None:
     squares = float(np.dot(found, found)) + sum(force**2 for force in motion.couplings.values())
     assert squares == pytest.approx(float(least @ least), rel=1e-10)
     assert max(motion.unmet) < 1e-11
+
+
+def test_a_gear_by_hand(tmp_path: Path) -> None:
+    """Two wheels in the void, right = k left: (I + k^2 J) a = tau + k sigma, and the teeth push with J k a - sigma."""
+    rng, k, tau, sigma = np.random.default_rng(6), -1.5, 2.0, -0.7
+    plan = Blueprint("gear", rng, gravity=np.zeros(3))
+    for name in ("left", "right"):
+        plan.joint(name, "continuous", "base", f"{name}_wheel", rng.normal(size=3), rng.normal(size=3))
+    loose = Maximal(plan.write(tmp_path / "loose"))
+    free = loose.at(at_home(plan, loose)).moving({}).driven({"left": 1.0, "right": 1.0}).joints
+    first, second = (1.0 / float(free[name][0]) for name in ("left", "right"))
+    plan.couple("teeth", "right", "left", k)
+    oracle = Maximal(plan.write(tmp_path / "geared"), length=0.4)
+    motion = oracle.at(at_home(plan, oracle)).moving({}).driven({"left": tau, "right": sigma})
+    turned = (tau + k * sigma) / (first + k**2 * second)
+    near(motion.flat, [turned, k * turned], 1e-12)
+    assert motion.couplings["teeth"] == pytest.approx(second * k * turned - sigma, rel=1e-11)
