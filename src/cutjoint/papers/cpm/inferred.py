@@ -8,6 +8,12 @@ dM/dt - 2 G, so it does not conserve energy.  Use it to compare with Table 3, fo
 
 from __future__ import annotations
 
+from typing import NoReturn
+
+import numpy.typing as npt
+
+from cutjoint.errors import InputError
+from cutjoint.mechanism import Posture
 from cutjoint.papers.cpm.model import CpmModel
 from cutjoint.papers.cpm.parameters import Coefficients, Parameters
 
@@ -22,3 +28,11 @@ class InferredCpmModel(CpmModel):
         """Inertia 2 A + B Gamma' Gamma, Coriolis 2 B Gamma' dGamma/dt, weight without m3."""
         p = parameters
         return Coefficients(2.0 * p.A, p.B, 2.0 * p.B, p.C, (p.m1 + 2.0 * p.m2 + p.m4) * p.g)
+
+    def limb_energies(self, at: Posture, v: npt.ArrayLike) -> NoReturn:
+        """None: it is no mechanism.
+
+        Raises:
+            InputError: always.
+        """
+        raise InputError(f"{self.name} is no mechanism and keeps no energy; ask CpmModel for (12) to (17) of the paper")

@@ -8,7 +8,7 @@ are here, the equations in `cutjoint.papers.cpm.equations`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from math import cos, hypot, sin, sqrt
@@ -20,7 +20,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import InputError, LimbReachError, SingularError
 from cutjoint.mechanism import Actuator, Posture, Terms, Tool
-from cutjoint.papers.cpm import equations
+from cutjoint.papers.cpm import equations, per_limb
 from cutjoint.papers.cpm.equations import Limbs
 from cutjoint.papers.cpm.parameters import Coefficients, Parameters
 from cutjoint.papers.scalars import (
@@ -44,6 +44,23 @@ only the last nanometre of a limb's reach is given up."""
 _ACTUATORS = tuple(Actuator(f"limb{i}_slide", "translation") for i in (1, 2, 3))
 _IDENTITY = np.eye(3)
 _STILL = np.zeros(3)
+
+
+@dataclass(frozen=True, eq=False)
+class LimbEnergies:
+    """Energies of the limbs and of the tool [J]; their sums are (18) and (19).
+
+    Attributes:
+        kinetic: T_1, T_2, T_3 of equations (12), (14), (16) and that of the tool m4, shape (4,).
+        potential: V_1, V_2, V_3 of equations (13), (15), (17) and that of the tool m4, shape (4,).
+    """
+
+    kinetic: Array
+    potential: Array
+
+    def __post_init__(self) -> None:
+        for name in ("kinetic", "potential"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
 
 
 class CpmModel:
@@ -140,6 +157,47 @@ class CpmModel:
     def potential_energy(self, at: Posture) -> float:
         """Potential energy of gravity [J], equation (19)."""
         return float(equations.potential_energy(self._coefficients, self._limbs(at)))
+
+    def angles(self, at: Posture) -> Array:
+        """Both angles of every limb, theta_i1 and theta_i2 of equations (1) to (8), shape (3, 2) [rad].
+
+        The second ones come within half a turn.
+        """
+        limbs = self._limbs(at)
+        return readonly(tuple(zip(self._full(at)[3:], per_limb.second_angles(self.parameters, limbs), strict=True)))
+
+    def angle_rates(self, at: Posture, v: npt.ArrayLike) -> Array:
+        """Rates of both angles of every limb for the tool velocity `v` [m/s], shape (3, 2) [rad/s]."""
+        limbs, velocity = self._limbs(at), three("v", v, "m/s")
+        first = times(equations.gamma(limbs), velocity)
+        return readonly(tuple(zip(first, per_limb.second_rates(self.parameters, limbs, first, velocity), strict=True)))
+
+    def limb_energies(self, at: Posture, v: npt.ArrayLike) -> LimbEnergies:
+        """Energies limb by limb for the tool velocity `v` [m/s], equations (12) to (17), and those of the tool."""
+        p, limbs, velocity = self.parameters, self._limbs(at), three("v", v, "m/s")
+        rates = times(equations.gamma(limbs), velocity)
+        tool = 0.5 * p.m4 * sum(speed * speed for speed in velocity)
+        return LimbEnergies(
+            readonly((*per_limb.kinetic_energies(p, velocity, rates), tool)),
+            readonly((*per_limb.potential_energies(p, limbs), -p.m4 * p.g * limbs[0].w)),
+        )
+
+    def multipliers(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
+        """Lagrange's multipliers (35) for velocity `v` [m/s] and acceleration `a` [m/s2] of the tool, shape (3,) [N m].
+
+        lambda_i is the moment about the pivot of the first rod of limb i that its second rod exerts.  By (36) to (38)
+        the actuators' forces are what moves with the tool, times its acceleration, less its weight, plus
+        Gamma' lambda.
+        """
+        limbs, velocity = self._limbs(at), three("v", v, "m/s")
+        gamma = equations.gamma(limbs)
+        rates = equations.gamma_dot(self.parameters, limbs, velocity)
+        return readonly(per_limb.multipliers(self._coefficients, limbs, gamma, rates, velocity, three("a", a, "m/s2")))
+
+    def rod_tensions(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
+        """Force along the second rod of each limb, multiplier over lever arm; positive where it pulls, shape (3,) [N]."""
+        one, two, three_ = self.multipliers(at, v, a).tolist()
+        return readonly(per_limb.rod_tensions(self.parameters, self._limbs(at), (one, two, three_)))
 
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Actuator forces for the acceleration `a` [m/s2], shape (3,) [N]."""
