@@ -11,9 +11,9 @@ from pathlib import Path, PurePosixPath
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from robots import cpm, fivebar, fourbar, omega3, redundant, stewart, underactuated, write
+from robots import cpm, cpm_rotary, fivebar, fourbar, omega3, redundant, stewart, underactuated, write
 
-ROBOTS = (cpm, omega3, fourbar, fivebar, stewart, redundant, underactuated)
+ROBOTS = (cpm, omega3, fourbar, fivebar, stewart, redundant, underactuated, cpm_rotary)
 URDF = Path(__file__).resolve().parents[1] / "urdf"
 
 

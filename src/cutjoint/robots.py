@@ -46,6 +46,12 @@ def _cpm() -> Mechanism:
     return CpmModel()
 
 
+def _cpm_rotary() -> Mechanism:
+    from cutjoint.papers.cpm import CpmRotaryModel
+
+    return CpmRotaryModel()
+
+
 def _omega3() -> Mechanism:
     from cutjoint.papers.omega3 import Omega3Model
 
@@ -77,6 +83,7 @@ PUBLISHED = {
     row.robot: row
     for row in (
         Published("cpm", "lumped", "distributed", _cpm, _circle),
+        Published("cpm_rotary", "lumped", "distributed", _cpm_rotary, _circle),
         Published("omega3", "lumped", "distributed", _omega3, _curve),
     )
 }

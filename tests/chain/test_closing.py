@@ -43,6 +43,7 @@ def sines(*joints: str) -> Callable[[ClosedChain, Posture], tuple[int, ...]]:
 
 WORKING = {
     "cpm": sines("limb1_elbow", "limb2_elbow", "limb3_elbow"),
+    "cpm_rotary": sines("limb1_elbow", "limb2_elbow", "limb3_elbow"),
     "omega3": sines("bar1", "bar2", "bar3"),
     "fivebar": sines("left_elbow", "right_elbow"),
 }

@@ -30,6 +30,7 @@ from cutjoint.errors import ActuationError, CutjointError, InputError, SingularE
 # velocities, rows, rank, mobility, actuators
 EXPECTED = {
     "cpm": (12, 12, 9, 3, 3),
+    "cpm_rotary": (12, 12, 9, 3, 3),
     "omega3": (18, 18, 15, 3, 3),
     "fourbar": (3, 5, 2, 1, 1),
     "fivebar": (4, 5, 2, 2, 2),

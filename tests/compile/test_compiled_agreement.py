@@ -14,7 +14,7 @@ from cutjoint.description import catalogue
 from cutjoint.errors import ActuationError, CutjointError, InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism
 
-REDUCED = ("cpm", "omega3", "fourbar", "fivebar", "stewart", "paper cpm", "paper omega3")
+REDUCED = ("cpm", "cpm_rotary", "omega3", "fourbar", "fivebar", "stewart", "paper cpm", "paper omega3")
 UNDETERMINED = ("redundant", "underactuated")
 CUTS = ("fixed", "spherical", "revolute", "universal", "prismatic")
 WELL_POSED = 8.0

@@ -1,4 +1,4 @@
-"""Angles, energies and multipliers of single limbs (1) to (17), (31) to (38), against masses in space that Newton moves.
+"""Angles, energies and multipliers of single limbs (1) to (17), (31) to (38), against masses that Newton moves.
 
 The rod A_i M_i is uniform: a sixth of its mass at either end and four sixths at its centre have the same mass, centre
 and inertia.  The positions of all masses follow from equations (1) to (9) alone; their velocities and accelerations
@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 from cutjoint.errors import InputError
-from cutjoint.papers.cpm import CpmModel, InferredCpmModel, Parameters
+from cutjoint.papers.cpm import CpmModel, InferredCpmModel, Parameters, per_limb
 from cutjoint.papers.cpm import equations as eq
-from cutjoint.papers.cpm import per_limb
 from cutjoint.papers.cpm.model import LimbEnergies
 
 AXES = np.eye(3)

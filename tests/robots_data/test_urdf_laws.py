@@ -13,6 +13,7 @@ import pytest
 # robot: velocities, constraint rows, rank, mobility, rank of the passive columns
 EXPECTED = {
     "cpm": (12, 12, 9, 3, 9),
+    "cpm_rotary": (12, 12, 9, 3, 9),
     "omega3": (18, 18, 15, 3, 15),
     "fourbar": (3, 5, 2, 1, 2),
     "fivebar": (4, 5, 2, 2, 2),

@@ -98,15 +98,22 @@ def limb_angles(p: Vector, i: int, sign: int) -> tuple[float, float]:
     return first, atan2(s - L1 * sin(first), c - L1 * cos(first))
 
 
-def _home() -> Home:
-    passive: dict[str, float | tuple[float, ...]] = {}
-    for i, sign in enumerate(SIGNS):
-        first, second = limb_angles(START, i, sign)
+def joints_at(p: Vector, signs: tuple[int, ...]) -> dict[str, float]:
+    """All joint coordinates with the tool at `p` and the given elbow signs: the sliders, then limb by limb."""
+    values = {f"limb{i + 1}_slide": p[i] for i in range(3)}
+    for i, sign in enumerate(signs):
+        first, second = limb_angles(p, i, sign)
         limb = f"limb{i + 1}"
         elbow = (second - first + pi) % (2.0 * pi) - pi
-        passive |= {f"{limb}_shoulder": first, f"{limb}_elbow": elbow, f"{limb}_wrist": -first - elbow}
-    actuated = {f"limb{i + 1}_slide": START[i] for i in range(3)}
-    return Home("default", "start of the paper's circle, elbow signs (+, -, +)", actuated, passive)
+        values |= {f"{limb}_shoulder": first, f"{limb}_elbow": elbow, f"{limb}_wrist": -first - elbow}
+    return values
+
+
+def _home() -> Home:
+    values = joints_at(START, SIGNS)
+    sliders = {name: value for name, value in values.items() if name.endswith("_slide")}
+    passive = {name: value for name, value in values.items() if name not in sliders}
+    return Home("default", "start of the paper's circle, elbow signs (+, -, +)", sliders, passive)
 
 
 def _limb_joints(i: int) -> list[Joint]:

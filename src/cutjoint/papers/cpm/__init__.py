@@ -1,4 +1,4 @@
-"""The Cartesian Parallel Manipulator, reduced model.
+"""The Cartesian Parallel Manipulator, reduced model; with linear and with rotary motors.
 
 A. Elkady, G. Elkobrosy, S. Hanna, T. Sobh: Cartesian Parallel Manipulator Modeling, Control and Simulation.
 In: Parallel Manipulators, Towards New Applications, I-Tech, 2008, ISBN 978-3-902613-40-0.
@@ -7,5 +7,6 @@ In: Parallel Manipulators, Towards New Applications, I-Tech, 2008, ISBN 978-3-90
 from cutjoint.papers.cpm.inferred import InferredCpmModel
 from cutjoint.papers.cpm.model import CpmModel
 from cutjoint.papers.cpm.parameters import Parameters
+from cutjoint.papers.cpm.rotary_model import CpmRotaryModel
 
-__all__ = ["CpmModel", "InferredCpmModel", "Parameters"]
+__all__ = ["CpmModel", "CpmRotaryModel", "InferredCpmModel", "Parameters"]

@@ -12,7 +12,7 @@ so all three share one set of equations.  Nothing here looks at a value to decid
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from cutjoint.papers.cpm.parameters import Coefficients, Parameters
 from cutjoint.papers.scalars import (
@@ -50,6 +50,24 @@ def limb_angle(p: Parameters, u: Scalar, w: Scalar, sign: Scalar, fn: Functions 
     """Root of (3), (6) or (9): atan2(w, u) + sign * acos(k / r), in the limb's own plane [rad]."""
     k = (u * u + w * w + p.L1 * p.L1 - p.L2 * p.L2) / (2.0 * p.L1)
     return two_link_angle(u, w, k, sign, fn)
+
+
+class PlacedLimb(Protocol):
+    """Where a limb stands in its own plane; the attributes are those of `Limb`."""
+
+    @property
+    def cos(self) -> Scalar: ...
+    @property
+    def sin(self) -> Scalar: ...
+    @property
+    def u(self) -> Scalar: ...
+    @property
+    def w(self) -> Scalar: ...
+    @property
+    def denominator(self) -> Scalar: ...
+
+
+PlacedLimbs = tuple[PlacedLimb, PlacedLimb, PlacedLimb]
 
 
 class Limb(NamedTuple):
@@ -152,6 +170,6 @@ def gravity(k: Coefficients, at: Limbs, g: Matrix3) -> Vector3:
     )
 
 
-def potential_energy(k: Coefficients, at: Limbs) -> Scalar:
+def potential_energy(k: Coefficients, at: PlacedLimbs) -> Scalar:
     """Potential energy of equation (19) [J]; z points down.  The z of the tool is the w of the first limb."""
     return -k.rod_weight * (at[0].sin + at[1].cos) - k.weight * at[0].w

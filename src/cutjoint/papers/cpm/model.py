@@ -195,7 +195,7 @@ class CpmModel:
         return readonly(per_limb.multipliers(self._coefficients, limbs, gamma, rates, velocity, three("a", a, "m/s2")))
 
     def rod_tensions(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
-        """Force along the second rod of each limb, multiplier over lever arm; positive where it pulls, shape (3,) [N]."""
+        """Force along each second rod, multiplier over lever arm, positive where it pulls; shape (3,) [N]."""
         one, two, three_ = self.multipliers(at, v, a).tolist()
         return readonly(per_limb.rod_tensions(self.parameters, self._limbs(at), (one, two, three_)))
 
@@ -239,32 +239,53 @@ class CpmModel:
 
     def _place(self, tool: tuple[float, float, float], signs: tuple[int, int, int]) -> Posture:
         p = self.parameters
-        bounds = p.reach
         angles, gap = [], 0.0
         for number, ((u, w), sign) in enumerate(zip(equations.limb_ends(p, tool), signs, strict=True), start=1):
-            square = u * u + w * w
-            reach = sqrt(square)
-            if not bounds[0] <= reach <= bounds[1]:
-                raise LimbReachError(
-                    f"limb {number} of {self.name} would have to span {reach:.6g} m to hold the tool at "
-                    f"{list(tool)} m; it spans {bounds[0]:.6g} to {bounds[1]:.6g} m",
-                    limb=number,
-                    reach=reach,
-                    bounds=bounds,
-                    target=readonly(tool),
-                )
-            cosine = (square - p.L1 * p.L1 - p.L2 * p.L2) / (2.0 * p.L1 * p.L2)
-            sine = sqrt(max(0.0, 1.0 - cosine * cosine))
-            if sine < SMALLEST_SINE:
-                raise SingularError(
-                    f"limb {number} of {self.name} is {'stretched' if cosine > 0 else 'folded'} with the tool at "
-                    f"{list(tool)} m: |sin(elbow)| = {sine:.3g} is below {SMALLEST_SINE:g}; stay away from limb "
-                    f"reaches of {bounds[0]:.6g} and {bounds[1]:.6g} m",
-                    kind="limb",
-                    measure=sine,
-                    limit=SMALLEST_SINE,
-                )
+            check_limb(self.name, p, number, (u, w), tool, "limb")
             angle = equations.limb_angle(p, u, w, sign)
             gap = max(gap, abs(hypot(u - p.L1 * cos(angle), w - p.L1 * sin(angle)) - p.L2))
             angles.append(angle)
         return Posture(readonly(tool), readonly((*tool, *angles)), (gap, 0.0))
+
+
+def check_limb(
+    name: str,
+    p: Parameters,
+    number: int,
+    end: tuple[float, float],
+    tool: tuple[float, float, float],
+    kind: str,
+) -> None:
+    """Raise where limb `number` of the model `name` does not reach the tool [m], or only just.
+
+    Args:
+        end: (u, w) of the limb in its own plane [m].
+        kind: of the singularity, for the error: `limb`, or `type-1` where the first rod is driven.
+
+    Raises:
+        LimbReachError: it is too short or too long.
+        SingularError: it is stretched or folded.
+    """
+    bounds = p.reach
+    square = end[0] * end[0] + end[1] * end[1]
+    reach = sqrt(square)
+    if not bounds[0] <= reach <= bounds[1]:
+        raise LimbReachError(
+            f"limb {number} of {name} would have to span {reach:.6g} m to hold the tool at "
+            f"{list(tool)} m; it spans {bounds[0]:.6g} to {bounds[1]:.6g} m",
+            limb=number,
+            reach=reach,
+            bounds=bounds,
+            target=readonly(tool),
+        )
+    cosine = (square - p.L1 * p.L1 - p.L2 * p.L2) / (2.0 * p.L1 * p.L2)
+    sine = sqrt(max(0.0, 1.0 - cosine * cosine))
+    if sine < SMALLEST_SINE:
+        raise SingularError(
+            f"limb {number} of {name} is {'stretched' if cosine > 0 else 'folded'} with the tool at "
+            f"{list(tool)} m: |sin(elbow)| = {sine:.3g} is below {SMALLEST_SINE:g}; stay away from limb "
+            f"reaches of {bounds[0]:.6g} and {bounds[1]:.6g} m",
+            kind=kind,
+            measure=sine,
+            limit=SMALLEST_SINE,
+        )

@@ -8,28 +8,28 @@ moves with the tool.  With the masses lumped at its ends the second rod carries 
 
 from __future__ import annotations
 
-from cutjoint.papers.cpm.equations import Limb, Limbs
+from cutjoint.papers.cpm.equations import Limbs, PlacedLimb, PlacedLimbs
 from cutjoint.papers.cpm.parameters import Coefficients, Parameters
 from cutjoint.papers.scalars import NUMBERS, Functions, Matrix3, Scalar, Vector3, times, transposed
 
 
-def second_rods(p: Parameters, at: Limbs) -> tuple[tuple[Scalar, Scalar], ...]:
+def second_rods(p: Parameters, at: PlacedLimbs) -> tuple[tuple[Scalar, Scalar], ...]:
     """Second rod of each limb in its own plane, from M_i to B_i [m]: (1) to (8) less the first rod."""
     one, two, three = at
     return (_second_rod(p, one), _second_rod(p, two), _second_rod(p, three))
 
 
-def _second_rod(p: Parameters, a: Limb) -> tuple[Scalar, Scalar]:
+def _second_rod(p: Parameters, a: PlacedLimb) -> tuple[Scalar, Scalar]:
     return (a.u - p.L1 * a.cos, a.w - p.L1 * a.sin)
 
 
-def second_angles(p: Parameters, at: Limbs, fn: Functions = NUMBERS) -> Vector3:
+def second_angles(p: Parameters, at: PlacedLimbs, fn: Functions = NUMBERS) -> Vector3:
     """Angles theta_12, theta_22, theta_32 of the second rods [rad], measured like those of the first (1) to (8)."""
     (u1, w1), (u2, w2), (u3, w3) = second_rods(p, at)
     return (fn.atan2(w1, u1), fn.atan2(w2, u2), fn.atan2(w3, u3))
 
 
-def second_rates(p: Parameters, at: Limbs, rates: Vector3, velocity: Vector3) -> Vector3:
+def second_rates(p: Parameters, at: PlacedLimbs, rates: Vector3, velocity: Vector3) -> Vector3:
     """Rates of theta_12, theta_22, theta_32 [rad/s]: the derivatives of (1) to (8), solved across the second rod.
 
     Args:
@@ -62,14 +62,14 @@ def kinetic_energies(p: Parameters, velocity: Vector3, rates: Vector3) -> Vector
     )
 
 
-def potential_energies(p: Parameters, at: Limbs) -> Vector3:
+def potential_energies(p: Parameters, at: PlacedLimbs) -> Vector3:
     """Potential energies V_1, V_2, V_3 of the limbs [J], equations (13), (15), (17); z points down, without m4."""
     z = at[0].w
     end = 0.5 * p.m2 * p.g * z
     return (-p.C * at[0].sin - end, -p.C * at[1].cos - end, -(p.m1 + p.m2 + p.m3) * p.g * z)
 
 
-def moments_of_weight(k: Coefficients, at: Limbs) -> Vector3:
+def moments_of_weight(k: Coefficients, at: PlacedLimbs) -> Vector3:
     """What the first rods' weight asks for about their pivots [N m]: the terms with C in (31), (32), (33)."""
     return (-k.rod_weight * at[0].cos, k.rod_weight * at[1].sin, 0.0)
 
@@ -98,7 +98,7 @@ def constraint_force(g: Matrix3, multiplier: Vector3) -> Vector3:
     return (-x, -y, -z)
 
 
-def rod_tensions(p: Parameters, at: Limbs, multiplier: Vector3) -> Vector3:
+def rod_tensions(p: Parameters, at: PlacedLimbs, multiplier: Vector3) -> Vector3:
     """Force along each second rod [N], positive where it pulls: lambda_i over its lever arm.
 
     The lever arm about the pivot is L1 sin(theta_i2 - theta_i1), which is -denominator / L2 with the denominator of

@@ -1,0 +1,282 @@
+"""The CPM with rotary motors as a `Mechanism`: section 1.1 of Elkady et al. 2008, worked out.
+
+The actuated coordinates are the angles of the first rods, (theta_11, theta_21, theta_31).  A posture stores them and
+the tool, (theta_11, theta_21, theta_31, x, y, z): with the tool known each limb has two solutions (eight working
+modes), with the motors known the tool has up to eight (assembly modes, `cutjoint.papers.cpm.forward`).  The equations
+are in `cutjoint.papers.cpm.rotary`, the checks on values here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from itertools import product
+from math import hypot, pi, sqrt
+from typing import NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array, readonly
+from cutjoint.errors import ClosureError, InputError, SingularError
+from cutjoint.mechanism import Actuator, Posture, Terms, Tool
+from cutjoint.papers.cpm import equations, forward, per_limb, rotary
+from cutjoint.papers.cpm.model import HOME_TOOL, check_limb
+from cutjoint.papers.cpm.parameters import Parameters
+from cutjoint.papers.cpm.rotary import Rods, RotaryLimbs
+from cutjoint.papers.cpm.tracking import Tracker
+from cutjoint.papers.scalars import (
+    Matrix3,
+    Vector3,
+    Vector6,
+    check_payload,
+    check_signs,
+    solve_symmetric,
+    symmetric,
+    three,
+    times,
+)
+
+SMALLEST_MEASURE = 1e-4
+"""Smallest |type 2| that is accepted, the volume of the second rods' directions: the Jacobian loses as many digits as
+its square, eight are left."""
+
+Triple = tuple[float, float, float]
+
+
+class RotaryBranch(NamedTuple):
+    """The branch of a posture.
+
+    Attributes:
+        signs: working mode, the elbow sign of each limb as in `CpmModel`.
+        assembly: sign of the type-2 measure, which an assembly mode keeps between singularities.
+    """
+
+    signs: tuple[int, int, int]
+    assembly: int
+
+
+class CpmRotaryModel:
+    """The CPM driven by its first revolute joints, reduced to their angles.
+
+    Args:
+        parameters: geometry and masses, those of `CpmModel`.
+        signs: the working mode at home; +1 where sin(theta_i1 - theta_i2) > 0, as in `CpmModel`.
+    """
+
+    name = "cpm_rotary (Lagrange)"
+    n = 3
+    actuators = tuple(Actuator(f"limb{i}_shoulder", "rotation") for i in (1, 2, 3))
+
+    def __init__(self, parameters: Parameters | None = None, signs: Sequence[int] = (1, -1, 1)) -> None:
+        self.parameters = parameters if parameters is not None else Parameters()
+        self.signs = check_signs(signs)
+        self._coefficients = self.parameters.coefficients
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}(parameters={self.parameters!r}, signs={self.signs!r})"
+
+    @cached_property
+    def home(self) -> Posture:
+        """The start of the paper's circle in the working mode `signs`."""
+        return self._place(HOME_TOOL, self.signs, (0.0, 0.0, 0.0))
+
+    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+        """The posture with the motors at `q` [rad] on the branch of `near`: the motors are turned there, all at once.
+
+        The way is walked in steps that are proved to stay on the branch (`cutjoint.papers.cpm.tracking`).  A limb that
+        is stretched on the way (type 1) is no obstacle: moving the motors, the robot can pass it.
+
+        Raises:
+            InputError: wrong shape or not finite.
+            ClosureError: no position of the tool at all belongs to `q`.
+            SingularError: a singularity of type 2 lies on the way or at `q`.
+        """
+        target = three("q", q, "rad")
+        start = self.home if near is None else near
+        one, two, three_, *tool = self._full(start)
+        track = Tracker(self.parameters, SMALLEST_MEASURE).walk((one, two, three_), tool, target)
+        if track.progress < 1.0:
+            self._refuse(target, track.tool, track.progress, track.measure)
+        x, y, z = track.tool
+        return self._checked(target, (x, y, z))
+
+    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+        """The posture with the tool at `p` [m] in the working mode of `near` (inverse kinematics, closed form).
+
+        Motor angles are taken within half a turn of those of `near`.
+
+        Raises:
+            InputError: wrong shape or not finite.
+            LimbReachError: a limb is too short or too long for it.
+            SingularError: the posture is singular of type 1 or 2, or a type-2 singularity lies between `near` and it
+                because it is on the other side of it.
+        """
+        near = self.home if near is None else near
+        branch = self.branch(near)
+        one, two, three_ = near.q.tolist()
+        return self._place(three("p", p, "m"), branch.signs, (one, two, three_), branch.assembly)
+
+    def branch(self, at: Posture) -> RotaryBranch:
+        """Working mode, and side of the type-2 singularities, of a posture."""
+        rods = self._state(at)[1]
+        one, two, three_ = (1 if drive < 0 else -1 for drive in rods.drive)
+        return RotaryBranch((one, two, three_), 1 if rods.volume > 0 else -1)
+
+    def working_modes(self, p: npt.ArrayLike) -> tuple[Posture, ...]:
+        """All eight postures with the tool at `p` [m], in the order of the signs (+++, ++-, ..., ---).
+
+        Raises:
+            LimbReachError: a limb is too short or too long for it.
+            SingularError: one of them is singular.
+        """
+        tool = three("p", p, "m")
+        return tuple(self._place(tool, check_signs(signs), (0.0, 0.0, 0.0)) for signs in product((1, -1), repeat=3))
+
+    def assembly_modes(self, q: npt.ArrayLike) -> tuple[Posture, ...]:
+        """All postures with the motors at `q` [rad]: none to eight, an even number, in the order of x, y, z.
+
+        Raises:
+            InputError: wrong shape or not finite.
+            SingularError: one of them is singular of type 2, where two of them meet.
+        """
+        angles = three("q", q, "rad")
+        found = []
+        for x, y, z in forward.solutions(self.parameters, angles).tolist():
+            found.append(self._checked(angles, (x, y, z)))
+        return tuple(found)
+
+    def singularities(self, at: Posture) -> tuple[Array, float]:
+        """How far a posture is from singular.
+
+        Returns:
+            type 1, shape (3,): sin(theta_i2 - theta_i1), zero where limb i is stretched or folded.
+            type 2: cos cos cos - sin sin sin of the angles of the second rods, zero where the tool can move with the
+            motors held.
+        """
+        limbs, rods = self._state(at)
+        second = per_limb.second_angles(self.parameters, limbs)
+        return readonly(rotary.type_1(self.parameters, rods)), float(rotary.type_2(second))
+
+    def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
+        """Position, Jacobian and dJ/dt v."""
+        limbs, rods = self._state(at)
+        j = rotary.jacobian(rods)
+        drift: Vector3 = (0.0, 0.0, 0.0)
+        if v is not None:
+            rates = three("v", v, "rad/s")
+            drift = rotary.drift(self.parameters, limbs, rods, times(j, rates), rates)
+        return Tool(at.q_full[3:], np.array(j), np.array(drift))
+
+    def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
+        """Mass matrix, Coriolis vector and gravity in the angles of the motors."""
+        mass, coriolis, gravity = self._terms(at, None if v is None else three("v", v, "rad/s"))
+        return Terms(np.array(symmetric(mass)), np.array(coriolis), np.array(gravity))
+
+    def potential_energy(self, at: Posture) -> float:
+        """Potential energy of gravity [J], equation (19)."""
+        return float(equations.potential_energy(self._coefficients, self._state(at)[0]))
+
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
+        """Motor torques for the accelerations `a` [rad/s2] of the motors, shape (3,) [N m]."""
+        mass, (c1, c2, c3), (g1, g2, g3) = self._terms(at, three("v", v, "rad/s"))
+        t1, t2, t3 = times(symmetric(mass), three("a", a, "rad/s2"))
+        return readonly((t1 + c1 + g1, t2 + c2 + g2, t3 + c3 + g3))
+
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
+        """Accelerations of the motors that the torques `effort` [N m] give, shape (3,) [rad/s2]."""
+        mass, (c1, c2, c3), (g1, g2, g3) = self._terms(at, three("v", v, "rad/s"))
+        t1, t2, t3 = three("effort", effort, "N m")
+        return readonly(solve_symmetric(mass, (t1 - c1 - g1, t2 - c2 - g2, t3 - c3 - g3)))
+
+    def with_payload(self, mass: float) -> Self:
+        """The same robot with `mass` [kg] more in the tool m4."""
+        loaded = replace(self.parameters, m4=self.parameters.m4 + check_payload(mass))
+        return type(self)(loaded, self.signs)
+
+    def _full(self, at: Posture) -> tuple[float, float, float, float, float, float]:
+        if at.q_full.shape != (6,):
+            raise InputError(
+                f"a posture of {self.name} holds (theta_11, theta_21, theta_31, x, y, z), shape (6,); found shape "
+                f"{at.q_full.shape}: a posture belongs to the mechanism that made it"
+            )
+        one, two, three_, x, y, z = at.q_full.tolist()
+        return one, two, three_, x, y, z
+
+    def _state(self, at: Posture) -> tuple[RotaryLimbs, Rods]:
+        one, two, three_, x, y, z = self._full(at)
+        return self._limbs_and_rods((one, two, three_), (x, y, z))
+
+    def _limbs_and_rods(self, angles: Triple, tool: Triple) -> tuple[RotaryLimbs, Rods]:
+        limbs = rotary.limbs(self.parameters, tool, angles)
+        return limbs, rotary.rods(self.parameters, limbs)
+
+    def _terms(self, at: Posture, rates: Vector3 | None) -> tuple[Vector6, Vector3, Vector3]:
+        k, (limbs, rods) = self._coefficients, self._state(at)
+        j: Matrix3 = rotary.jacobian(rods)
+        coriolis: Vector3 = (0.0, 0.0, 0.0)
+        if rates is not None:
+            drift = rotary.drift(self.parameters, limbs, rods, times(j, rates), rates)
+            coriolis = rotary.coriolis(k, j, drift)
+        return rotary.mass(k, j), coriolis, rotary.gravity(k, limbs, j)
+
+    def _place(self, tool: Triple, signs: tuple[int, int, int], around: Triple, assembly: int | None = None) -> Posture:
+        """Inverse kinematics with its checks."""
+        angles = []
+        for number, (end, sign, middle) in enumerate(
+            zip(equations.limb_ends(self.parameters, tool), signs, around, strict=True), start=1
+        ):
+            check_limb(self.name, self.parameters, number, end, tool, "type-1")
+            angle = equations.limb_angle(self.parameters, *end, sign)
+            angles.append(angle + 2.0 * pi * round((middle - angle) / (2.0 * pi)))
+        one, two, three_ = angles
+        return self._checked((one, two, three_), tool, assembly)
+
+    def _checked(self, angles: Triple, tool: Triple, assembly: int | None = None) -> Posture:
+        """The posture with its residual, unless it is singular of type 2 or on the wrong side of a singularity."""
+        p = self.parameters
+        rods = self._limbs_and_rods(angles, tool)[1]
+        measure = rods.volume / p.L2**3
+        if abs(measure) < SMALLEST_MEASURE:
+            raise SingularError(
+                f"the second rods of {self.name} lie parallel to one plane with the tool at {list(tool)} m: the volume "
+                f"of their directions is {abs(measure):.3g}, below {SMALLEST_MEASURE:g} (type-2 singularity)",
+                kind="type-2",
+                measure=abs(measure),
+                limit=SMALLEST_MEASURE,
+            )
+        if assembly is not None and measure * assembly < 0.0:
+            raise SingularError(
+                f"{self.name} comes to {list(tool)} m in this working mode only through a type-2 singularity (volume "
+                f"of the second rods' directions {measure:+.3g}, of the other sign before)",
+                kind="type-2",
+                measure=0.0,
+                limit=SMALLEST_MEASURE,
+            )
+        gap = max(abs(sqrt(x * x + y * y + z * z) - p.L2) for x, y, z in rods.e)
+        return Posture(readonly(angles), readonly((*angles, *tool)), (gap, 0.0))
+
+    def _refuse(self, target: Triple, tool: Sequence[float], progress: float, measure: float) -> None:
+        """Raise for a way that ended before its target."""
+        x, y, z = tool
+        if not len(forward.solutions(self.parameters, target)):
+            ends = [(float(u), float(w)) for u, w in forward.elbows(self.parameters, target)]
+            points = ((y, z), (z, x), (x, y))
+            gap = max(
+                abs(hypot(a - u, b - w) - self.parameters.L2) for (a, b), (u, w) in zip(points, ends, strict=True)
+            )
+            raise ClosureError(
+                f"the second rods of {self.name} cannot meet with the motors at {list(target)} rad, wherever the tool "
+                f"is; the way there ends after {progress:.1%}",
+                gap=(gap, 0.0),
+                cut="platform",
+                progress=progress,
+            )
+        raise SingularError(
+            f"{self.name} runs into a type-2 singularity after {progress:.1%} of the way to {list(target)} rad, with "
+            f"the tool at {[round(one, 6) for one in tool]} m; these motor angles belong to another assembly mode",
+            kind="type-2",
+            measure=measure,
+            limit=SMALLEST_MEASURE,
+        )

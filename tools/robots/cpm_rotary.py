@@ -1,0 +1,44 @@
+"""The Cartesian Parallel Manipulator with rotary motors (section 1.1 of its paper): `cpm`, its first hinges driven.
+
+The same bodies, joints and cuts.  The sliders are passive, and there is a home in each of the eight working modes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+from robots import cpm
+from robots.parts import Home, Robot
+
+TORQUE = cpm.EFFORT * cpm.L1  # N m, not in the paper: the force limit of section 5.3 at the end of the first rod
+
+
+def robot() -> Robot:
+    """The robot with both inertia variants of `cpm`."""
+    linear = cpm.robot()
+    effort = {"slide": 0.0, "shoulder": TORQUE}
+    return replace(
+        linear,
+        name="cpm_rotary",
+        title="Cartesian Parallel Manipulator, rotary motors",
+        notes=(
+            *linear.notes,
+            "The motors turn the first hinge of each limb (section 1.1); the sliders are passive.",
+        ),
+        joints=tuple(
+            replace(joint, effort=effort.get(joint.name.partition("_")[2], joint.effort)) for joint in linear.joints
+        ),
+        actuators=tuple(f"limb{i}_shoulder" for i in (1, 2, 3)),
+        homes=tuple(_home(signs) for signs in (cpm.SIGNS, *(s for s in product((1, -1), repeat=3) if s != cpm.SIGNS))),
+    )
+
+
+def _home(signs: tuple[int, ...]) -> Home:
+    """The start of the paper's circle in a working mode; `p` and `m` in its name are the elbow signs + and -."""
+    passive, motors = {}, {}
+    for name, value in cpm.joints_at(cpm.START, signs).items():
+        (motors if name.endswith("_shoulder") else passive)[name] = value
+    marks = ", ".join("+" if sign > 0 else "-" for sign in signs)
+    name = "default" if signs == cpm.SIGNS else "".join("p" if sign > 0 else "m" for sign in signs)
+    return Home(name, f"start of the paper's circle, elbow signs ({marks})", motors, passive)
