@@ -11,6 +11,7 @@ from itertools import product
 from robots import cpm
 from robots.parts import Home, Robot
 
+SIGNS = (1, 1, 1)  # far from a type-2 singularity at the start of the circle and all along it; `cpm` has (+, -, +)
 TORQUE = cpm.EFFORT * cpm.L1  # N m, not in the paper: the force limit of section 5.3 at the end of the first rod
 
 
@@ -30,7 +31,7 @@ def robot() -> Robot:
             replace(joint, effort=effort.get(joint.name.partition("_")[2], joint.effort)) for joint in linear.joints
         ),
         actuators=tuple(f"limb{i}_shoulder" for i in (1, 2, 3)),
-        homes=tuple(_home(signs) for signs in (cpm.SIGNS, *(s for s in product((1, -1), repeat=3) if s != cpm.SIGNS))),
+        homes=tuple(_home(signs) for signs in product((1, -1), repeat=3)),
     )
 
 
@@ -40,5 +41,5 @@ def _home(signs: tuple[int, ...]) -> Home:
     for name, value in cpm.joints_at(cpm.START, signs).items():
         (motors if name.endswith("_shoulder") else passive)[name] = value
     marks = ", ".join("+" if sign > 0 else "-" for sign in signs)
-    name = "default" if signs == cpm.SIGNS else "".join("p" if sign > 0 else "m" for sign in signs)
+    name = "default" if signs == SIGNS else "".join("p" if sign > 0 else "m" for sign in signs)
     return Home(name, f"start of the paper's circle, elbow signs ({marks})", motors, passive)

@@ -62,14 +62,15 @@ class CpmRotaryModel:
 
     Args:
         parameters: geometry and masses, those of `CpmModel`.
-        signs: the working mode at home; +1 where sin(theta_i1 - theta_i2) > 0, as in `CpmModel`.
+        signs: the working mode at home; +1 where sin(theta_i1 - theta_i2) > 0, as in `CpmModel`.  The default stays far
+            from singularities of type 2 at home and along the paper's circle.
     """
 
     name = "cpm_rotary (Lagrange)"
     n = 3
     actuators = tuple(Actuator(f"limb{i}_shoulder", "rotation") for i in (1, 2, 3))
 
-    def __init__(self, parameters: Parameters | None = None, signs: Sequence[int] = (1, -1, 1)) -> None:
+    def __init__(self, parameters: Parameters | None = None, signs: Sequence[int] = (1, 1, 1)) -> None:
         self.parameters = parameters if parameters is not None else Parameters()
         self.signs = check_signs(signs)
         self._coefficients = self.parameters.coefficients
