@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -44,6 +45,36 @@ def _cpm_tools(rng: np.random.Generator, p: cpm.Parameters, count: int) -> Array
     return np.array(found)
 
 
+@dataclass(frozen=True)
+class SizedCpm:
+    """A CPM of other size and masses, a working mode of it and a tool position [m] that its limbs span with ease."""
+
+    p: cpm.Parameters
+    signs: tuple[int, int, int]
+    tool: Array
+    scale: float
+
+
+def random_cpm(rng: np.random.Generator) -> SizedCpm:
+    """A random CPM between a tenth and ten times the paper's size."""
+    while True:
+        scale = 10.0 ** rng.uniform(-1, 1)
+        lengths = scale * rng.uniform((0.05, 0.35, 0.35, 0.8), (0.2, 0.6, 0.6, 1.2))
+        p = cpm.Parameters(*lengths, *rng.uniform(0.1, 3.0, 4), rng.uniform(1.0, 20.0))
+        tool = scale * rng.uniform(0.1, 0.8, 3)
+        ends = np.hypot(*np.transpose(cpm_equations.limb_ends(p, tuple(tool))))
+        low, high = p.reach
+        if (ends > low + 0.15 * (high - low)).all() and (ends < high - 0.15 * (high - low)).all():
+            one, two, three = (int(s) for s in rng.choice([-1, 1], 3))
+            return SizedCpm(p, (one, two, three), tool, scale)
+
+
+@pytest.fixture
+def sized_cpm(rng: np.random.Generator) -> Callable[[], SizedCpm]:
+    """Makes another random CPM at every call."""
+    return lambda: random_cpm(rng)
+
+
 @pytest.fixture
 def cpm_states(rng: np.random.Generator) -> SimpleNamespace:
     """A thousand random states of the CPM at once, in random branches: arrays of shape (3, 1000)."""
@@ -72,6 +103,10 @@ def _cases() -> dict[str, tuple[object, float]]:
         "cpm+++": (cpm.CpmModel(signs=(1, 1, 1)), 0.08),
         "cpm---": (cpm.CpmModel(signs=(-1, -1, -1)), 0.08),
         "cpm loaded": (cpm.CpmModel().with_payload(0.7), 0.08),
+        "cpm_rotary": (cpm.CpmRotaryModel(), 0.15),
+        "cpm_rotary+-+": (cpm.CpmRotaryModel(signs=(1, -1, 1)), 0.03),
+        "cpm_rotary---": (cpm.CpmRotaryModel(signs=(-1, -1, -1)), 0.15),
+        "cpm_rotary loaded": (cpm.CpmRotaryModel().with_payload(0.7), 0.15),
         "omega3": (omega3.Omega3Model(), 0.25),
         "omega3 elbows in": (omega3.Omega3Model(signs=(1, 1, 1)), 0.15),
         "omega3 loaded": (omega3.Omega3Model().with_payload(0.05), 0.25),

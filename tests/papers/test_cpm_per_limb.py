@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from cutjoint.errors import InputError
-from cutjoint.papers.cpm import CpmModel, InferredCpmModel, Parameters, per_limb
+from cutjoint.papers.cpm import CpmModel, InferredCpmModel, per_limb
 from cutjoint.papers.cpm import equations as eq
 from cutjoint.papers.cpm.model import LimbEnergies
 
@@ -38,27 +38,15 @@ def bent(p, signs, tool):
     return np.array(found)
 
 
-def random_model(rng, mode=None):
-    """A CPM of other size and masses on a random branch, with a tool position that its limbs span with ease."""
-    while True:
-        scale = 10.0 ** rng.uniform(-1, 1)
-        lengths = scale * rng.uniform((0.05, 0.35, 0.35, 0.8), (0.2, 0.6, 0.6, 1.2))
-        p = Parameters(*lengths, *rng.uniform(0.1, 3.0, 4), rng.uniform(1.0, 20.0))
-        tool = scale * rng.uniform(0.1, 0.8, 3)
-        ends = np.hypot(*np.transpose(eq.limb_ends(p, tuple(tool))))
-        low, high = p.reach
-        if (ends > low + 0.15 * (high - low)).all() and (ends < high - 0.15 * (high - low)).all():
-            return CpmModel(p, [int(s) for s in rng.choice([-1, 1], 3)] if mode is None else mode), tool, scale
-
-
 @pytest.fixture
-def cases(rng):
+def cases(rng, sized_cpm):
     made = []
     for _ in range(40):
-        model, tool, scale = random_model(rng)
-        v, a = scale * rng.uniform(-1, 1, 3), scale * rng.uniform(-4, 4, 3)
-        at = model.close(tool)
-        made.append(SimpleNamespace(model=model, p=model.parameters, at=at, tool=tool, v=v, a=a, scale=scale))
+        one = sized_cpm()
+        v, a = one.scale * rng.uniform(-1, 1, 3), one.scale * rng.uniform(-4, 4, 3)
+        model = CpmModel(one.p, one.signs)
+        at = model.close(one.tool)
+        made.append(SimpleNamespace(model=model, p=one.p, at=at, tool=one.tool, v=v, a=a, scale=one.scale))
     return made
 
 

@@ -112,7 +112,7 @@ def joints_at(p: Vector, signs: tuple[int, ...]) -> dict[str, float]:
 def _home() -> Home:
     values = joints_at(START, SIGNS)
     sliders = {name: value for name, value in values.items() if name.endswith("_slide")}
-    passive = {name: value for name, value in values.items() if name not in sliders}
+    passive: dict[str, float | tuple[float, ...]] = {k: value for k, value in values.items() if k not in sliders}
     return Home("default", "start of the paper's circle, elbow signs (+, -, +)", sliders, passive)
 
 

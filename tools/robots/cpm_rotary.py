@@ -37,9 +37,9 @@ def robot() -> Robot:
 
 def _home(signs: tuple[int, ...]) -> Home:
     """The start of the paper's circle in a working mode; `p` and `m` in its name are the elbow signs + and -."""
-    passive, motors = {}, {}
-    for name, value in cpm.joints_at(cpm.START, signs).items():
-        (motors if name.endswith("_shoulder") else passive)[name] = value
+    values = cpm.joints_at(cpm.START, signs)
+    motors = {name: value for name, value in values.items() if name.endswith("_shoulder")}
+    passive: dict[str, float | tuple[float, ...]] = {k: value for k, value in values.items() if k not in motors}
     marks = ", ".join("+" if sign > 0 else "-" for sign in signs)
     name = "default" if signs == SIGNS else "".join("p" if sign > 0 else "m" for sign in signs)
     return Home(name, f"start of the paper's circle, elbow signs ({marks})", motors, passive)

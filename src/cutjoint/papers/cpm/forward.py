@@ -96,12 +96,14 @@ def solutions(p: Parameters, angles: npt.ArrayLike) -> Array:
     if max(abs(c.a), abs(c.b)) > 2.0 or abs(c.d) > 1.0:
         return readonly(np.zeros((0, 3)))  # two of the cylinders stand apart
     found = _polished(c, _starts(c))
-    found = found[_residual(c, found) <= tolerances.CLOSURE.value]
-    distinct: list[Array] = []
-    for one in found[np.argsort(_residual(c, found), kind="stable")]:
-        if all(np.linalg.norm(one - other) > max(MEETING, _room(c, other)) for other in distinct):
-            distinct.append(one)
-    ordered = sorted((tuple(one.tolist()) for one in distinct), key=lambda one: tuple(round(x, 9) for x in one))
+    errors = _residual(c, found)
+    distinct: list[tuple[Array, float]] = []
+    for index in np.argsort(errors, kind="stable"):
+        one = found[index]
+        if errors[index] > tolerances.CLOSURE.value or any(np.linalg.norm(one - x) <= room for x, room in distinct):
+            continue
+        distinct.append((one, max(MEETING, _room(c, one))))
+    ordered = sorted((x.tolist() for x, _ in distinct), key=lambda x: [round(one, 9) for one in x])
     return readonly(np.array(ordered).reshape(-1, 3) * p.L2 + np.array(c.origin))
 
 
@@ -113,43 +115,48 @@ def _starts(c: Cylinders) -> Array:
     return np.concatenate([np.broadcast_to(x[:, None, None], (len(x), 4, 1)), sides], axis=2).reshape(-1, 3)
 
 
-def _equations(c: Cylinders, x: Array) -> tuple[Array, Array]:
-    """Half the left sides less the right ones of (3), (6), (9), shape (k, 3), and the rods, rows of (k, 3, 3)."""
-    nothing = np.zeros(len(x))
-    e = np.stack(
-        [
-            np.stack([nothing, x[:, 1] + c.a, x[:, 2] + c.b], axis=1),
-            np.stack([x[:, 0] + c.d, nothing, x[:, 2]], axis=1),
-            np.stack([x[:, 0] - c.d, x[:, 1], nothing], axis=1),
-        ],
-        axis=1,
-    )
-    return 0.5 * (np.sum(e * e, axis=2) - 1.0), e
+def _rods(c: Cylinders, x: Array) -> tuple[Array, ...]:
+    """The rods' components, shape (k,) each: their rows in space are (0, a, b), (d, 0, e), (f, g, 0)."""
+    return (x[:, 1] + c.a, x[:, 2] + c.b, x[:, 0] + c.d, x[:, 2], x[:, 0] - c.d, x[:, 1])
+
+
+def _errors(rods: tuple[Array, ...]) -> tuple[Array, Array, Array]:
+    """Half the left sides less the right ones of (3), (6), (9), shape (k,) each."""
+    a, b, d, e, f, g = rods
+    return (0.5 * (a * a + b * b - 1.0), 0.5 * (d * d + e * e - 1.0), 0.5 * (f * f + g * g - 1.0))
 
 
 def _residual(c: Cylinders, x: Array) -> Array:
     """Worst error of a rod's length, shape (k,)."""
-    return np.asarray(np.abs(_equations(c, x)[0]).max(axis=1, initial=0.0))
+    return np.asarray(np.abs(_errors(_rods(c, x))).max(axis=0))
 
 
 def _room(c: Cylinders, x: Array) -> float:
     """Radius around a solution that holds no other one: the equations are quadratic, with second derivatives below
     sqrt(2), so another solution is at least sqrt(2) times the smallest singular value of the rods away."""
-    values = np.linalg.svd(_equations(c, x[None, :])[1][0], compute_uv=False)
+    a, b, d, e, f, g = (float(one[0]) for one in _rods(c, x[None, :]))
+    values = np.linalg.svd([[0.0, a, b], [d, 0.0, e], [f, g, 0.0]], compute_uv=False)
     return 0.5 * float(np.sqrt(2.0) * values[-1])
 
 
 def _polished(c: Cylinders, x: Array) -> Array:
     """Newton's method from all starts at once; starts that are not on their way to a solution are given up."""
     for count in range(POLISHING):
-        error, e = _equations(c, x)
         if count == GIVING_UP:
-            near = np.abs(error).max(axis=1) < 1e-6
-            x, error, e = x[near], error[near], e[near]
-        across = np.stack([np.cross(e[:, 1], e[:, 2]), np.cross(e[:, 2], e[:, 0]), np.cross(e[:, 0], e[:, 1])], axis=1)
-        volume = np.sum(e[:, 0] * across[:, 0], axis=1, keepdims=True)
-        step = np.sum(across * error[:, :, None], axis=1) / np.where(np.abs(volume) > 1e-30, volume, 1e-30)
-        size = np.linalg.norm(step, axis=1, keepdims=True)
+            x = x[_residual(c, x) < 1e-6]
+        a, b, d, e, f, g = rods = _rods(c, x)
+        r, s, t = _errors(rods)
+        volume = a * e * f + b * d * g
+        volume = np.where(np.abs(volume) > 1e-30, volume, 1e-30)
+        step = np.stack(
+            [
+                (-e * g * r + b * g * s + a * e * t) / volume,
+                (e * f * r - b * f * s + b * d * t) / volume,
+                (d * g * r + a * f * s - a * d * t) / volume,
+            ],
+            axis=1,
+        )
+        size = np.sqrt(np.sum(step * step, axis=1, keepdims=True))
         x = x - step * np.minimum(1.0, 0.5 / np.maximum(size, 1e-300))
         if size.max(initial=0.0) < 1e-13:
             break

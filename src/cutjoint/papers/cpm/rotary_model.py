@@ -25,7 +25,7 @@ from cutjoint.papers.cpm import equations, forward, per_limb, rotary
 from cutjoint.papers.cpm.model import HOME_TOOL, check_limb
 from cutjoint.papers.cpm.parameters import Parameters
 from cutjoint.papers.cpm.rotary import Rods, RotaryLimbs
-from cutjoint.papers.cpm.tracking import Tracker
+from cutjoint.papers.cpm.tracking import Track, Tracker
 from cutjoint.papers.scalars import (
     Matrix3,
     Vector3,
@@ -96,12 +96,11 @@ class CpmRotaryModel:
         """
         target = three("q", q, "rad")
         start = self.home if near is None else near
-        one, two, three_, *tool = self._full(start)
-        track = Tracker(self.parameters, SMALLEST_MEASURE).walk((one, two, three_), tool, target)
+        one, two, three_, x, y, z = self._full(start)
+        track = Tracker(self.parameters, SMALLEST_MEASURE).walk((one, two, three_), (x, y, z), target)
         if track.progress < 1.0:
-            self._refuse(target, track.tool, track.progress, track.measure)
-        x, y, z = track.tool
-        return self._checked(target, (x, y, z))
+            raise self._refusal(target, track)
+        return self._checked(target, track.tool)
 
     def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The posture with the tool at `p` [m] in the working mode of `near` (inverse kinematics, closed form).
@@ -143,10 +142,8 @@ class CpmRotaryModel:
             SingularError: one of them is singular of type 2, where two of them meet.
         """
         angles = three("q", q, "rad")
-        found = []
-        for x, y, z in forward.solutions(self.parameters, angles).tolist():
-            found.append(self._checked(angles, (x, y, z)))
-        return tuple(found)
+        found = forward.solutions(self.parameters, angles).tolist()
+        return tuple(self._checked(angles, (x, y, z)) for x, y, z in found)
 
     def singularities(self, at: Posture) -> tuple[Array, float]:
         """How far a posture is from singular.
@@ -258,26 +255,24 @@ class CpmRotaryModel:
         gap = max(abs(sqrt(x * x + y * y + z * z) - p.L2) for x, y, z in rods.e)
         return Posture(readonly(angles), readonly((*angles, *tool)), (gap, 0.0))
 
-    def _refuse(self, target: Triple, tool: Sequence[float], progress: float, measure: float) -> None:
-        """Raise for a way that ended before its target."""
-        x, y, z = tool
-        if not len(forward.solutions(self.parameters, target)):
-            ends = [(float(u), float(w)) for u, w in forward.elbows(self.parameters, target)]
-            points = ((y, z), (z, x), (x, y))
-            gap = max(
-                abs(hypot(a - u, b - w) - self.parameters.L2) for (a, b), (u, w) in zip(points, ends, strict=True)
+    def _refusal(self, target: Triple, track: Track) -> SingularError | ClosureError:
+        """The error for a way that ended before its target."""
+        x, y, z = track.tool
+        if len(forward.solutions(self.parameters, target)):
+            return SingularError(
+                f"{self.name} runs into a type-2 singularity after {track.progress:.1%} of the way to {list(target)} "
+                f"rad, with the tool at {[round(one, 6) for one in track.tool]} m; these motor angles belong to "
+                "another assembly mode",
+                kind="type-2",
+                measure=track.measure,
+                limit=SMALLEST_MEASURE,
             )
-            raise ClosureError(
-                f"the second rods of {self.name} cannot meet with the motors at {list(target)} rad, wherever the tool "
-                f"is; the way there ends after {progress:.1%}",
-                gap=(gap, 0.0),
-                cut="platform",
-                progress=progress,
-            )
-        raise SingularError(
-            f"{self.name} runs into a type-2 singularity after {progress:.1%} of the way to {list(target)} rad, with "
-            f"the tool at {[round(one, 6) for one in tool]} m; these motor angles belong to another assembly mode",
-            kind="type-2",
-            measure=measure,
-            limit=SMALLEST_MEASURE,
+        elbows = forward.elbows(self.parameters, target).tolist()
+        reach = [hypot(a - u, b - w) for (a, b), (u, w) in zip(((y, z), (z, x), (x, y)), elbows, strict=True)]
+        return ClosureError(
+            f"the second rods of {self.name} cannot meet with the motors at {list(target)} rad, wherever the tool is; "
+            f"the way there ends in a type-2 singularity after {track.progress:.1%}",
+            gap=(max(abs(one - self.parameters.L2) for one in reach), 0.0),
+            cut="platform",
+            progress=track.progress,
         )

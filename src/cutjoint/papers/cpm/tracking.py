@@ -12,15 +12,12 @@ Steps of this size therefore stay on the branch, and stop only before a singular
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import sqrt
+from math import cos, dist, hypot, inf, sin, sqrt
 from typing import NamedTuple
 
-import numpy as np
-
-from cutjoint.arrays import Array
-from cutjoint.papers.cpm import forward
 from cutjoint.papers.cpm.parameters import Parameters
+
+Triple = tuple[float, float, float]
 
 NEWTON_STEPS = 30
 """Newton converges quadratically within the bound above: five steps are usual."""
@@ -38,7 +35,7 @@ class Track(NamedTuple):
         measure: volume of the second rods' directions there, the type-2 measure without its sign.
     """
 
-    tool: tuple[float, float, float]
+    tool: Triple
     progress: float
     measure: float
 
@@ -54,43 +51,88 @@ class Tracker:
     def __init__(self, parameters: Parameters, limit: float) -> None:
         self._p, self._limit = parameters, limit
 
-    def walk(self, angles: Sequence[float], tool: Sequence[float], target: Sequence[float]) -> Track:
+    def walk(self, angles: Triple, tool: Triple, target: Triple) -> Track:
         """Turn the motors from `angles` to `target` [rad] on a straight way, the tool starting at `tool` [m]."""
         p = self._p
-        start, move = np.asarray(angles, dtype=np.float64), np.subtract(target, angles)
-        length = p.L1 * float(np.linalg.norm(move))  # no elbow's chord is longer than its arc
-        done, here = 0.0, np.asarray(tool, dtype=np.float64)
+        length = p.L1 * dist(angles, target)  # no elbow's chord is longer than its arc
+        done = 0.0
         while True:
-            e = self._rods(start + done * move, here)
-            measure = abs(float(np.linalg.det(e))) / p.L2**3
+            rods = _Rods.at(p, self._between(angles, target, done), tool)
+            measure = abs(rods.volume) / p.L2**3
             if done >= 1.0 or measure < self._limit:
-                x, y, z = here.tolist()
-                return Track((x, y, z), done, measure)
-            step = SAFETY * self._proved(float(np.linalg.svd(e, compute_uv=False)[-1]))
+                return Track(tool, done, measure)
+            step = SAFETY * self._proved(rods.smallest())
             done = 1.0 if length * (1.0 - done) <= step else done + step / length
-            here = self._settled(start + done * move, here)
+            tool = self._settled(self._between(angles, target, done), tool)
+
+    @staticmethod
+    def _between(angles: Triple, target: Triple, done: float) -> Triple:
+        one, two, three = (a + done * (b - a) for a, b in zip(angles, target, strict=True))
+        return (one, two, three) if done < 1.0 else target
 
     def _proved(self, smallest: float) -> float:
-        """The largest d of the bound: a root of a quadratic, written so that it is exact for small ones."""
+        """The largest d of the bound: (sqrt(2) - 1) d^2 + 2 (s + sqrt(2) L2) d = s^2, without cancellation."""
         half = smallest + sqrt(2.0) * self._p.L2
-        # (s - d)^2 = 2 sqrt(2) L2 d + sqrt(2) d^2, that is (sqrt(2) - 1) d^2 + 2 half d - s^2 = 0
         return smallest * smallest / (half + sqrt(half * half + (sqrt(2.0) - 1.0) * smallest * smallest))
 
-    def _rods(self, angles: Array, tool: Array) -> Array:
-        x, y, z = tool
-        (y1, z1), (z2, x2), (x3, y3) = forward.elbows(self._p, angles)
-        return np.array([[0.0, y - y1, z - z1], [x - x2, 0.0, z - z2], [x - x3, y - y3, 0.0]])
-
-    def _settled(self, angles: Array, tool: Array) -> Array:
+    def _settled(self, angles: Triple, tool: Triple) -> Triple:
         """Newton's method on (3), (6), (9), to rounding."""
-        last = np.inf
+        x, y, z = tool
+        last, unit = inf, self._p.L2
         for _ in range(NEWTON_STEPS):
-            e = self._rods(angles, tool)
-            error = 0.5 * (np.sum(e * e, axis=1) - self._p.L2**2)
-            step = np.linalg.solve(e, error)
-            size = float(np.abs(step).max())
-            tool = tool - step
-            if size < 1e-15 * self._p.L2 or (size < 1e-9 * self._p.L2 and size >= 0.5 * last):
+            dx, dy, dz = _Rods.at(self._p, angles, (x, y, z)).newton(unit * unit)
+            x, y, z = x - dx, y - dy, z - dz
+            size = max(abs(dx), abs(dy), abs(dz))
+            if size < 1e-15 * unit or (size < 1e-9 * unit and size >= 0.5 * last):
                 break
             last = size
-        return np.asarray(tool)
+        return (x, y, z)
+
+
+class _Rods(NamedTuple):
+    """The rows (0, a, b), (c, 0, d), (e, f, 0) of E: second rods from their elbows to the tool [m]."""
+
+    a: float
+    b: float
+    c: float
+    d: float
+    e: float
+    f: float
+
+    @classmethod
+    def at(cls, p: Parameters, angles: Triple, tool: Triple) -> _Rods:
+        """With the motors at `angles` [rad] and the tool at `tool` [m], whether that closes the loops or not."""
+        (one, two, three), (x, y, z) = angles, tool
+        return cls(
+            y - p.L - p.L1 * cos(one),
+            z - p.L1 * sin(one),
+            x - p.L - p.L1 * sin(two),
+            z - p.L1 * cos(two),
+            x - p.L1 * cos(three),
+            y - p.D + p.L + p.L1 * sin(three),
+        )
+
+    @property
+    def volume(self) -> float:
+        """det E [m3]."""
+        return self.a * self.d * self.e + self.b * self.c * self.f
+
+    def _adjugate(self) -> tuple[float, ...]:
+        a, b, c, d, e, f = self
+        return (-d * f, b * f, a * d, d * e, -b * e, b * c, c * f, a * e, -a * c)
+
+    def smallest(self) -> float:
+        """A lower bound of the smallest singular value [m]: one over the root of the sum of squares of the inverse."""
+        return abs(self.volume) / hypot(*self._adjugate())
+
+    def newton(self, square: float) -> Triple:
+        """Newton's step on half of |e_i|^2 less `square`."""
+        a, b, c, d, e, f = self
+        r1, r2, r3 = (0.5 * (u * u + w * w - square) for u, w in ((a, b), (c, d), (e, f)))
+        k = self._adjugate()
+        volume = self.volume
+        return (
+            (k[0] * r1 + k[1] * r2 + k[2] * r3) / volume,
+            (k[3] * r1 + k[4] * r2 + k[5] * r3) / volume,
+            (k[6] * r1 + k[7] * r2 + k[8] * r3) / volume,
+        )
