@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import product
-from math import hypot, pi, sqrt
+from math import atan2, hypot, pi, sqrt
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -105,7 +105,7 @@ class CpmRotaryModel:
     def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The posture with the tool at `p` [m] in the working mode of `near` (inverse kinematics, closed form).
 
-        Motor angles are taken within half a turn of those of `near`.
+        Motor angles are those that leading the tool there on a straight line gives, also beyond a turn.
 
         Raises:
             InputError: wrong shape or not finite.
@@ -113,10 +113,15 @@ class CpmRotaryModel:
             SingularError: the posture is singular of type 1 or 2, or a type-2 singularity lies between `near` and it
                 because it is on the other side of it.
         """
+        tool = three("p", p, "m")
         near = self.home if near is None else near
         branch = self.branch(near)
-        one, two, three_ = near.q.tolist()
-        return self._place(three("p", p, "m"), branch.signs, (one, two, three_), branch.assembly)
+        at = self._place(tool, branch.signs, (0.0, 0.0, 0.0), branch.assembly)
+        one, two, three_ = (
+            angle + 2.0 * pi * round((wanted - angle) / (2.0 * pi))
+            for angle, wanted in zip(at.q.tolist(), self._led(near, branch.signs, tool, at), strict=True)
+        )
+        return Posture(readonly((one, two, three_)), readonly((one, two, three_, *tool)), at.gap)
 
     def branch(self, at: Posture) -> RotaryBranch:
         """Working mode, and side of the type-2 singularities, of a posture."""
@@ -218,6 +223,21 @@ class CpmRotaryModel:
             drift = rotary.drift(self.parameters, limbs, rods, times(j, rates), rates)
             coriolis = rotary.coriolis(k, j, drift)
         return rotary.mass(k, j), coriolis, rotary.gravity(k, limbs, j)
+
+    def _led(self, near: Posture, signs: tuple[int, int, int], tool: Triple, at: Posture) -> list[float]:
+        """Motor angles, to a fraction of a turn, when the tool is led on a straight line from `near`: the way from a
+        slider to its limb's end turns by less than half a turn then, and the first rod stays ahead or behind."""
+        p = self.parameters
+        *_, x, y, z = self._full(near)
+        found = []
+        for before, now, sign, old, new in zip(
+            equations.limb_ends(p, (x, y, z)), equations.limb_ends(p, tool), signs, near.q, at.q, strict=True
+        ):
+            (u0, w0), (u1, w1) = before, now
+            turn = atan2(u0 * w1 - w0 * u1, u0 * u1 + w0 * w1)
+            ahead = [(sign * (angle - atan2(w, u))) % (2.0 * pi) for angle, u, w in ((old, u0, w0), (new, u1, w1))]
+            found.append(float(old) + turn + sign * (ahead[1] - ahead[0]))
+        return found
 
     def _place(self, tool: Triple, signs: tuple[int, int, int], around: Triple, assembly: int | None = None) -> Posture:
         """Inverse kinematics with its checks."""
