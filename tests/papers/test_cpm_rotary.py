@@ -372,17 +372,6 @@ def test_type_1_is_a_stretched_limb_which_the_motors_may_pass(held):
     assert passed > 3
 
 
-def share_of_the_other_sign(signs, rng, count=4000):
-    """Of the tool positions in the box of the strokes that all limbs reach: the smaller share of the two signs."""
-    p = Parameters()
-    tool = rng.uniform(0.0, 0.9, (3, count))
-    ends = np.hypot(*np.moveaxis(np.array(eq.limb_ends(p, tuple(tool))), 1, 0))
-    tool = tool[:, ((ends > p.reach[0]) & (ends < p.reach[1])).all(axis=0)]
-    limbs = rotary.limbs(p, tuple(tool), eq.limb_angles(p, tuple(tool), signs, np), np)
-    negative = float(np.mean(rotary.rods(p, limbs).volume < 0))
-    return min(negative, 1.0 - negative)
-
-
 def test_the_papers_circle_crosses_singularities_in_two_working_modes_of_eight():
     p, t = Parameters(), np.linspace(0.0, CIRCLE.duration, 4001)
     tool = tuple(

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from cutjoint.papers.cpm import CpmModel, InferredCpmModel, Parameters
+from cutjoint.papers.cpm import CpmModel, CpmRotaryModel, InferredCpmModel, Parameters, forward, per_limb, rotary
 from cutjoint.papers.cpm import equations as eq
 from cutjoint.papers.cpm.errata import ERRATA
 from cutjoint.papers.cpm.published import CIRCLE, FORCE_LIMIT, SETTLING_TIME, TABLE_3
@@ -241,3 +241,85 @@ def test_inferred_code(slope):
     power = slope(lambda t: 0.5 * (V + t * A) @ m.terms(m.close(TOOL + t * V + t * t * A / 2)).mass @ (V + t * A))
     power += slope(lambda t: m.potential_energy(m.close(TOOL + t * V + t * t * A / 2)))
     assert abs(power - m.inverse_dynamics(there, V, A) @ V) > 1e-3
+
+
+def test_limb_energies(slope):
+    """The sums are (18) and (19) only with the tool's; (16) holds for the limb along z and not for the one along y."""
+    m, p = CpmModel(), Parameters()
+    there = m.close(TOOL)
+    found = m.limb_energies(there, V)
+    kinetic, potential = energies(TOOL, V, slope)
+    assert found.kinetic.sum() == pytest.approx(kinetic, rel=1e-9)
+    assert found.potential.sum() == pytest.approx(potential, rel=1e-12)
+    assert found.kinetic[:3].sum() == pytest.approx(kinetic - 0.5 * p.m4 * V @ V, rel=1e-9)
+    level = m.limb_energies(m.close(TOOL), [0.0, 0.0, 0.5]).kinetic
+    slide = 0.5 * (p.m1 + p.m2 + p.m3) * 0.25
+    assert level[2] == pytest.approx(slide, rel=1e-12)  # along its own axis the third limb moves as one body
+    assert abs(level[1] - slide) > 0.01
+
+
+def test_constraint_functions(slope):
+    """(31) holds with the multiplier that the derivatives 1 and -Gamma belong to, and not with that of (3) itself."""
+    m, p = CpmModel(), Parameters()
+    there = m.close(TOOL)
+    one = m.angles(there)[0, 0]
+
+    def root(t, e):
+        return np.array(eq.limb_angles(p, tuple(TOOL + t * e), m.signs))
+
+    constraint = -np.transpose([slope(lambda t, e=e: root(t, e)) for e in np.eye(3)])
+    np.testing.assert_allclose(constraint, -m.gamma(there), rtol=0, atol=1e-9)
+
+    def third(angle, tool):
+        return (tool[1] - p.L1 * np.cos(angle) - p.L) ** 2 + (tool[2] - p.L1 * np.sin(angle)) ** 2 - p.L2**2
+
+    by_angle = slope(lambda t: third(one + t, TOOL))
+    by_tool = np.array([slope(lambda t, e=e: third(one, TOOL + t * e)) for e in np.eye(3)])
+    twice = 2.0 * eq.limbs(p, tuple(TOOL), tuple(m.angles(there)[:, 0]))[0].denominator
+    assert by_angle == pytest.approx(twice, rel=1e-9)
+    np.testing.assert_allclose(by_tool, -twice * m.gamma(there)[0], rtol=0, atol=1e-9)
+    # (36) to (38) give the multipliers of either, from what the actuators leave to the limbs; (31) takes only the first
+    left = 2.0 * p.A * A - [0.0, 0.0, p.E] - m.inverse_dynamics(there, V, A)
+    moments = np.linalg.solve(constraint.T, left)
+    one_needs = 2.0 * p.B * (m.gamma(there) @ A + m.gamma_dot(there, V) @ V)[0] - p.C * np.cos(one)
+    np.testing.assert_allclose(m.multipliers(there, V, A), moments, rtol=1e-7)
+    assert one_needs == pytest.approx(moments[0], rel=1e-7)
+    assert abs(one_needs - moments[0] / twice) > 0.5 * abs(one_needs)
+
+
+def test_rotary_polynomial():
+    """16 whatever the motors do, an even number of real solutions, up to eight with tables 1 and 2."""
+    rng, p, counts = np.random.default_rng(1), Parameters(), []
+    for _ in range(1500):
+        angles = rng.uniform(-np.pi, np.pi, 3)
+        assert forward.polynomial(forward.cylinders(p, angles))[0] == pytest.approx(16.0, rel=1e-15)
+        counts.append(len(forward.solutions(p, angles)))
+    assert set(counts) == {0, 2, 4, 6, 8}
+    for ahead, behind in rotary.inverse_kinematics(p, tuple(TOOL)):
+        assert abs(np.sin(0.5 * (ahead - behind))) > 0.1
+    assert len({tuple(np.round(at.q, 9)) for at in CpmRotaryModel().working_modes(TOOL)}) == 8
+
+
+def test_rotary_singularities():
+    """The smaller side of type 2 in the box of the strokes, mode by mode, and the circle."""
+    p, rng = Parameters(), np.random.default_rng(2)
+    tool = rng.uniform(0.0, 0.9, (3, 40000))
+    ends = np.array([np.hypot(u, w) for u, w in eq.limb_ends(p, tuple(tool))])
+    tool = tool[:, ((ends > p.reach[0]) & (ends < p.reach[1])).all(axis=0)]
+    t = np.linspace(0.0, CIRCLE.duration, 2001)
+    ring = np.array([np.cos(CIRCLE.omega * t), np.sin(CIRCLE.omega * t), 0.0 * t])
+    path = np.array(CIRCLE.centre)[:, None] + CIRCLE.radius * ring
+
+    def measures(points, signs):
+        limbs = eq.limbs(p, tuple(points), eq.limb_angles(p, tuple(points), signs, np), np)
+        return np.broadcast_to(rotary.type_2(per_limb.second_angles(p, limbs, np), np), points.shape[1])
+
+    smaller, crossed = [], []
+    for signs in product((1, -1), repeat=3):
+        negative = float(np.mean(measures(tool, signs) < 0))
+        smaller.append(min(negative, 1.0 - negative))
+        along = measures(path, signs)
+        crossed.append(along.min() < 0.0 < along.max())
+    assert min(smaller) == pytest.approx(0.105, abs=0.006)
+    assert max(smaller) == pytest.approx(0.49, abs=0.01)
+    assert sum(crossed) == 2

@@ -90,4 +90,45 @@ ERRATA = (
         "without m3 (after the fact: evidence, not proof)",
         shown="it gives all four K_D to the integer, (39) only three; it breaks the skew symmetry that (39) has",
     ),
+    Erratum(
+        key="limb_energies",
+        equation="(12)-(17)",
+        printed="energies of the three limbs, (16) called that of the second one",
+        corrected="right as printed, (16) is the third limb's; the tool m4 is in none of them, it comes in with (18) and "
+        "(19)",
+        shown="masses in space, limb by limb; Pinocchio's bodies of each limb",
+    ),
+    Erratum(
+        key="constraint_functions",
+        equation="(11), (31)-(38)",
+        printed="three constraint equations f_i, never named, with derivative 1 in theta_i1 and -Gamma in x, y, z",
+        corrected="f_i = theta_i1 less the root of (3), (6), (9) in x, y, z; then lambda_i is a moment about A_i",
+        shown="differences of f_i; with (3), (6), (9) themselves for f_i the derivative is twice the denominator of "
+        "Gamma, and (31) to (35) fail",
+    ),
+    Erratum(
+        key="names_of_forces",
+        equation="after (38)",
+        printed="F_x, F_x and F_x",
+        corrected="F_x, F_y and F_z",
+        shown="by reading",
+        computed=False,
+    ),
+    Erratum(
+        key="rotary_polynomial",
+        equation="section 1.1",
+        printed="rotary actuation: two inverse solutions a limb, an eighth-degree polynomial; reported, not given",
+        corrected="right: the polynomial starts with 16 x^8 (in L2) for every posture and size, and has no factor; none "
+        "to eight real solutions, an even number, eight with the paper's own sizes",
+        shown="the algebra of (3), (6), (9); roots led around loops in the complex numbers become one another",
+    ),
+    Erratum(
+        key="rotary_singularities",
+        equation="section 1.1",
+        printed="rotary actuation: many singular points within the workspace; no condition",
+        corrected="type 2 where the product of cos theta_i2 is that of sin theta_i2, type 1 where a limb is stretched "
+        "or folded; type 2 parts the strokes' box in every working mode, 10 to 49 % of it lie on the smaller side, and "
+        "the paper's circle crosses it in two of the eight",
+        shown="the tool gives way with the motors held; singular values of the closed chain; sampling",
+    ),
 )
