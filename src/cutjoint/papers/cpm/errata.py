@@ -94,7 +94,7 @@ ERRATA = (
         key="limb_energies",
         equation="(12)-(17)",
         printed="energies of the three limbs, (16) called that of the second one",
-        corrected="right as printed, (16) is the third limb's; the tool m4 is in none of them, it comes in with (18) and "
+        corrected="right as printed, (16) is the third limb's; the tool m4 is in none of them, it comes in with (18), "
         "(19)",
         shown="masses in space, limb by limb; Pinocchio's bodies of each limb",
     ),
@@ -118,8 +118,8 @@ ERRATA = (
         key="rotary_polynomial",
         equation="section 1.1",
         printed="rotary actuation: two inverse solutions a limb, an eighth-degree polynomial; reported, not given",
-        corrected="right: the polynomial starts with 16 x^8 (in L2) for every posture and size, and has no factor; none "
-        "to eight real solutions, an even number, eight with the paper's own sizes",
+        corrected="right: the polynomial starts with 16 x^8 (in L2) for every posture and size, and has no factor; "
+        "none to eight real solutions, an even number, eight with the paper's own sizes",
         shown="the algebra of (3), (6), (9); roots led around loops in the complex numbers become one another",
     ),
     Erratum(
