@@ -337,6 +337,28 @@ def test_type_2_two_positions_of_the_tool_meet_and_the_tool_gives_way(rng, sized
             model.reach(ends[1].q_full[3:], ends[0])
 
 
+def test_past_a_singularity_two_solutions_are_gone(rng, sized_cpm):
+    """On one side of a fold there are two more than on the other, however near; nothing open is ever handed out."""
+    for p, signs, tool, _ in singular_postures(rng, sized_cpm, 15):
+        angles = np.array(eq.limb_angles(p, tuple(tool), signs))
+        rods = rotary.rods(p, rotary.limbs(p, tuple(tool), tuple(angles)))
+        opening = np.linalg.svd(np.array(rods.e).T)[2][-1] * np.array(rods.drive)
+        for h in (1e-6, 1e-8, 1e-10):
+            step = h * opening / np.linalg.norm(opening)
+            sides = [forward.solutions(p, angles + sign * step) for sign in (1, -1)]
+            assert abs(len(sides[0]) - len(sides[1])) == 2
+            for found, sign in zip(sides, (1, -1), strict=True):
+                for one in found:
+                    assert np.abs(residuals(p, angles + sign * step, one)).max() < 4e-12
+
+
+def test_type_1_is_the_sine_of_the_elbow(held):
+    for p, signs, tool, angles in held:
+        both = CpmModel(p, signs).angles(CpmModel(p, signs).close(tool))
+        found = rotary.type_1(p, rotary.rods(p, rotary.limbs(p, tuple(tool), tuple(angles))))
+        np.testing.assert_allclose(found, np.sin(both[:, 1] - both[:, 0]), rtol=0, atol=1e-13)
+
+
 def test_type_1_is_a_stretched_limb_which_the_motors_may_pass(held):
     """sin(theta_i2 - theta_i1) changes its sign, the dynamics stays what it is, the tool does not feel that motor."""
     passed = 0

@@ -539,7 +539,10 @@ def compiled(
         return CompiledPaper(model, options)
     if hasattr(model, "full_forward_dynamics") and hasattr(model, "description"):
         return CompiledChain(model, options)
-    raise InputError(f"only closed chains and published models can be compiled, found {type(model).__name__}")
+    raise InputError(
+        f"only closed chains and published models with closed forward kinematics can be compiled, found "
+        f"{type(model).__name__}; compile the robot's closed chain"
+    )
 
 
 def functions_of(mechanism: Compiled) -> tuple[str, ...]:
