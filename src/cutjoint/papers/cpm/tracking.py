@@ -22,6 +22,9 @@ Triple = tuple[float, float, float]
 NEWTON_STEPS = 30
 """Newton converges quadratically within the bound above: five steps are usual."""
 
+MOST_STEPS = 20000
+"""Steps after which a way counts as one along a singularity; ways that run into one take some hundreds."""
+
 SAFETY = 0.9
 """Fraction of the largest proved step that is taken."""
 
@@ -55,15 +58,16 @@ class Tracker:
         """Turn the motors from `angles` to `target` [rad] on a straight way, the tool starting at `tool` [m]."""
         p = self._p
         length = p.L1 * dist(angles, target)  # no elbow's chord is longer than its arc
-        done = 0.0
-        while True:
+        done = measure = 0.0
+        for _ in range(MOST_STEPS):
             rods = _Rods.at(p, self._between(angles, target, done), tool)
             measure = abs(rods.volume) / p.L2**3
             if done >= 1.0 or measure < self._limit:
-                return Track(tool, done, measure)
+                break
             step = SAFETY * self._proved(rods.smallest())
             done = 1.0 if length * (1.0 - done) <= step else done + step / length
             tool = self._settled(self._between(angles, target, done), tool)
+        return Track(tool, done, measure)
 
     @staticmethod
     def _between(angles: Triple, target: Triple, done: float) -> Triple:
