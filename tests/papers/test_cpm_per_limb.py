@@ -7,6 +7,7 @@ from difference quotients, so nothing here knows Gamma.
 
 from __future__ import annotations
 
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -195,6 +196,14 @@ def test_the_inferred_code_has_multipliers_but_no_energies():
     np.testing.assert_allclose(model.inverse_dynamics(at, v, a), force, rtol=1e-13)
     with pytest.raises(InputError, match="no mechanism"):
         model.limb_energies(at, v)
+
+
+def test_energies_pickle_whole():
+    model = CpmModel()
+    energies = model.limb_energies(model.home, [0.1, 0.2, 0.3])
+    again = pickle.loads(pickle.dumps(energies))
+    np.testing.assert_array_equal(again.kinetic, energies.kinetic)
+    assert not again.potential.flags.writeable
 
 
 def test_wrong_shapes_are_refused():

@@ -6,13 +6,14 @@ the linear model (39) turned into motor angles by the velocity map.
 
 from __future__ import annotations
 
+import pickle
 from itertools import product
 
 import numpy as np
 import pytest
 
 from cutjoint.errors import ClosureError, InputError, LimbReachError, SingularError
-from cutjoint.papers.cpm import CpmModel, CpmRotaryModel, Parameters, forward, rotary
+from cutjoint.papers.cpm import CpmModel, CpmRotaryModel, Parameters, forward, rotary, tracking
 from cutjoint.papers.cpm import equations as eq
 from cutjoint.papers.cpm.published import CIRCLE
 from cutjoint.papers.cpm.rotary_model import SMALLEST_MEASURE
@@ -504,6 +505,23 @@ def test_closing_keeps_the_assembly_mode_and_comes_back(held, rng):
     assert walked > 15
 
 
+def test_a_way_along_a_singularity_ends(monkeypatch):
+    """Nearer and nearer to a singularity the proved steps get shorter: their number is bounded."""
+    model = CpmRotaryModel()
+    target = model.home.q + np.array([0.2, -0.1, 0.3])
+    assert model.close(target).q.tolist() == target.tolist()
+    monkeypatch.setattr(tracking, "MOST_STEPS", 3)
+    with pytest.raises(SingularError, match="type-2 singularity after"):
+        model.close(target)
+
+
+def test_models_can_be_sent_to_other_processes():
+    model = CpmRotaryModel(signs=(1, -1, 1)).with_payload(0.3)
+    other = pickle.loads(pickle.dumps(model))
+    assert (other.signs, other.parameters) == (model.signs, model.parameters)
+    np.testing.assert_array_equal(other.home.q_full, model.home.q_full)
+
+
 def test_a_way_into_a_singularity_is_refused(held, rng):
     """It says how far it got; the tool is nearly there, and the step that would leave the branch is not taken."""
     kinds = []
@@ -548,6 +566,27 @@ def test_reach_stays_in_the_working_mode_and_turns_the_motors_as_the_line_does(h
         assert model.branch(at).signs == signs
         np.testing.assert_allclose(at.q, now.q, rtol=0, atol=1e-11)
     assert long_way > 15
+
+
+def test_a_first_rod_may_turn_by_much_more_than_its_limb():
+    """Shorter than the second it swings round when the limb unfolds: here by more than a quarter of a turn."""
+    p, ends, turned = (
+        Parameters(L=0.1, L1=0.3, L2=0.6, D=1.2),
+        np.array([[0.35, 0.326, 0.226], [0.35, 0.722, 0.622]]),
+        0,
+    )
+    for signs in MODES:
+        model = CpmRotaryModel(p, signs)
+        now = start = model._place(tuple(ends[0].tolist()), signs, (20.0, -20.0, 0.0))
+        try:
+            at = model.reach(ends[1], start)
+        except SingularError:
+            continue
+        for s in np.linspace(0.0, 1.0, 201)[1:]:
+            now = model._place(tuple((ends[0] + s * (ends[1] - ends[0])).tolist()), signs, tuple(now.q))
+        np.testing.assert_allclose(at.q, now.q, rtol=0, atol=1e-11)
+        turned += abs(at.q[0] - start.q[0]) > 0.6 * np.pi
+    assert turned > 0
 
 
 def test_limits_of_a_limb_have_their_error():

@@ -17,7 +17,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, readonly
+from cutjoint.arrays import Array, Values, readonly
 from cutjoint.errors import InputError, LimbReachError, SingularError
 from cutjoint.mechanism import Actuator, Posture, Terms, Tool
 from cutjoint.papers.cpm import equations, per_limb
@@ -47,7 +47,7 @@ _STILL = np.zeros(3)
 
 
 @dataclass(frozen=True, eq=False)
-class LimbEnergies:
+class LimbEnergies(Values):
     """Energies of the limbs and of the tool [J]; their sums are (18) and (19).
 
     Attributes:

@@ -78,6 +78,11 @@ class CpmRotaryModel:
     def __repr__(self) -> str:
         return f"{type(self).__name__}(parameters={self.parameters!r}, signs={self.signs!r})"
 
+    @property
+    def length(self) -> float:
+        """Characteristic length [m]: the mean of the two links of a limb."""
+        return 0.5 * (self.parameters.L1 + self.parameters.L2)
+
     @cached_property
     def home(self) -> Posture:
         """The start of the paper's circle in the working mode `signs`."""
