@@ -14,10 +14,11 @@ import pytest
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
+from cutjoint.compile import compiled
 from cutjoint.crosscheck import State, compare
 from cutjoint.description import load_description
 from cutjoint.description.model import Frame, Home, Inertial, RobotDescription
-from cutjoint.errors import ClosureError, CutjointError, LimbReachError, SingularError
+from cutjoint.errors import ClosureError, CutjointError, InputError, LimbReachError, SingularError
 from cutjoint.mechanism import Posture
 from cutjoint.papers.cpm import CpmModel, CpmRotaryModel, Parameters, forward
 from cutjoint.papers.cpm import equations as eq
@@ -286,6 +287,16 @@ def test_the_shipped_robot_agrees_in_each_of_its_homes(signs: tuple[int, int, in
             v, a, effort = rng.normal(size=3), 5 * rng.normal(size=3), 50 * rng.normal(size=3)
             states.append(State(at, model.tool(at).position, v, a, effort))
     compare(chain, model, states).require()
+
+
+def test_the_compiler_takes_the_chain_and_says_why_not_the_model() -> None:
+    """An eighth-degree polynomial has no closed solution; the chain's loops are closed by Newton's method."""
+    with pytest.raises(InputError, match="compile the robot's closed chain"):
+        compiled(CpmRotaryModel())
+    chain, model = load("cpm_rotary", "lumped"), CpmRotaryModel()
+    v, effort = np.array([0.3, -0.2, 0.4]), np.array([10.0, 20.0, 5.0])
+    found = compiled(chain).forward_dynamics(chain.home, v, effort)
+    close_to(found, model.forward_dynamics(model.home, v, effort))
 
 
 def test_closing_leads_both_to_the_same_posture(rotary_cases: list[Case]) -> None:
