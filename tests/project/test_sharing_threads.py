@@ -16,7 +16,7 @@ from cutjoint.control import LAWS, law
 from cutjoint.mechanism import Mechanism, Posture
 from cutjoint.motion import Circle, Desired, Reference
 from cutjoint.motion import reference as reference_module
-from cutjoint.papers.cpm import CpmModel
+from cutjoint.papers.cpm import CpmModel, CpmRotaryModel
 from cutjoint.papers.omega3 import Omega3Model
 from cutjoint.simulation import ConstrainedPlant, ReducedPlant, State, run
 
@@ -25,7 +25,7 @@ Together = Callable[[Sequence[Callable[[], Any]]], list[Any]]
 Alike = Callable[[Any, Any], None]
 V, A, TAU = [0.3, -0.2, 0.1], [1.0, -2.0, 0.5], [0.4, 0.5, -0.6]
 
-MODELS = (CpmModel, Omega3Model)
+MODELS = (CpmModel, CpmRotaryModel, Omega3Model)
 # Whatever is public: a method that is new is called by the threads without a word here.
 NAMES = [
     (kind, name)

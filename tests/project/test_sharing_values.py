@@ -21,7 +21,7 @@ from cutjoint.crosscheck import compare, effort_along, hypothesis_cost, sample_s
 from cutjoint.description import load_description
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Circle, Hold, Lissajous, PointToPoint, Reference
-from cutjoint.papers.cpm import CpmModel
+from cutjoint.papers.cpm import CpmModel, CpmRotaryModel
 from cutjoint.papers.cpm.inferred import InferredCpmModel
 from cutjoint.papers.omega3 import Omega3Model
 from cutjoint.robots import PUBLISHED
@@ -32,6 +32,7 @@ MODELS: dict[str, Callable[[], Mechanism]] = {
     "cpm": CpmModel,
     "cpm, loaded, other branch": lambda: CpmModel(signs=(1, 1, -1)).with_payload(0.3),
     "cpm, inferred": InferredCpmModel,
+    "cpm_rotary": CpmRotaryModel,
     "omega3": Omega3Model,
     "omega3, elbows in": lambda: Omega3Model(signs=(1, 1, 1)),
 }
