@@ -55,7 +55,7 @@ def test_methods_are_called() -> None:
 
 @pytest.mark.parametrize(("kind", "name"), NAMES, ids=lambda one: getattr(one, "__name__", one))
 def test_models(kind: type, name: str, together: Together, alike: Alike) -> None:
-    states = [(at.q_full[3:] if kind is Omega3Model else at.q, at) for at in postures(kind())]
+    states = [(kind().tool(at).position, at) for at in postures(kind())]
     states = [states[i % len(states)] for i in range(CALLS)]
     alone, shared = kind(), kind()  # both fresh: whatever is made on first use is made by the threads together
     wanted = [call(alone, name, p, at) for p, at in states]
