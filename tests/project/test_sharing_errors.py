@@ -36,6 +36,7 @@ def result() -> Result:
 VALUES: dict[Any, Any] = {
     str: "some words",
     int: 3,
+    int | None: 137,
     float: 0.1,
     bool: True,
     object: result(),

@@ -5,8 +5,8 @@ Positions by inverse kinematics; rates from tool velocity = J v and tool acceler
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -82,7 +82,8 @@ class Reference:
         self.trajectory = trajectory
         self.mechanism = mechanism
         self.duration = positive("duration", trajectory.duration if duration is None else duration, "s")
-        self._known: OrderedDict[float, Desired] = OrderedDict()
+        self._known: dict[float, Desired] = {}
+        self._writing = Lock()
         anchors: list[tuple[Array, Posture]] = []
         near: Posture | None = None
         # A way that repeats, or rests at its end, is walked once.
@@ -95,10 +96,12 @@ class Reference:
 
     def __getstate__(self) -> dict[str, Any]:
         # The memo stays behind: it is large, and another thread may be writing into it.
-        return {**self.__dict__, "_known": OrderedDict()}
+        state = {**self.__dict__, "_known": {}}
+        del state["_writing"]
+        return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
+        self.__dict__.update(state, _writing=Lock())
         self._places.setflags(write=False)
 
     def at(self, t: float) -> Desired:
@@ -119,9 +122,10 @@ class Reference:
         a = _actuator_rates(jacobian, tool.acceleration - self.mechanism.tool(posture, v).drift)
         made = Desired(t, posture.q, v, a, tool, posture, self.mechanism)
         # A memo of a pure function: stages of a method and runs on one time grid ask for the same instants again.
-        self._known[t] = made
-        if len(self._known) > MEMORY:
-            self._known.popitem(last=False)
+        with self._writing:
+            self._known[t] = made
+            if len(self._known) > MEMORY:
+                del self._known[next(iter(self._known))]
         return made
 
     def _reach(self, t: float, tool: ToolMotion, near: Posture | None) -> Posture:
