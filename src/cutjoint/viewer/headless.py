@@ -74,13 +74,10 @@ def run(path: str, arguments: Sequence[str], seconds: float) -> Iterator[Devtool
             devtools.tell("Browser.close")
         except LostError as lost:
             status = _status(process) if lost.ended else None
-            reason = str(lost)
-            if lost.ended:
-                reason = (
-                    f"closed its pipe {reason}"
-                    if status is None
-                    else f"ended {reason} with exit status {_readable(status)}"
-                )
+            if status is not None:
+                reason = f"ended {lost} with exit status {_readable(status)}"
+            else:
+                reason = f"closed its pipe {lost}" if lost.ended else str(lost)
             raise LostRunError(reason, status, _tail(words)) from lost
         finally:
             write.close()
