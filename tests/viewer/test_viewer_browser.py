@@ -327,6 +327,21 @@ def test_all_starts_together_have_a_limit(
     assert monotonic() - began < 1.5 + headless.GRACE + headless.TIDYING
 
 
+def test_once_it_has_answered_a_browser_has_all_the_time_that_is_left(
+    document: Document, fake: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left, real = [], browser._picture
+
+    def draw(tools: devtools.Devtools, *given: Any) -> bytes:
+        left.append(tools.until - monotonic())
+        return real(tools, *given)
+
+    monkeypatch.setattr(browser, "_picture", draw)
+    fake()
+    assert photograph(document) == png()
+    assert browser.START_SECONDS < left[0] <= browser.SECONDS
+
+
 @pytest.mark.parametrize("length", [0, 1, 2, 3, 60, 120])
 def test_the_folder_leaves_room_for_a_sockets_path(place: Path, length: int) -> None:
     """At and on both sides of the longest place that will do, and far beyond."""
