@@ -18,7 +18,7 @@ from cutjoint.chain.kinematics import Kinematics
 from cutjoint.description.model import CutType
 
 _RIGID = (CutType.FIXED, CutType.SPHERICAL, CutType.REVOLUTE)
-MOST_ITERATIONS = 4
+ITERATIONS = 4
 CONVERGED_SQUARED = tolerances.CONVERGED.value**2
 
 
@@ -89,7 +89,8 @@ class RigidConstraints:
             for constraint in self.models:
                 datas.append(constraint.createData())
             pin.initConstraintDynamics(self._model, data, self.models, datas)
-            settings = pin.ProximalSettings(0.0, 1e-10, self._regularisation, MOST_ITERATIONS)
+            # no accuracy at which to stop: Pinocchio's relative one means another thing for every mass
+            settings = pin.ProximalSettings(0.0, 0.0, self._regularisation, ITERATIONS)
             found = self._own.workspace = Workspace(data, datas, settings)
         return found
 
