@@ -143,7 +143,10 @@ class System:
 
     def _closed_by(self, length: float) -> Array:
         """One over what counts as closed, of every row."""
-        return np.where(self._is_length, 1.0 / length, 1.0 / tolerances.CLOSURE.value)
+        bound = np.where(self._is_length, length, tolerances.CLOSURE.value)
+        if isinstance(self.driver, ToolDriver):
+            bound[self.k.closure.rows :] += self.k.rounded
+        return np.asarray(1.0 / bound)
 
 
 class Equations(NamedTuple):

@@ -269,10 +269,14 @@ class ClosedChain(FullChain):
             return found
         there, now = ToolDriver(goal, goal), self.actuated
         beside: Array | None = None
+
+        def tangent(placed: Placed) -> Array:
+            return self._map(placed).map
+
         if self.n == 1:
-            beside = self._walker.along_curve(start, there, now)
+            beside = self._walker.along_curve(start, there, now, tangent)
         elif self._is_determined and self._structure.directions == 2:
-            beside = self._walker.over_surface(start, there, now, lambda placed: self._map(placed).map)
+            beside = self._walker.over_surface(start, there, now, tangent)
         return found if beside is None else beside
 
     def _crossing(self, what: str, stopped: Stopped, kind: str) -> SingularError:

@@ -146,6 +146,7 @@ class Kinematics:
         tool_support: 1 for every velocity that moves the tool, shape (nv,); None where there is no tool.
         row_scale, column_scale: factors per row and per velocity that make the constraint Jacobian dimensionless.
         travels: whether bodies of it may be anywhere.
+        rounded: distance [m] to which a point in the world is rounded, where the base stands far from its origin.
         closed_length: distance [m] below which a cut counts as closed; `tolerances.CLOSURE` is the same for angles.
     """
 
@@ -154,6 +155,7 @@ class Kinematics:
         centre, far = _base(model, Closure(model, description))
         self.origin = readonly(centre if far else np.zeros(3))
         self.model = build_model(description, self.origin) if far else model
+        self.rounded = float(np.spacing(np.abs(self.origin).max())) if far else 0.0
         self.description = description
         self.closure = Closure(self.model, description, trusted)
         self.length, self.reach = characteristic_length(self.model, self.closure, description)

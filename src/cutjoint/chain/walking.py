@@ -68,11 +68,14 @@ class Walker:
                 return found
         return straight
 
-    def along_curve(self, start: Array, driver: ToolDriver, now: Callable[[Array], Array]) -> Array | None:
+    def along_curve(
+        self, start: Array, driver: ToolDriver, now: Callable[[Array], Array], tangent: Callable[[Placed], Array]
+    ) -> Array | None:
         """Configuration of a robot with one actuator that meets the driver, within half a turn either way.
 
         Args:
             now: actuated coordinates of a configuration, shape (1,).
+            tangent: T of a configuration, shape (nv, 1).
         """
         passed: list[Array] = []
         lengths = self._hold(now(start), now(start)).is_length
@@ -90,6 +93,9 @@ class Walker:
 
         for nearest in sorted(passed, key=miss)[:3]:
             found = self._assembler.assemble(nearest, driver)
+            if found is None and self._k.rounded:
+                # the target lies beside the curve by its own rounding, and the loops must not give way to it
+                found = self.over_surface(nearest, driver, now, tangent)
             if found is not None and np.abs(pin.difference(self._k.model, nearest, found)).max() < 2.0 * CURVE_STEP:
                 return found
         return None
