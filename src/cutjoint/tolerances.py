@@ -67,5 +67,7 @@ ROUNDING = Tolerance(
     1e-3, "-", "rows whose singular values are above this are never dropped as rounding of exported lengths"
 )
 ROUNDED_GAP = Tolerance(
-    1e-4, "of the longest way", "rounding of exported lengths leaves loops no further open than this; beyond, frames are wrong"
+    1e-4,
+    "of the longest way",
+    "rounding of exported lengths leaves loops no further open than this; beyond, frames are wrong",
 )

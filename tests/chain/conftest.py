@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,6 +28,8 @@ from cutjoint.description.transforms import placement
 from cutjoint.errors import ClosureError
 from cutjoint.mechanism import Posture
 from cutjoint.robots import load
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # the builders of tests/kit
 
 
 @cache

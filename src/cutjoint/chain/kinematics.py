@@ -23,6 +23,7 @@ from cutjoint.arrays import Array, readonly
 from cutjoint.chain.build import build_model
 from cutjoint.chain.closure import Closure, Cut, CutFrames, bind_frame, support
 from cutjoint.description.model import RobotDescription
+from cutjoint.errors import InputError
 
 FAR = 10.0
 """Distance of a fixed base from the world origin, in characteristic lengths, beyond which it is taken out."""
@@ -178,6 +179,7 @@ class Kinematics:
         self._travelling = _travelling(self.model)
         self.travels = bool(len(self._travelling))
         self.closed_length = tolerances.CLOSURE.value * self.reach
+        self._furthest = 0.1 * tolerances.RANK.value * self.length / float(np.finfo(float).eps)
         self.row_scale = np.where(self.closure.is_length, 1.0 / self.length, 1.0)
         self.column_scale = velocity_scale(self.model, self.length)
         self.scale = self.row_scale[:, None] * self.column_scale
@@ -194,12 +196,14 @@ class Kinematics:
 
     def at(self, q: Array) -> Placed:
         """The tree at `q`, shape (nq,)."""
+        self._refuse_far(q)
         data = self.data
         pin.computeJointJacobians(self.model, data, q)
         return Placed(self, q, self._placements(data), self._matrix(data.J))
 
     def moving(self, q: Array, v: Array) -> Moving:
         """The tree at `q` (nq,) and `v` (nv,)."""
+        self._refuse_far(q)
         data = self.data
         twists, rates = self.rates(data, q, v)
         return Moving(self, q, v, self._placements(data), twists, rates)
@@ -244,6 +248,19 @@ class Kinematics:
             return self.closed_length
         return self.closed_length + tolerances.CLOSURE.value * float(np.abs(q[self._travelling]).max())
 
+    def _refuse_far(self, q: Array) -> None:
+        """Bodies so far away that the rounding of their place is not small against RANK have no rank.
+
+        Raises:
+            InputError: `q` (nq,) has one.
+        """
+        if self.travels and (far := float(np.abs(q[self._travelling]).max())) > self._furthest:
+            raise InputError(
+                f"{self.description.name} is {far:.3g} m from where its coordinates count from, where positions are "
+                f"rounded to {np.spacing(far):.2g} m: too coarse for a robot whose links are {self.length:.3g} m long; "
+                f"keep it within {self._furthest:.2g} m"
+            )
+
     def _placements(self, data: pin.Data) -> Array:
         """Placements of the frames a and b of all cuts and of the tool, shape (frames, 4, 4)."""
         placed = np.array([data.oMi[joint].homogeneous for joint in self._joints])
@@ -276,8 +293,9 @@ def characteristic_length(model: pin.Model, closure: Closure, description: Robot
     """Mean distance [m] between neighbouring joint and cut frames that are apart, and the longest way along them from
     the base to a frame.
 
-    Frames that the base carries count from their middle.  A robot whose frames all coincide is measured by its tool or
-    its centres of mass; 1 where those are there too.
+    Frames that the base carries count from their middle; what flies is where it is, so the place of its joint does not
+    count.  A robot whose frames all coincide is measured by its tool or its centres of mass; 1 where those are there
+    too.
     """
     middle, _ = _base(model, closure)
     way = np.zeros(model.njoints)
@@ -288,7 +306,8 @@ def characteristic_length(model: pin.Model, closure: Closure, description: Robot
         return float(way[parent]) + distances[-1]
 
     for joint in range(1, model.njoints):
-        way[joint] = step(model.parents[joint], model.jointPlacements[joint].translation)
+        if not _flies(model, joint):
+            way[joint] = step(model.parents[joint], model.jointPlacements[joint].translation)
     ends = [step(cut.joint_a, cut.placement_a.translation) for cut in closure.cuts]
     ends += [step(cut.joint_b, cut.placement_b.translation) for cut in closure.cuts]
     if not max(distances, default=0.0) > 0.0:
@@ -312,10 +331,15 @@ def joints_of(model: pin.Model, motions: Array) -> tuple[str, ...]:
     )
 
 
+def _flies(model: pin.Model, joint: int) -> bool:
+    """Whether a joint lets a body fly from the base."""
+    return bool(model.parents[joint] == 0 and model.joints[joint].shortname() == "JointModelFreeFlyer")
+
+
 def _base(model: pin.Model, closure: Closure) -> tuple[Array, bool]:
     """Middle of all frames that the base carries, shape (3,) [m], and whether that is far from the world origin."""
     first = [j for j in range(1, model.njoints) if model.parents[j] == 0]
-    carried = [np.array(model.jointPlacements[joint].translation) for joint in first]
+    carried = [np.array(model.jointPlacements[joint].translation) for joint in first if not _flies(model, joint)]
     for cut in closure.cuts:
         carried += [np.array(place.translation) for place in _on_base(cut)]
     if not carried:
