@@ -22,7 +22,7 @@ def rod_body(plan: Blueprint, link: str, start: Array, end: Array, mass: float, 
     """The inertia of a rod on the line from `start` to `end`.
 
     Args:
-        out_of_round: relative difference of the two moments across.
+        out_of_round: relative difference of the two moments across; the middle lies beside the line by a tenth of it.
     """
     pose, length, along = plan.poses[link], float(np.linalg.norm(end - start)), unit(end - start)
     frame = np.column_stack([along, *np.linalg.svd(along[None, :])[2][1:]])
@@ -32,7 +32,8 @@ def rod_body(plan: Blueprint, link: str, start: Array, end: Array, mass: float, 
     moments = np.array([0.02 * across, across, across * (1.0 + out_of_round)])
     if out_of_round:
         moments[0] = 0.5 * across  # three moments that a body can have
-    middle = pose.rotation.T @ (start + plan.rng.uniform(0.4, 0.6) * (end - start) - pose.position)
+    middle = start + plan.rng.uniform(0.4, 0.6) * (end - start) + 0.1 * out_of_round * length * frame[:, 1]
+    middle = pose.rotation.T @ (middle - pose.position)
     plan.inertias[link] = Inertia(mass, middle, rpy_of(pose.rotation.T @ frame), moments)
 
 

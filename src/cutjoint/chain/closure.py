@@ -179,7 +179,7 @@ class Closure:
 
     def jacobian(self, gather: Array, twists: Array) -> Array:
         """Time derivative of the residual per velocity, shape (rows, nv), from G and the joint Jacobians (6, nv)."""
-        of_cuts = gather @ (self.support * twists).reshape(-1, self.nv)
+        of_cuts = gather @ (self.support * twists).reshape(12 * len(self.cuts), self.nv)
         return self.kept(np.concatenate([of_cuts, self._ratio_rows]) if self.ratios else of_cuts)
 
     def drift(self, frames: CutFrames, gather: Array, twists: Array, rates: Array, v: Array) -> Array:

@@ -84,6 +84,9 @@ MASSLESS = 1e-12
 """Motions that move less than this part of the mass of the others (by each joint's own measure) move none: rounding of
 masses that cancel lies below, the spin of a wire above."""
 
+ROUNDED = 1e-13
+"""Part of a motion that rows leave which vanish but for rounding, such as those of a door's second hinge."""
+
 
 class FullDynamics:
     """Constrained forward dynamics of one robot."""
@@ -178,15 +181,18 @@ class FullDynamics:
         left = np.abs(moved + drift)
         terms = k.row_scale * (np.abs(placed.jacobian) @ np.abs(acceleration) + np.abs(drift))
         open_by = float((k.row_scale * left).max(initial=0.0))
+        # rows that vanish at every motion are differences of terms of the size of the motion itself
+        speed = float(np.abs(placed.v / k.column_scale).max(initial=0.0))
+        motion = float(np.abs(acceleration / k.column_scale).max(initial=0.0)) + speed**2
         inertial, bias, push = forces
         unbalanced = inertial + bias - push - placed.scaled.T @ multipliers
         acting = np.abs(inertial) + np.abs(bias) + np.abs(push) + np.abs(placed.scaled).T @ np.abs(multipliers)
         worst = float(np.abs(unbalanced).max(initial=0.0))
-        for found, size, what in (
-            (open_by, float(terms.max(initial=0.0)), "|K a + gamma|"),
-            (worst, float(acting.max(initial=0.0)), "|M a + h - tau - K' f|"),
+        for found, size, rounding, what in (
+            (open_by, float(terms.max(initial=0.0)), ROUNDED * motion, "|K a + gamma|"),
+            (worst, float(acting.max(initial=0.0)), 0.0, "|M a + h - tau - K' f|"),
         ):
-            if found > tolerances.DYNAMICS.value * size:
+            if found > tolerances.DYNAMICS.value * size + rounding:
                 raise DynamicsError(
                     f"constrained forward dynamics has no solution here: {what} = {found:.3g} against terms of "
                     f"{size:.3g} (dimensionless); the posture is singular or not closed, or the velocity opens a loop",

@@ -18,6 +18,7 @@ from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_o
 from cutjoint.chain.assembly import ActuatedDriver, Assembler, System
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
+from cutjoint.chain.idle import is_cyclic
 from cutjoint.chain.kinematics import Kinematics, Placed, joints_of
 from cutjoint.chain.mobility import MobilityReport, mobility_report
 from cutjoint.chain.modes import working_modes
@@ -225,6 +226,20 @@ class FullChain:
         """Mobility, redundancy and distance to singularities at a posture (default home)."""
         return mobility_report(self._k, self._v_index, self._structure, self._placed(at))
 
+    @cached_property
+    def idle_is_cyclic(self) -> bool:
+        """Whether neither masses nor weights notice the idle motions, as for a rod that is round.
+
+        Idle motions that start without momentum then stay without, and the actuated coordinates tell the whole motion;
+        else only full coordinates do.  True for a robot without idle motions.
+
+        Raises:
+            ActuationError: the actuators do not determine the motion.
+        """
+        if not self._structure.idle:
+            return True
+        return is_cyclic(self._k, self._regular, self._map, lambda q: self._assembler.settle(q, self._hold(q), 1.0))
+
     def limit_violations(self, at: Posture) -> Mapping[str, tuple[float, float, float]]:
         """Joints beyond their limits: name -> (value, lower, upper), [m] or [rad]."""
         q, model = at.q_full, self.model
@@ -323,7 +338,13 @@ class FullChain:
         ]
 
     def centre_of_mass(self, q_full: Array) -> Array:
-        """Centre of mass of all moving links, shape (3,) [m]."""
+        """Centre of mass of all moving links, shape (3,) [m].
+
+        Raises:
+            InputError: none of them has mass.
+        """
+        if not any(inertia.mass > 0.0 for inertia in list(self.model.inertias)[1:]):
+            raise InputError(f"{self.name} has no moving link with mass, so no centre of mass")
         return np.array(pin.centerOfMass(self._k.model, self._k.data, self._whole(q_full))) + self._k.origin
 
     # ---- inside ----------------------------------------------------------------------------------------------------

@@ -72,7 +72,8 @@ class RigidConstraints:
         it leaves of K a + gamma is looked at, in its own rows."""
         own = self.workspace
         found = pin.constraintDynamics(self._model, own.data, q, v, effort, self.models, own.datas, own.settings)
-        moved = pin.getConstraintsJacobian(self._model, own.data, self.models, own.datas).dot(found)
+        rows = pin.getConstraintsJacobian(self._model, own.data, self.models, own.datas)
+        moved = rows.reshape(-1, self._model.nv).dot(found)  # one column comes as a vector
         wanted = own.data.primal_rhs_contact * self._row_scale
         left = moved * self._row_scale - wanted
         scaled = found * self._scale

@@ -1,19 +1,35 @@
 """A plant in actuated coordinates: any `Mechanism`, by its own forward dynamics.
 
-The loops are closed exactly at every evaluation, so nothing drifts.
+The loops are closed exactly at every evaluation, so nothing drifts.  A robot with idle motions that masses or weights
+notice moves in more than its actuated coordinates; it is refused.
 """
 
 from __future__ import annotations
 
 from cutjoint.arrays import Array
+from cutjoint.errors import ActuationError
 from cutjoint.mechanism import Mechanism, Posture
 from cutjoint.simulation.plant import Observation, State
 
 
 class ReducedPlant:
-    """The robot as `mechanism` has it, in n coordinates."""
+    """The robot as `mechanism` has it, in n coordinates.
+
+    Raises:
+        ActuationError: n coordinates do not tell its motion.
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
+        if not getattr(mechanism, "idle_is_cyclic", True):  # only chains have idle motions
+            report = mechanism.mobility()  # type: ignore[attr-defined]
+            raise ActuationError(
+                f"{mechanism.name} has idle motions that its masses or weights notice, such as a rod that is not round "
+                f"({', '.join(report.idle)}): they gain momentum, so the actuated coordinates alone do not tell how it "
+                "moves; simulate it in full coordinates (ConstrainedPlant)",
+                mobility=report.mobility,
+                actuators=report.actuators,
+                free=report.idle,
+            )
         self.mechanism = mechanism
 
     @property
