@@ -10,13 +10,16 @@ class Verdict(StrEnum):
     """Whether a claim holds."""
 
     HOLDS = "holds"
+    EQUATION = "holds with equation (39) only"
     INFERRED = "holds with the inferred code only"
     FAILS = "does not hold"
 
     @classmethod
-    def of(cls, equations: bool, inferred: bool = False) -> Verdict:
-        """From what the paper's equations say and what the inferred code says."""
-        return cls.HOLDS if equations else cls.INFERRED if inferred else cls.FAILS
+    def of(cls, equations: bool, inferred: bool | None = None) -> Verdict:
+        """From what the paper's equations say and what the inferred code says; None where only the equations judge."""
+        if inferred is None or inferred == equations:
+            return cls.HOLDS if equations else cls.FAILS
+        return cls.EQUATION if equations else cls.INFERRED
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cutjoint.crosscheck import hypothesis_cost
-from cutjoint.experiments import cpm
+from cutjoint.experiments import cpm, cpm_law_claims
 from cutjoint.experiments.cpm_claims import RULED, TITLES, Found, claims, rule_of, run_of
 from cutjoint.experiments.pool import Task
 from cutjoint.experiments.tables import claims_table, cost_table, errata_table
@@ -27,7 +27,8 @@ def tasks() -> dict[Any, Task]:
     for column in ("equation", "inferred"):
         for name in RULED:
             wanted["rule", name, column] = (cpm.gain_rule, (name, column))
-    for column in ("lumped", "distributed", "inferred", "equation"):
+    wanted |= cpm_law_claims.tasks()
+    for column in ("lumped", "distributed", "inferred", "steps", "equation"):
         for name in cpm.ROWS:
             wanted["run", name, column] = (cpm.table_3_run, (name, column))
     wanted["cost"] = (lumping_cost, ())

@@ -23,12 +23,14 @@ class SmallestGain:
         gain: smallest integer gain that keeps the bound.
         error: its error.
         error_below: error of the next smaller integer, which breaks the bound.
+        error_of_guess: error of the gain that was tried first.
         runs: how many gains were tried.
     """
 
     gain: int
     error: float
     error_below: float
+    error_of_guess: float
     runs: int
 
 
@@ -54,7 +56,7 @@ def smallest_gain(error_of: Callable[[int], float], bound: float, guess: int) ->
         elif high not in known and not holds(high):
             low, high = high, _above(high, known[high], bound)
         elif high - low == 1:
-            return SmallestGain(high, known[high], known[low], len(known))
+            return SmallestGain(high, known[high], known[low], known[guess], len(known))
         else:
             middle = _between(low, high, known, bound, halve=len(known) % 3 == 0)
             if holds(middle):
