@@ -30,8 +30,31 @@ class Table:
     def print(self) -> None:
         """Write the table to standard output."""
         out = console()
+        self._keep_words_whole(out.width)
         out.print(f"[bold]{self._title}[/]")
         out.print(self._table)
+
+    def _keep_words_whole(self, width: int) -> None:
+        """Share `width` among the columns so that no number and no word is broken, as far as there is room."""
+        from rich.text import Text
+
+        columns = self._table.columns
+        texts = [[Text.from_markup(str(cell)).plain for cell in (one.header, *one.cells)] for one in columns]
+        natural = [max(map(len, column)) for column in texts]
+        words = [max((len(word) for text in column for word in text.split()), default=0) for column in texts]
+        numbers = [
+            max(word, *map(len, column[1:])) if one.justify == "right" and len(column) > 1 else word
+            for one, column, word in zip(columns, texts, words, strict=True)
+        ]
+        # A blank at either edge and three between two columns.
+        room = width - 2 - 3 * (len(columns) - 1)
+        widths = numbers if sum(numbers) <= room else words
+        if sum(natural) <= room or sum(widths) > room:
+            return
+        for _ in range(room - sum(widths)):
+            widths[max(range(len(widths)), key=lambda i: natural[i] - widths[i])] += 1
+        for column, share in zip(columns, widths, strict=True):
+            column.width = share
 
 
 def table(title: str, columns: Sequence[str], right: Sequence[str] = ()) -> Table:

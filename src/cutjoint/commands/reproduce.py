@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cutjoint.commands.output import console, table
+
+if TYPE_CHECKING:
+    from cutjoint.report import Table
+
+COLOURS = {"good": "green", "half": "yellow", "bad": "red"}
 
 
 def command(
@@ -24,7 +29,6 @@ def command(
     """
     import time
 
-    from rich.markup import escape
     from rich.progress import Progress
 
     from cutjoint import __version__
@@ -43,12 +47,7 @@ def command(
     for section in sections:
         for part in section.parts:
             if isinstance(part, Table) and not part.wide:
-                shown = table(
-                    escape(part.title), [escape(one) for one in part.columns], [escape(one) for one in part.right]
-                )
-                for row in part.rows:
-                    shown.add_row(*map(escape, row))
-                shown.print()
+                _print(part)
     title = "Two parallel robots: their papers' experiments, reproduced"
     lead = (
         f"Made by cutjoint {__version__}. Every number was computed for this page; what could not be "
@@ -56,3 +55,29 @@ def command(
     )
     write_whole(output, page(title, lead, sections))
     console().print(f"{output}: {output.stat().st_size / 1e6:.1f} MB, {time.perf_counter() - began:.0f} s")
+
+
+def _print(part: Table) -> None:
+    """A table of numbers the way that fits the terminal; rows of text as paragraphs."""
+    from rich.markup import escape
+    from rich.padding import Padding
+
+    from cutjoint.report.tables import MARKS, verdict_style
+
+    out = console()
+    if not part.is_text:
+        fitting = part.fitting(out.width)
+        shown = table(escape(part.title), [*map(escape, fitting.columns)], [*map(escape, fitting.right)])
+        for row in fitting.rows:
+            shown.add_row(*map(escape, row))
+        shown.print()
+        return
+    out.print(f"[bold]{escape(part.title)}[/]\n")
+    for where, *lines in part.rows:
+        for number, line in enumerate(lines):
+            style = verdict_style(line)
+            text = f"[{COLOURS[style]}]{MARKS[style]} {escape(line)}[/]" if style else escape(line)
+            if number == 0:
+                text = f"{text} [dim]({escape(where)})[/]"
+            out.print(Padding(text, (0, 0, 0, 1 if number == 0 else 5)))
+        out.print()

@@ -102,7 +102,8 @@ def claims(found: Found) -> list[Claim]:
 def order(found: Found) -> Claim:
     """Whether the position error falls from law to law, computed torque last."""
     errors = {
-        column: [run_of(found, name, column).rmse().position for name in cpm.ROWS] for column in ("equation", "inferred")
+        column: [run_of(found, name, column).rmse().position for name in cpm.ROWS]
+        for column in ("equation", "inferred")
     }
     shown = {column: ", ".join(f"{1e3 * one:.4g}" for one in row) for column, row in errors.items()}
     return Claim(

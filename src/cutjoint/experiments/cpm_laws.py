@@ -207,9 +207,7 @@ def load_response(name: str, duration: float = 0.4) -> Response:
     error = []
     for robot in (model.with_payload(LOAD), model):
         start = State(before.q[-1], before.v[-1], robot.close(before.q[-1]))
-        after = run(
-            ReducedPlant(robot), made, rest, integrator=RungeKutta4(2e-3), start=start, duration=duration
-        )
+        after = run(ReducedPlant(robot), made, rest, integrator=RungeKutta4(2e-3), start=start, duration=duration)
         error.append(after.error)
     change = np.linalg.norm(error[0] - error[1], axis=1)
     return Response(float(change.max()), float(after.time[np.argmax(change >= 0.9 * change.max())]))

@@ -7,11 +7,7 @@ from dataclasses import dataclass
 from html import escape
 
 from cutjoint.report.figures import Drawing
-from cutjoint.report.tables import Table
-
-GOOD = ("holds", "yes")
-HALF = ("holds with the inferred code only",)
-BAD = ("does not hold", "no")
+from cutjoint.report.tables import Table, verdict_style
 
 STYLE = """
 :root { color-scheme: light; --ink: #222; --soft: #5a5a5a; --line: #dcdcdc; --link: #0b5a8a; }
@@ -35,7 +31,7 @@ th, td { padding: .32rem .8rem .32rem 0; text-align: left; vertical-align: top; 
 th { border-bottom: 1.5px solid var(--ink); font-weight: 600; vertical-align: bottom; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 td.n { white-space: nowrap; }
-.note { color: var(--soft); font-size: .88rem; margin: .2rem 0 0; }
+.note { color: var(--soft); font-size: .88rem; margin: .2rem 0 1.4rem; }
 .verdict { font-weight: 600; }
 @media (min-width: 700px) { .verdict { white-space: nowrap; } }
 .verdict::before { display: inline-block; width: 1.2em; }
@@ -125,7 +121,7 @@ def _class(number: bool) -> str:
 
 
 def _cell(text: str, number: bool) -> str:
-    for names, style in ((GOOD, "good"), (HALF, "half"), (BAD, "bad")):
-        if text in names:
-            return f'<td><span class="verdict {style}">{escape(text)}</span></td>'
+    style = verdict_style(text)
+    if style is not None:
+        return f'<td><span class="verdict {style}">{escape(text)}</span></td>'
     return f"<td{_class(number)}>{escape(text)}</td>"
