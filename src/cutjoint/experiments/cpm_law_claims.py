@@ -21,7 +21,7 @@ from cutjoint.papers.cpm import CpmModel
 from cutjoint.simulation import Result
 
 ZERO = 1e-9
-"""A tracking error below this is the integrator's [m]: the smallest that the paper speaks of is ten thousand times it."""
+"""A tracking error below this is the integrator's [m]; the smallest bound of the paper is ten thousand times it."""
 
 SAME = 1e-6
 """Two courses of an error that differ by less than this part of its largest value are the same."""
@@ -113,8 +113,8 @@ def high_rate(rate: UpdateRate) -> Claim:
     return Claim(
         "4.3",
         "PD needs a high update rate for a reasonable accuracy",
-        f"error after 0.3 s: {1e3 * rate.slow:.4f} mm at {cpm_laws.LOW_RATE:g} Hz, {1e3 * rate.continuous:.4f} mm under "
-        f"continuous control; lowest rates for that accuracy: {lowest}",
+        f"error after 0.3 s: {1e3 * rate.slow:.4f} mm at {cpm_laws.LOW_RATE:g} Hz, {1e3 * rate.continuous:.4f} mm "
+        f"under continuous control; lowest rates for that accuracy: {lowest}",
         Verdict.of(rate.slow > cpm_laws.REASONABLE * rate.continuous),
     )
 
@@ -194,8 +194,8 @@ def linear(deviation: float) -> Claim:
     return Claim(
         "4.6, (44)",
         "computed torque makes the error of every axis linear; with positive gains it dies exponentially",
-        f"{1e3 * float(np.abs(cpm_laws.DISPLACED).max()):g} mm off, other gains along every axis: within {deviation:.0e} "
-        "of the first error of the solution of (44)",
+        f"{1e3 * float(np.abs(cpm_laws.DISPLACED).max()):g} mm off, other gains along every axis: within "
+        f"{deviation:.0e} of the first error of the solution of (44)",
         Verdict.of(deviation < SAME),
     )
 
