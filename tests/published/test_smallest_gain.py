@@ -16,6 +16,7 @@ def test_it_finds_the_smallest_integer(answer, off, power, fraction):
     assert found.gain == answer
     assert found.error < bound <= found.error_below
     assert found.runs < 25
+    assert found.error_of_guess == max(2, round(off * answer)) ** power
 
 
 def test_a_bound_that_no_gain_keeps_is_an_error():

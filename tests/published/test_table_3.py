@@ -7,12 +7,18 @@ from cutjoint.experiments import cpm
 from cutjoint.papers.cpm.published import FORCE_LIMIT, SETTLING_TIME
 from cutjoint.simulation import Adaptive, DormandPrince, run
 
-# Position and velocity error of the inferred code, and of equation (39) every millisecond.
+# Position and velocity error of the inferred code, and of equation (39) over the same solver's steps and every ms.
 INFERRED = {
     "pd": (2.7208e-3, 1.8445e-2),
     "pd-gravity": (3.5835e-4, 1.7626e-2),
     "feedforward": (3.02555e-4, 1.8164e-2),
     "computed-torque": (2.346925e-4, 1.6142e-2),
+}
+STEPS = {
+    "pd": (2.8728e-3, 1.9961e-2),
+    "pd-gravity": (4.2123e-4, 1.8510e-2),
+    "feedforward": (3.4583e-4, 1.9066e-2),
+    "computed-torque": (2.34692e-4, 1.61416e-2),
 }
 EQUATION = {
     "pd": (2.8835e-3, 1.215e-2),
@@ -36,6 +42,11 @@ def inferred(request):
 
 
 @pytest.fixture(scope="module", params=cpm.ROWS)
+def steps(request):
+    return request.param, cpm.table_3_run(request.param, "steps")
+
+
+@pytest.fixture(scope="module", params=cpm.ROWS)
 def equation(request):
     return request.param, cpm.table_3_run(request.param, "equation")
 
@@ -50,6 +61,39 @@ def test_inferred_code_gives_the_printed_digits_of_five_errors(inferred):
 def test_inferred_code_gives_the_known_figures(inferred):
     name, result = inferred
     assert result.rmse() == pytest.approx(INFERRED[name], rel=5e-5)
+
+
+def test_equation_39_over_the_solver_s_steps(steps):
+    name, result = steps
+    assert result.rmse() == pytest.approx(STEPS[name], rel=3e-5)
+    assert result.about["integrator"] == DormandPrince(1e-9, 1e-10).name
+
+
+def test_over_the_solver_s_steps_equation_39_gives_the_printed_digits_of_computed_torque_alone(steps):
+    name, result = steps
+    row = cpm.ROWS[name]
+    for index, printed in enumerate((row.position_error, row.velocity_error)):
+        assert printed.agrees(result.rmse()[index]) is (name == "computed-torque"), (printed, result.rmse()[index])
+
+
+def test_computed_torque_cancels_the_model_and_the_others_do_not(steps):
+    """The same error over time by either model, step for step; with every other law the models differ by percents."""
+    name, result = steps
+    other = cpm.table_3_run(name, "inferred")
+    if name == "computed-torque":
+        assert len(result) == len(other)
+        np.testing.assert_allclose(result.time, other.time, rtol=1e-6)
+        assert result.rmse() == pytest.approx(other.rmse(), rel=1e-8)
+        assert np.abs(result.effort - other.effort).max() > 1.0, "the forces do differ"
+    else:
+        assert abs(result.rmse().position / other.rmse().position - 1.0) > 0.05
+
+
+def test_the_averaging_moves_the_velocity_error_more_than_the_model(steps):
+    name, result = steps
+    even = cpm.table_3_run(name, "equation").rmse().velocity
+    assert result.rmse().velocity / even > 1.5
+    assert abs(result.rmse().velocity / INFERRED[name][1] - 1.0) < 0.1
 
 
 def test_the_steps_matter_as_much_as_the_model():
@@ -80,6 +124,18 @@ def test_only_the_inferred_code_keeps_the_bounds_of_pd_and_pd_gravity(equation):
     bound = cpm.ROWS[name].bound
     if bound is not None:
         assert (result.worst_axis_error(SETTLING_TIME) < bound) is (name == "feedforward")
+
+
+def test_the_printed_gain_of_feedforward_breaks_its_bound_with_the_inferred_code():
+    """By the instants of the rule, from 0.3 s exactly on; the solver's first step after that is late by 1.5 ms."""
+    row, bound = cpm.ROWS["feedforward"], cpm.bound("feedforward")
+    assert cpm.settled_error("feedforward", "inferred", row.k_p, row.k_d) == pytest.approx(1.0255e-5, abs=5e-10)
+    assert cpm.settled_error("feedforward", "equation", row.k_p, row.k_d) == pytest.approx(9.776e-6, abs=5e-10)
+    late = cpm.table_3_run("feedforward", "inferred")
+    assert late.worst_axis_error(SETTLING_TIME) == pytest.approx(9.946e-6, abs=5e-10)
+    assert late.worst_axis_error(SETTLING_TIME) < bound
+    first = late.time[np.searchsorted(late.time, SETTLING_TIME)]
+    assert first - SETTLING_TIME == pytest.approx(1.5e-3, abs=5e-5)
 
 
 def test_largest_derivative_gains():

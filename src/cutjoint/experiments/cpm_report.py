@@ -107,10 +107,10 @@ def table_3(found: Found) -> tuple[Table, ...]:
                 "there. The mean over time does not depend on the samples."
                 if index == 1
                 else "Solver steps: the mean runs over the steps of the adaptive solver; uniform 1 ms, as Pinocchio "
-                "too: over a sample every millisecond. So the second and third column differ in the model alone, the third "
-                "and fourth in the averaging alone. Inferred: the model that explains most of the paper's figures (see "
-                "the errata), an inference after the fact. Pinocchio: all joints of the tree, cut joints as "
-                "constraints; the controller believes equation (39). Last column: which of the two models gives the "
+                "too: over a sample every millisecond. So the two columns over solver steps differ in the model "
+                "alone, the first two of (39) in the averaging alone. Inferred: the model that explains most of the "
+                "paper's figures (see the errata), an inference after the fact. Pinocchio: all joints of the tree, cut "
+                "joints as constraints; the controller believes equation (39). Last column: which of the two models gives the "
                 "printed digits over the solver's steps. Computed torque cancels its model, so there both do.",
             )
         )
