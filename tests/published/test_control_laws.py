@@ -18,10 +18,15 @@ from cutjoint.experiments.law_cost import operations
 from cutjoint.papers.cpm import CpmModel, InferredCpmModel, Parameters
 from cutjoint.papers.cpm.published import CIRCLE
 from cutjoint.papers.omega3 import Omega3Model
-from cutjoint.simulation import ReducedPlant, RungeKutta4, run
+from cutjoint.simulation import ReducedPlant, Result, RungeKutta4, run
 
 SPEED = CIRCLE.radius * CIRCLE.omega
 TORQUE = cpm.ROWS["computed-torque"]
+
+
+def start_of_table_3(name: str, step: float = 1e-3, duration: float = 0.5) -> Result:
+    made, way = cpm.controller(name, "equation"), cpm.reference("equation")
+    return run(cpm.plant("equation"), made, way, integrator=RungeKutta4(step), duration=duration)
 
 
 @pytest.fixture
@@ -265,7 +270,7 @@ def test_damping_ratios():
 
 
 def test_the_error_of_table_3_decays_as_equation_50_and_not_as_47():
-    result = cpm.table_3_run("computed-torque", "equation")
+    result = start_of_table_3("computed-torque")
     found = cpm_laws.decay(result)
     # The largest of e_dot(0) t exp(-K_D t / 2) is at t = 2 / K_D.
     assert found.largest == pytest.approx(2.0 * SPEED / (TORQUE.k_d * exp(1.0)), rel=1e-4)
@@ -276,7 +281,7 @@ def test_the_error_of_table_3_decays_as_equation_50_and_not_as_47():
 
 
 def test_with_another_robot_it_does_not_decay_so(other_robot):
-    result = cpm.table_3_run("computed-torque", "equation")
+    result = start_of_table_3("computed-torque")
     found = cpm_laws.decay(result)
     assert found.deviation > 1e-3 * found.largest
     results = {("run", "computed-torque", column): result for column in ("equation", "lumped")}
@@ -322,11 +327,7 @@ def test_the_verdict_on_the_update_rate_goes_both_ways():
 
 def test_work_and_force():
     """The first second of table 3, which has the largest forces and most of the work."""
-    method, way = RungeKutta4(2e-3), cpm.reference("equation")
-    runs = {
-        name: run(cpm.plant("equation"), cpm.controller(name, "equation"), way, integrator=method, duration=1.0)
-        for name in cpm.ROWS
-    }
+    runs = {name: start_of_table_3(name, 2e-3, 1.0) for name in cpm.ROWS}
     more, larger = cpm_law_claims.overwork(runs)
     assert (more.verdict, larger.verdict) == (Verdict.HOLDS, Verdict.FAILS)
     for result in runs.values():

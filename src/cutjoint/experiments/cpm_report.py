@@ -110,8 +110,8 @@ def table_3(found: Found) -> tuple[Table, ...]:
                 "too: over a sample every millisecond. So the two columns over solver steps differ in the model "
                 "alone, the first two of (39) in the averaging alone. Inferred: the model that explains most of the "
                 "paper's figures (see the errata), an inference after the fact. Pinocchio: all joints of the tree, cut "
-                "joints as constraints; the controller believes equation (39). Last column: which of the two models gives the "
-                "printed digits over the solver's steps. Computed torque cancels its model, so there both do.",
+                "joints as constraints; the controller believes equation (39). Last column: which of the two models "
+                "gives the printed digits over the solver's steps. Computed torque cancels its model: there both do.",
             )
         )
     return tuple(tables)

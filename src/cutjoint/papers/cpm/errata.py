@@ -86,8 +86,8 @@ ERRATA = (
         key="inferred_code",
         equation="table 3",
         printed="figures said to come from (39)",
-        corrected="a different model gives them: inertia 2 A + B Gamma' Gamma, Coriolis 2 B Gamma' dGamma/dt, weight "
-        "without m3 (after the fact: evidence, not proof)",
+        corrected="computed torque's two errors do; a different model gives most others: inertia 2 A + B Gamma' Gamma, "
+        "Coriolis 2 B Gamma' dGamma/dt, weight without m3 (after the fact: evidence, not proof)",
         shown="it gives all four K_D to the integer, (39) only three; it breaks the skew symmetry that (39) has",
     ),
     Erratum(

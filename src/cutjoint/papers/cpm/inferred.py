@@ -1,9 +1,10 @@
 """The model that Table 3 of Elkady et al. 2008 was most likely computed with; it is not the paper's equation (39).
 
-Equation (39) does not give the figures of Table 3, a slightly different model does: the rods count half in the mass
-matrix (B instead of 2 B) but fully in the Coriolis term (2 B), and the sliders m3 are missing in the weight E.  The
-finding is after the fact, so it is evidence and no proof (docs/errata.md).  The model breaks the skew symmetry of
-dM/dt - 2 G, so it does not conserve energy.  Use it to compare with Table 3, for nothing else.
+Equation (39) does not give the figures of Table 3, but for the two errors of computed torque, which cancels its model.
+A slightly different model gives three more and the gains: the rods count half in the mass matrix (B instead of 2 B) but
+fully in the Coriolis term (2 B), and the sliders m3 are missing in the weight E.  The finding is after the fact, so it
+is evidence and no proof (docs/errata.md).  The model breaks the skew symmetry of dM/dt - 2 G, so it does not conserve
+energy.  Use it to compare with Table 3, for nothing else.
 """
 
 from __future__ import annotations
