@@ -46,6 +46,12 @@ def test_the_whole_report(tmp_path):
         assert text in html
     assert html.count("<figure>") == 10
     assert html.count(">holds with the inferred code only<") == 6
+    assert html.count(">holds with equation (39) only<") == 1
+    assert html.count(">(39), solver steps<") == 2
+    # Every claim about the control laws has its verdict: eleven hold, five do not.
+    laws = html[html.index("What the paper says of the control laws") :]
+    laws = laws[: laws.index("</table>")]
+    assert (laws.count(">holds<"), laws.count(">does not hold<")) == (11, 5)
     # It stands alone: no script, no link out, identifiers unique, and it is well formed.
     assert not re.search(r"<script|<link|<img|src=|@import|https?://(?!www\.w3\.org/)", html)
     ids = re.findall(r'\bid="([^"]+)"', html)

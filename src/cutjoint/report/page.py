@@ -24,14 +24,14 @@ a { color: var(--link); }
 nav ul { list-style: none; padding: 0; margin: 1rem 0 0; columns: 18rem 2; }
 nav li { break-inside: avoid; padding: .1rem 0; }
 nav li.sub { padding-left: 1.1rem; font-size: .92rem; }
-.scroll { overflow-x: auto; margin: .6rem 0; }
+.scroll { overflow-x: auto; margin: .6rem 0 1.2rem; }
 table { border-collapse: collapse; font-size: .9rem; line-height: 1.35; }
 caption { text-align: left; font-weight: 600; padding: 0 0 .35rem; }
 th, td { padding: .32rem .8rem .32rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--line); }
 th { border-bottom: 1.5px solid var(--ink); font-weight: 600; vertical-align: bottom; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 td.n { white-space: nowrap; }
-.note { color: var(--soft); font-size: .88rem; margin: .2rem 0 1.4rem; }
+.note { color: var(--soft); font-size: .88rem; margin: -.8rem 0 1.4rem; }
 .verdict { font-weight: 600; }
 @media (min-width: 700px) { .verdict { white-space: nowrap; } }
 .verdict::before { display: inline-block; width: 1.2em; }
