@@ -22,7 +22,7 @@ from cutjoint.experiments import cpm
 from cutjoint.motion import Hold, Reference, ToolMotion, Trajectory
 from cutjoint.papers.cpm import CpmModel
 from cutjoint.papers.cpm.published import CIRCLE, SETTLING_TIME
-from cutjoint.simulation import Adaptive, ReducedPlant, Result, RungeKutta4, State, run
+from cutjoint.simulation import Adaptive, Integrator, ReducedPlant, Result, RungeKutta4, State, run
 
 COLUMN = "equation"
 
@@ -85,7 +85,7 @@ def late_error(name: str, rate: float | None) -> float:
     From rest on the path as in table 3, the force held between the updates at `rate` [Hz]; None is continuous control.
     """
     # Under a held force the plant alone is integrated, which is smooth; the error swings between the updates.
-    step = 2.0 * cpm.STEP if rate is None else 0.25 / rate
+    step = 2.0 * cpm.STEP if rate is None else 0.5 / rate
     made, way = cpm.controller(name, COLUMN), cpm.reference(COLUMN)
     try:
         result = run(cpm.plant(COLUMN), made, way, integrator=RungeKutta4(step), rate=rate)
@@ -159,7 +159,7 @@ class Held:
     duration: float
 
 
-def held(name: str, duration: float = 1.5) -> Held:
+def held(name: str, duration: float = 1.0) -> Held:
     """A constant reference at the centre of the circle, from the corners of a cube around it.
 
     The energy is that of the robot, plus that of the springs K_P e, plus that of the constant force K(q_d): what the
@@ -233,7 +233,7 @@ DISPLACED = np.array([0.04, -0.03, 0.02])
 """First error of the runs that start off the path [m]."""
 
 
-def displaced_run(k_p: npt.ArrayLike, k_d: npt.ArrayLike, duration: float) -> Result:
+def displaced_run(k_p: npt.ArrayLike, k_d: npt.ArrayLike, duration: float, integrator: Integrator) -> Result:
     """Computed torque with other gains, from `DISPLACED` off the path, at the path's speed; every millisecond."""
     model, way = cpm.model(COLUMN), cpm.reference(COLUMN)
     desired = way.at(0.0)
@@ -241,7 +241,7 @@ def displaced_run(k_p: npt.ArrayLike, k_d: npt.ArrayLike, duration: float) -> Re
         cpm.plant(COLUMN),
         law("computed-torque", model, {"kp": k_p, "kd": k_d}),
         way,
-        integrator=Adaptive(1e-10, 1e-13),
+        integrator=integrator,
         start=model.close(desired.q - DISPLACED),
         start_velocity=desired.v,
         duration=duration,
@@ -251,7 +251,7 @@ def displaced_run(k_p: npt.ArrayLike, k_d: npt.ArrayLike, duration: float) -> Re
 
 def linearised() -> float:
     """Largest deviation from equation (44) with other gains along every axis, relative to the first error."""
-    result = displaced_run(*MIXED, duration=0.5)
+    result = displaced_run(*MIXED, duration=0.5, integrator=Adaptive(1e-10, 1e-13))
     wanted = [linear_error(result.time, e, 0.0, *gains) for e, *gains in zip(DISPLACED, *MIXED, strict=True)]
     return float(np.abs(result.error - np.array(wanted).T).max() / np.abs(DISPLACED).max())
 
@@ -273,7 +273,7 @@ def damping() -> dict[float, Damping]:
     """The damping ratios at the natural frequency of table 3, along the axis of the largest first error."""
     k_p, found = cpm.ROWS["computed-torque"].k_p, {}
     for ratio in RATIOS:
-        result = displaced_run(k_p, 2.0 * ratio * sqrt(k_p), duration=0.3)
+        result = displaced_run(k_p, 2.0 * ratio * sqrt(k_p), duration=0.3, integrator=RungeKutta4(cpm.STEP))
         share = result.error[:, 0] / DISPLACED[0]
         late = np.flatnonzero(np.abs(share) > SETTLED)[-1] + 1
         # What is left of the integrator's error is not a swing.
@@ -312,7 +312,7 @@ def critical_error(k_d: float) -> float:
     """Root of the mean over time of |error|^2 in the first half second [m], critically damped with `k_d` [1/s]."""
     model, way = cpm.model(COLUMN), cpm.reference(COLUMN)
     made = law("computed-torque", model, {"kp": 0.25 * k_d * k_d, "kd": k_d})
-    result = run(cpm.plant(COLUMN), made, way, integrator=Adaptive(1e-9, 1e-12), duration=0.5, every=1e-3)
+    result = run(cpm.plant(COLUMN), made, way, integrator=RungeKutta4(cpm.STEP), duration=0.5)
     return result.rmse_over_time().position
 
 
