@@ -1,11 +1,15 @@
 """Table 3 of Elkady et al. 2008: what reproduces it, what does not, and by which digits."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from cutjoint.experiments import cpm
 from cutjoint.papers.cpm.published import FORCE_LIMIT, SETTLING_TIME
 from cutjoint.simulation import Adaptive, DormandPrince, run
+
+table_3_run = cache(cpm.table_3_run)
 
 # Position and velocity error of the inferred code, and of equation (39) over the same solver's steps and every ms.
 INFERRED = {
@@ -38,17 +42,17 @@ EXPLAINED = {
 
 @pytest.fixture(scope="module", params=cpm.ROWS)
 def inferred(request):
-    return request.param, cpm.table_3_run(request.param, "inferred")
+    return request.param, table_3_run(request.param, "inferred")
 
 
 @pytest.fixture(scope="module", params=cpm.ROWS)
 def steps(request):
-    return request.param, cpm.table_3_run(request.param, "steps")
+    return request.param, table_3_run(request.param, "steps")
 
 
 @pytest.fixture(scope="module", params=cpm.ROWS)
 def equation(request):
-    return request.param, cpm.table_3_run(request.param, "equation")
+    return request.param, table_3_run(request.param, "equation")
 
 
 def test_inferred_code_gives_the_printed_digits_of_five_errors(inferred):
@@ -79,7 +83,7 @@ def test_over_the_solver_s_steps_equation_39_gives_the_printed_digits_of_compute
 def test_computed_torque_cancels_the_model_and_the_others_do_not(steps):
     """The same error over time by either model, step for step; with every other law the models differ by percents."""
     name, result = steps
-    other = cpm.table_3_run(name, "inferred")
+    other = table_3_run(name, "inferred")
     if name == "computed-torque":
         assert len(result) == len(other)
         np.testing.assert_allclose(result.time, other.time, rtol=1e-6)
@@ -91,7 +95,7 @@ def test_computed_torque_cancels_the_model_and_the_others_do_not(steps):
 
 def test_the_averaging_moves_the_velocity_error_more_than_the_model(steps):
     name, result = steps
-    even = cpm.table_3_run(name, "equation").rmse().velocity
+    even = table_3_run(name, "equation").rmse().velocity
     assert result.rmse().velocity / even > 1.5
     assert abs(result.rmse().velocity / INFERRED[name][1] - 1.0) < 0.1
 
@@ -131,7 +135,7 @@ def test_the_printed_gain_of_feedforward_breaks_its_bound_with_the_inferred_code
     row, bound = cpm.ROWS["feedforward"], cpm.bound("feedforward")
     assert cpm.settled_error("feedforward", "inferred", row.k_p, row.k_d) == pytest.approx(1.0255e-5, abs=5e-10)
     assert cpm.settled_error("feedforward", "equation", row.k_p, row.k_d) == pytest.approx(9.776e-6, abs=5e-10)
-    late = cpm.table_3_run("feedforward", "inferred")
+    late = table_3_run("feedforward", "inferred")
     assert late.worst_axis_error(SETTLING_TIME) == pytest.approx(9.946e-6, abs=5e-10)
     assert late.worst_axis_error(SETTLING_TIME) < bound
     first = late.time[np.searchsorted(late.time, SETTLING_TIME)]
@@ -177,6 +181,6 @@ def test_the_error_falls_with_the_gain(name):
 
 
 def test_solver_is_the_one_of_the_finding():
-    result = cpm.table_3_run("pd", "inferred")
+    result = table_3_run("pd", "inferred")
     assert result.about["integrator"] == DormandPrince(1e-9, 1e-10).name
     assert result.about["steps"] == 2654
