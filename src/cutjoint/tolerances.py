@@ -71,3 +71,9 @@ ROUNDED_GAP = Tolerance(
     "of the longest way",
     "rounding of exported lengths leaves loops no further open than this; beyond, frames are wrong",
 )
+COMMANDED = Tolerance(
+    1e-2, "of the fastest", "directions in which a tool moves less are side effects, or rounding; tasks are not as slow"
+)
+DISTINCT = Tolerance(
+    1e-5, "link lengths, -", "postures closed to CLOSURE scatter by its root, 1e-6, near a double one; modes are apart"
+)

@@ -4,5 +4,6 @@ from cutjoint.chain.actuation import ActuatorEfforts
 from cutjoint.chain.closed_chain import ClosedChain
 from cutjoint.chain.dynamics import FullMotion
 from cutjoint.chain.mobility import MobilityReport
+from cutjoint.chain.modes import Modes
 
-__all__ = ["ActuatorEfforts", "ClosedChain", "FullMotion", "MobilityReport"]
+__all__ = ["ActuatorEfforts", "ClosedChain", "FullMotion", "MobilityReport", "Modes"]

@@ -21,14 +21,14 @@ from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.idle import is_cyclic
 from cutjoint.chain.kinematics import Kinematics, Placed, joints_of
 from cutjoint.chain.mobility import MobilityReport, mobility_report
-from cutjoint.chain.modes import working_modes
+from cutjoint.chain.modes import MOST_STARTS, Held, Modes, Robot, assembly_modes, working_modes
 from cutjoint.chain.nearby import Nearby
 from cutjoint.chain.rank import null_space, rank_of
 from cutjoint.chain.rounding import check_rounding, trusted_rows
 from cutjoint.chain.structure import AROUND, SHIFT, Structure
 from cutjoint.chain.tangent import TangentMap, tangent_map
 from cutjoint.description.model import JointType, RobotDescription
-from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError
+from cutjoint.errors import ClosureError, InputError, SingularError
 from cutjoint.mechanism import Actuator, Posture
 
 
@@ -195,30 +195,37 @@ class FullChain:
         momentum = tangent.idle.T @ (self._k.mass(placed.q) @ (v_full - driven)) if tangent.idle.size else np.zeros(0)
         return placed.q, driven + tangent.idle @ momentum
 
-    def working_modes(self, at: Posture | None = None, starts: int = 60, seed: int = 0) -> tuple[Posture, ...]:
-        """Closed postures that hold the tool in the pose of `at` (default home), `at` first.
+    def working_modes(self, at: Posture | None = None, hold: Held | None = None, starts: int = MOST_STARTS) -> Modes:
+        """Solutions of inverse kinematics: closed postures that hold the tool as `at` (default home) does, `at` first.
 
-        The search is random (reproducible by `seed`): it proves what it finds, not that nothing else exists.
+        Args:
+            hold: "point" or "pose" of the tool; default the point where it says where the tool is, else the pose.
+            starts: at most as many starts; fewer where everything was found several times.
 
         Raises:
-            InputError: the robot has no tool or no cuts.
+            InputError: the robot has no tool or no cuts, or there is no such way to hold it.
             ActuationError: holding the tool leaves the robot movable, so the modes are not discrete.
         """
         self._need_tool()
         if not self._k.closure.rows:
             raise InputError(f"{self.name} has no cut joints; working modes are those of closed robots")
+        return working_modes(self._searched, self._placed(at), self._at_home, hold, starts)
+
+    def assembly_modes(self, at: Posture | None = None, limbs: bool = False, starts: int = MOST_STARTS) -> Modes:
+        """Solutions of forward kinematics: closed postures with the actuated coordinates of `at` (default home), `at`
+        first.
+
+        Args:
+            limbs: tell apart also postures that differ in limbs alone, the tool in one pose.  Otherwise each pose of
+                the tool comes once, with the limbs as near to those of `at` as may be.
+            starts: at most as many starts; fewer where everything was found several times.
+
+        Raises:
+            InputError: `starts` is not a whole number above 0.
+            ActuationError: with its actuators held the robot can still move, so the modes are not discrete.
+        """
         placed = self._placed(at)
-        held = np.concatenate([placed.scaled, placed.tool_jacobian * self._k.column_scale])
-        left = self.nv - rank_of(held)
-        if left:
-            raise ActuationError(
-                f"{self.name} still has {left} degrees of freedom with its tool held: its modes are not discrete",
-                mobility=left,
-                actuators=self.n,
-                free=joints_of(self.model, null_space(held)),
-            )
-        found = working_modes(self._k, self._assembler, placed.q, starts, seed)
-        return tuple(self._posture(self._k.at(one)) for one in found)
+        return assembly_modes(self._searched, self._hold(placed.q), placed.q, limbs, starts)
 
     # ---- mobility --------------------------------------------------------------------------------------------------
 
@@ -427,6 +434,10 @@ class FullChain:
             actuators=report.actuators,
             free=report.free,
         )
+    @property
+    def _searched(self) -> Robot:
+        return Robot(self.name, self._k, self._assembler, self._v_index, lambda q: self._posture(self._k.at(q)))
+
 
     def _hold(self, q: Array) -> ActuatedDriver:
         """Keeps the actuated coordinates where they are."""

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cutjoint.commands.mobility import find_modes, show_mobility
+from cutjoint.commands.mobility import find_assembly_modes, find_modes, show_mobility
 from cutjoint.commands.output import console, print_json, table
 
 if TYPE_CHECKING:
-    from cutjoint.chain import ClosedChain, MobilityReport
+    from cutjoint.chain import ClosedChain, MobilityReport, Modes
     from cutjoint.mechanism import Posture
 
 MOST_MODES = 16
@@ -20,22 +20,23 @@ def command(
     robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")],
     variant: Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")] = None,
     home: Annotated[str | None, typer.Option(help="Named home posture; default the first.")] = None,
-    modes: Annotated[bool, typer.Option("--modes/--no-modes", help="Search the working modes.")] = True,
+    modes: Annotated[bool, typer.Option("--modes/--no-modes", help="Search the working and assembly modes.")] = True,
     json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Mobility at home, masses, actuators, cut joints, working modes and source of a robot."""
+    """Mobility at home, masses, actuators, cut joints, working and assembly modes and source of a robot."""
     from cutjoint.robots import load
 
     chain = load(robot, variant, home)
     report = chain.mobility()
-    found = find_modes(chain) if modes else None
+    working = find_modes(chain) if modes else None
+    assembly = find_assembly_modes(chain) if modes else None
     if json:
-        print_json(_data(chain, report, found))
+        print_json(_data(chain, report, working, assembly))
     else:
-        _show(chain, report, found)
+        _show(chain, report, working, assembly)
 
 
-def _data(chain: ClosedChain, report: MobilityReport, modes: tuple[Posture, ...] | None) -> dict[str, Any]:
+def _data(chain: ClosedChain, report: MobilityReport, working: Modes | None, assembly: Modes | None) -> dict[str, Any]:
     robot = chain.description
     return {
         "name": robot.name,
@@ -56,11 +57,25 @@ def _data(chain: ClosedChain, report: MobilityReport, modes: tuple[Posture, ...]
             {"name": c.name, "joint": c.joint, "driver": c.driver, "ratio": c.ratio} for c in robot.couplings
         ],
         "links": [{"name": link.name, "mass_kg": link.inertial.mass if link.inertial else 0.0} for link in robot.links],
-        "working_modes": None if modes is None else [mode.q for mode in modes],
+        "working_modes": None if working is None else [mode.q for mode in working],
+        "assembly_modes": None if assembly is None else [_tool(chain, mode) for mode in assembly],
+        "search": {"working_modes": _search(working), "assembly_modes": _search(assembly)},
     }
 
 
-def _show(chain: ClosedChain, report: MobilityReport, modes: tuple[Posture, ...] | None) -> None:
+def _search(modes: Modes | None) -> dict[str, Any] | None:
+    """How sure a list of modes is."""
+    kept = ("held", "found", "starts", "closed", "loose", "unseen", "complete")
+    return None if modes is None else {key: getattr(modes, key) for key in kept}
+
+
+def _tool(chain: ClosedChain, at: Posture) -> list[list[float]] | None:
+    """World placement (4, 4) of the tool's link."""
+    tool = chain.description.tool
+    return None if tool is None else chain.link_placements(at.q_full)[tool.link].tolist()
+
+
+def _show(chain: ClosedChain, report: MobilityReport, working: Modes | None, assembly: Modes | None) -> None:
     robot, out = chain.description, console()
     masses = [link.inertial.mass for link in robot.links if link.inertial]
     out.print(
@@ -88,32 +103,40 @@ def _show(chain: ClosedChain, report: MobilityReport, modes: tuple[Posture, ...]
             )
         cuts.print()
 
-    if modes is not None:
-        _show_modes(chain, modes)
+    if working is not None:
+        what = f"working modes found: {len(working)} (the tool's {working.held} as at home)"
+        _show_modes(chain, working, what, actuators=True)
+    if assembly is not None:
+        _show_modes(
+            chain, assembly, f"assembly modes found: {len(assembly)} (the actuators as at home)", actuators=False
+        )
 
 
-def _show_modes(chain: ClosedChain, modes: tuple[Posture, ...]) -> None:
-    names = (
-        "mode",
-        *(f"{actuator.name} [{actuator.unit}]" for actuator in chain.actuators),
-        "other joints that differ",
-    )
-    shown = table(f"working modes found: {len(modes)} (the tool in the pose of home)", names, right=names[1:-1])
+def _show_modes(chain: ClosedChain, modes: Modes, title: str, actuators: bool) -> None:
+    """A table of modes: what they differ in, the actuators or the other joints, and how often each was found."""
+    motors = chain.actuators if actuators else ()
+    names = ("mode", "found", *(f"{motor.name} [{motor.unit}]" for motor in motors), "other joints that differ")
+    shown = table(title, names, right=names[1:-1])
     model = chain.model
     passive = [
         (name, int(model.idx_qs[joint]))
         for joint, name in enumerate(model.names)
         if joint > 0 and model.nqs[joint] == 1 and name not in chain.description.actuators
     ]
-    for number, mode in enumerate(modes[:MOST_MODES], start=1):
+    for number, (mode, found) in enumerate(zip(modes[:MOST_MODES], modes.found, strict=False), start=1):
         moved = [
             f"{name} {mode.q_full[i]:+.3f}" for name, i in passive if abs(mode.q_full[i] - chain.home.q_full[i]) > 1e-6
         ]
         label = f"{number} (home)" if number == 1 else str(number)
-        shown.add_row(label, *(f"{value:.6f}" for value in mode.q), f"[dim]{', '.join(moved)}[/]")
+        values = (f"{value:.6f}" for value in mode.q) if actuators else ()
+        shown.add_row(label, f"{found} x", *values, f"[dim]{', '.join(moved)}[/]")
     shown.print()
     if len(modes) > MOST_MODES:
         console().print(f"and {len(modes) - MOST_MODES} more; --json lists all of them")
+    sure = "each was found several times" if modes.complete else "the starts ran out before each was found several times"
+    console().print(f"[dim]{modes.closed} of {modes.starts} starts came to a solution; {sure}[/]")
+    if modes.unseen > 0.0:
+        console().print(f"[yellow]about {100.0 * modes.unseen:.2g} % of further starts would find another[/]")
 
 
 def _vector(values: Any) -> str:

@@ -9,7 +9,7 @@ from cutjoint.commands.output import table
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, MobilityReport
-    from cutjoint.mechanism import Posture
+    from cutjoint.chain.modes import Modes
 
 
 def show_mobility(report: MobilityReport) -> None:
@@ -30,7 +30,7 @@ def show_mobility(report: MobilityReport) -> None:
     facts.print()
 
 
-def find_modes(chain: ClosedChain) -> tuple[Posture, ...] | None:
+def find_modes(chain: ClosedChain) -> Modes | None:
     """Working modes at home, or None where they are not discrete or the robot has no loops or no tool."""
     from cutjoint.errors import ActuationError
 
@@ -38,6 +38,18 @@ def find_modes(chain: ClosedChain) -> tuple[Posture, ...] | None:
         return None
     try:
         return chain.working_modes()
+    except ActuationError:
+        return None
+
+
+def find_assembly_modes(chain: ClosedChain) -> Modes | None:
+    """Assembly modes at home, or None where they are not discrete or the robot has no loops."""
+    from cutjoint.errors import ActuationError
+
+    if not chain.description.cuts:
+        return None
+    try:
+        return chain.assembly_modes()
     except ActuationError:
         return None
 

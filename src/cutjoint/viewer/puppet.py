@@ -122,7 +122,7 @@ class Puppet:
         Raises:
             InputError, ActuationError: the robot has none (no tool, no cuts, or not discrete).
         """
-        self.modes = self.chain.working_modes(self.chain.home)
+        self.modes = tuple(self.chain.working_modes(self.chain.home))
 
     def choose(self, index: int) -> None:
         """Jump to working mode `index` with the tool where it is, or where the mode was found if it cannot come here.

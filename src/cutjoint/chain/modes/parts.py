@@ -1,0 +1,60 @@
+"""Parts of a robot that move independently of one another while something is held."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array
+from cutjoint.chain.assembly import Driver
+from cutjoint.chain.closure import support
+from cutjoint.chain.kinematics import Kinematics, ToolPoint
+from cutjoint.chain.mobility import null_space
+
+TIED = 1e-7
+"""Velocities are tied together by entries larger than this of dimensionless matrices."""
+
+
+def scaled_rows(kinematics: Kinematics, driver: Driver) -> Array:
+    """Dimensionless Jacobian of a driver at the updated configuration, shape (rows, nv)."""
+    scale = np.where(driver.is_length, 1.0 / kinematics.length, 1.0)
+    return np.asarray(scale[:, None] * driver.jacobian(kinematics.data) * kinematics.column_scale)
+
+
+def independent_parts(kinematics: Kinematics, driver: Driver, hub: ToolPoint | None, q: Array) -> list[list[int]]:
+    """Groups of joints that the loops tie together while `driver` holds; the joints that carry the hub are one group.
+
+    Read off the pattern of the equations, at `q` (nq,) and at a place near by, lest a zero be one of the posture alone.
+    """
+    model = kinematics.model
+    tied = np.eye(model.nv, dtype=bool)
+    if hub is not None:
+        carrying = support(model, hub.joint) > 0.0
+        tied |= np.outer(carrying, carrying)
+    for joint in range(1, model.njoints):
+        own = slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
+        tied[own, own] = True
+    random = np.random.default_rng(0)
+    aside = kinematics.integrate(q, kinematics.column_scale * random.uniform(-0.3, 0.3, model.nv))
+    for place in (q, aside):
+        kinematics.update(place)
+        free = null_space(scaled_rows(kinematics, driver))
+        projector = free @ free.T
+        tied |= np.abs(projector) > TIED
+        touched = np.abs(kinematics.scaled_jacobian() @ projector) > TIED
+        tied |= touched.T.astype(float) @ touched.astype(float) > 0.0
+    parts: dict[int, list[int]] = {}
+    label = _components(tied)
+    for joint in range(1, model.njoints):
+        parts.setdefault(int(label[model.idx_vs[joint]]), []).append(joint)
+    return list(parts.values())
+
+
+def _components(tied: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+    """Label of the connected component of every node of a graph, shape (n,), smallest member first."""
+    label = np.arange(len(tied))
+    while True:
+        lower = np.where(tied, label[None, :], len(tied)).min(axis=1, initial=len(tied))
+        if (lower >= label).all():
+            return label
+        label = np.minimum(label, lower)

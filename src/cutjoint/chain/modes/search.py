@@ -1,0 +1,202 @@
+"""The search for all postures that meet the loops and what is held, from random starts.
+
+Each start is closed (Levenberg-Marquardt, then Newton) and sorted in twice.  First by where the *hub* is, the link
+that carries the tool: a place.  With the hub held the robot falls into independent parts, its limbs, so the start then
+counts once for each part: a way for the limb to stand.  What was found for one limb goes with what was found for the
+others.  Where too few starts came to a place to know its limbs, more are made there, one limb at a time.
+
+The search ends when every place and every way was found several times, or the starts are used up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.chain.assembly import Assembler, Driver, PoseDriver
+from cutjoint.chain.kinematics import Kinematics, ToolPoint
+from cutjoint.chain.mobility import null_space
+from cutjoint.chain.modes.limits import Limits
+from cutjoint.chain.modes.parts import independent_parts, scaled_rows
+from cutjoint.chain.modes.shape import Shapes
+from cutjoint.chain.modes.starts import Starts
+from cutjoint.chain.modes.tally import Tally
+from cutjoint.chain.modes.task import Both
+
+FEWEST = 96
+"""Starts that end in a solution, at least: a place that 3 % of them lead to is missed once in twenty searches."""
+FEWEST_LIMB = 24
+"""The same for the ways of one limb, which are few."""
+MOST_LIMB = 240
+"""Starts of one limb at most."""
+NEAR = 1e-6
+"""Sum of squared scaled errors below which Newton's method takes over."""
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """What is to be solved.
+
+    Attributes:
+        kinematics, assembler: of the robot.
+        actuated: velocity indices of the actuated joints, shape (n,).
+        hub: the tool, if there is one.
+        guide: what leads a start to a solution.
+        driver: what a solution must meet besides the loops; the guide implies it.
+        fixed: joints that every solution has as `q` has them.
+        q: the closed configuration that is asked about, shape (nq,).
+        limits: of the joints.
+    """
+
+    kinematics: Kinematics
+    assembler: Assembler
+    actuated: Array
+    hub: ToolPoint | None
+    guide: Driver
+    driver: Driver
+    fixed: frozenset[int]
+    q: Array
+    limits: Limits
+
+    def solve(self, start: Array, guide: Driver) -> Array | None:
+        """The solution that a start leads to, shape (nq,), or None."""
+        rest, cost = self.assembler.nearest(start, guide)
+        found = self.assembler.settle(rest, self.driver) if cost < NEAR else None
+        return None if found is None else self.limits.turned_back(found)
+
+    def left(self, shapes: Shapes, q: Array) -> Array:
+        """Motions other than idle ones that are left at a solution, dimensionless, shape (nv, k)."""
+        k = self.kinematics
+        k.update(q)
+        held = np.concatenate([k.scaled_jacobian(), scaled_rows(k, self.driver)])
+        if shapes.idle_motions:
+            held = np.concatenate([held, shapes.idle().T])
+        return null_space(held)
+
+
+@dataclass(eq=False)
+class Place:
+    """A placement of the hub, first met at `q`; what holds it there; the parts that move independently meanwhile, the
+    ways of each to stand, and which of the parts were searched."""
+
+    q: Array
+    holding: Driver
+    parts: list[list[int]]
+    ways: list[Tally]
+    searched: set[int] = field(default_factory=set)
+
+
+class Search:
+    """One search.
+
+    Attributes:
+        hubs, places: what was found; entry i of `hubs` counts place i.  The first is that of the posture asked about.
+        starts, closed, loose: starts made, those that ended in a solution, and in one that can still move.
+    """
+
+    def __init__(self, equations: Equations, shapes: Shapes, most: int) -> None:
+        self._e, self._shapes, self._most = equations, shapes, most
+        k = equations.kinematics
+        self._starts = Starts(k, equations.limits, equations.q)
+        self._free = [joint for joint in range(1, k.model.njoints) if joint not in equations.fixed]
+        self.hubs = Tally()
+        self.places: list[Place] = []
+        self.starts = self.closed = self.loose = 0
+        self._sort_in(equations.q, counts=False)
+
+    def find_places(self) -> None:
+        """Make starts of the whole robot until every place was found several times."""
+        while self.starts < self._most and not self.hubs.settled(FEWEST):
+            q = self._start(self._free, self._e.q, self._e.guide)
+            if q is not None:
+                self._sort_in(q)
+
+    def find_ways(self, place: Place) -> None:
+        """Make starts of each limb, the hub held at a place, until every way to stand there was found several times; no
+        more once a limb cannot stand there within its joints' limits."""
+        for index, part in enumerate(place.parts):
+            free = [joint for joint in part if joint not in self._e.fixed]
+            if not free:
+                continue
+            ways, tries = place.ways[index], 0
+            place.searched.add(index)
+            while tries < MOST_LIMB and not ways.settled(FEWEST_LIMB):
+                tries += 1
+                q = self._start(free, place.q, place.holding)
+                if q is not None:
+                    self._sort_in(q, place, index)
+            if not any(way.allowed for way in ways.entries):
+                return
+
+    @property
+    def tallies(self) -> list[Tally]:
+        """All that had to be found."""
+        return [self.hubs, *(place.ways[index] for place in self.places for index in sorted(place.searched))]
+
+    @property
+    def settled(self) -> bool:
+        """Whether everything was found several times."""
+        ways = (place.ways[index] for place in self.places for index in place.searched)
+        return self.hubs.settled(FEWEST) and all(one.settled(FEWEST_LIMB) for one in ways)
+
+    def place_of(self, q: Array) -> Place | None:
+        """The place where a solution has the hub."""
+        self._e.kinematics.update(q)
+        index = self.hubs.find(self._shapes.hub_pose())
+        return None if index is None else self.places[index]
+
+    def _start(self, joints: list[int], around: Array, guide: Driver) -> Array | None:
+        self.starts += 1
+        q = self._e.solve(self._starts.draw(joints, around), guide)
+        if q is not None:
+            self.closed += 1
+        return q
+
+    def _sort_in(self, q: Array, only: Place | None = None, part: int = 0, counts: bool = True) -> None:
+        """Count a solution for its place and for each of its parts, or for one part of one place alone."""
+        links = self._shapes.links(q)
+        place = self.place_of(q)
+        if only is not None and place is not only:
+            return
+        known = [None] if place is None else [w.find(s) for w, s in self._ways(place, links)]
+        if None in known and counts and self._e.left(self._shapes, q).shape[1]:
+            self.loose += 1
+            return
+        if place is None:
+            place = self._new_place(q)
+            known = [None] * len(place.parts)
+        if counts and only is None:
+            self.hubs.count(self.places.index(place))
+        for index, (ways, shape) in enumerate(self._ways(place, links)):
+            if only is None or index == part:
+                way = known[index]
+                if way is None:
+                    way = ways.add(shape, q, all(self._e.limits.allow(q, joint) for joint in place.parts[index]))
+                if counts:
+                    ways.count(way)
+
+    @staticmethod
+    def _ways(place: Place, links: Array) -> list[tuple[Tally, Array]]:
+        """The ways of each part, and the shape of the part among those of all links."""
+        return [(ways, part_of(links, part)) for ways, part in zip(place.ways, place.parts, strict=True)]
+
+    def _new_place(self, q: Array) -> Place:
+        e, k = self._e, self._e.kinematics
+        k.update(q)
+        self.hubs.add(self._shapes.hub_pose(), q)
+        holding = e.guide
+        if e.hub is not None:
+            pose = e.hub.pose(k.data).copy()
+            holding = Both(e.guide, PoseDriver(e.hub, pose, pose))
+        parts = independent_parts(k, holding, e.hub, q)
+        place = Place(q, holding, parts, [Tally() for _ in parts])
+        self.places.append(place)
+        return place
+
+
+def part_of(links: Array, joints: Sequence[int]) -> Array:
+    """The shapes of these joints' links, of those of all, shape (12 joints,)."""
+    return np.asarray(links[np.array(joints) - 1].ravel())

@@ -1,0 +1,75 @@
+"""Random starts for a search: every joint anywhere it can be.
+
+Limited joints start within their limits, turning ones anywhere in a turn (in two turns behind a gear), sliding ones
+within the size of the robot around where they are, ball joints and free bodies in any orientation (uniform on SO(3)),
+free bodies anywhere within the size of the robot around its middle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.chain.build import UNBOUNDED
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.modes.limits import Limits
+
+
+class Starts:
+    """Draws configurations around `q` (nq,); the same ones in every run."""
+
+    def __init__(self, kinematics: Kinematics, limits: Limits, q: Array) -> None:
+        model = kinematics.model
+        self._model, self._q = model, q
+        kinematics.update(q)
+        places = [np.array(kinematics.data.oMi[joint].translation) for joint in range(1, model.njoints)]
+        middle = np.mean(places, axis=0) if places else np.zeros(3)
+        apart = max((float(np.linalg.norm(place - middle)) for place in places), default=0.0)
+        self._reach = max(apart, kinematics.length) + kinematics.length
+        data, parents = kinematics.data, model.parents
+        self._middle = [
+            (data.oMi[parents[joint]] * model.jointPlacements[joint]).actInv(middle)
+            for joint in range(1, model.njoints)
+        ]
+        self._random = np.random.default_rng(0)
+        self._turns = {index: 2.0 if index in limits.geared else 1.0 for index in limits.angles}
+
+    def draw(self, joints: Iterable[int], q: Array) -> Array:
+        """`q` (nq,) with these joints anywhere they can be."""
+        drawn = q.copy()
+        for joint in joints:
+            where = slice(self._model.idx_qs[joint], self._model.idx_qs[joint] + self._model.nqs[joint])
+            drawn[where] = self._anywhere(joint, where)
+        return drawn
+
+    def _anywhere(self, joint: int, where: slice) -> Array:
+        name = self._model.joints[joint].shortname()
+        uniform, reach, middle = self._random.uniform, self._reach, self._middle[joint - 1]
+        if name == "JointModelFreeFlyer":
+            return np.concatenate([middle + uniform(-reach, reach, 3), self._orientation()])
+        if name == "JointModelSpherical":
+            return self._orientation()
+        if name == "JointModelPlanar":
+            angle = uniform(-np.pi, np.pi)
+            return np.array([*(middle[:2] + uniform(-reach, reach, 2)), np.cos(angle), np.sin(angle)])
+        return np.array([uniform(*self._range(index)) for index in range(where.start, where.stop)])
+
+    def _range(self, index: int) -> tuple[float, float]:
+        """Where to look for a single coordinate."""
+        model, centre = self._model, float(self._q[index])
+        lower, upper = float(model.lowerPositionLimit[index]), float(model.upperPositionLimit[index])
+        low, high = lower > -UNBOUNDED, upper < UNBOUNDED
+        half = np.pi * self._turns[index] if index in self._turns else self._reach
+        if low and high and (index not in self._turns or upper - lower <= 2.0 * half):
+            return lower, max(lower, upper)
+        if low:
+            centre = max(centre, lower + half)
+        if high:
+            centre = min(centre, upper - half)
+        return centre - half, centre + half
+
+    def _orientation(self) -> Array:
+        quaternion = self._random.normal(size=4)
+        return np.asarray(quaternion / np.linalg.norm(quaternion))

@@ -1,0 +1,103 @@
+"""What a working mode holds: of the tool's pose that part which the robot's task is.
+
+Let m be the directions in which the tool can move, with its rotation counted, and r those of its point.
+
+- r = m: the point says where the tool is, so the *point* is held (a five-bar, a Delta, a four-bar).  The tool's
+  rotation is whatever comes with it: the rotations that the motion generates are left open.  Of a Delta these are none,
+  so its platform stays upright; of a planar robot those about the normal of its plane, so a five-bar counts every
+  solution, on whichever limb the tool's frame sits; in space, once it turns about two axes, all of them.
+- r < m: position and orientation say where the tool is, so its whole *pose* is held (a planar 3-RRR, a 3-PRS, a Stewart
+  platform).
+
+Directions in which the tool moves by less than COMMANDED of its fastest one are side effects, not what a motor is there
+for: a 3-PRS moves its point sideways a little while it tilts.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+
+from cutjoint import tolerances
+from cutjoint.arrays import Array
+from cutjoint.chain.assembly import Driver, PoseDriver, ToolDriver
+from cutjoint.chain.kinematics import Kinematics, ToolPoint
+from cutjoint.chain.mobility import null_space
+
+Held = Literal["point", "pose"]
+
+
+def task_of(kinematics: Kinematics, tool: ToolPoint, q: Array) -> tuple[Held, Array]:
+    """Whether point or pose of the tool is commanded at the closed configuration `q` (nq,), and an orthonormal basis of
+    the axes, shape (3, k), about which it turns there."""
+    k = kinematics
+    k.update(q)
+    motions = null_space(k.scaled_jacobian()) if k.closure.rows else np.eye(k.model.nv)
+    moved = (tool.jacobian(k.data) * k.column_scale) @ motions
+    moved[:3] /= k.length
+    fastest = float(np.linalg.svd(moved, compute_uv=False).max(initial=0.0))
+
+    def directions(rows: Array) -> Array:
+        left, values, _ = np.linalg.svd(rows)
+        return np.asarray(left[:, : int(np.sum(values > tolerances.COMMANDED.value * max(fastest, 1e-300)))])
+
+    whole, point = directions(moved).shape[1], directions(moved[:3]).shape[1]
+    return "point" if point == whole else "pose", directions(moved[3:])
+
+
+class TiltDriver:
+    """Prescribes the tool point and one axis of the tool, about which it may turn."""
+
+    def __init__(self, tool: ToolPoint, pose: pin.SE3, axis: Array) -> None:
+        self._tool, self._pose, self._axis = tool, pose, axis
+        self._flat = np.eye(3) - np.outer(axis, axis)
+        self._aside = np.linalg.svd(self._flat)[0][:, 0]
+        self.is_length = np.array([True] * 3 + [False] * 3)
+
+    def error(self, data: pin.Data, q: Array, fraction: float) -> Array:
+        pose = self._tool.pose(data)
+        carried = pose.rotation @ (self._pose.rotation.T @ self._axis)
+        sine, cosine = np.cross(self._axis, carried), float(self._axis @ carried)
+        size = float(np.linalg.norm(sine))
+        if size < 1e-12 and cosine < 0.0:
+            return np.concatenate([pose.translation - self._pose.translation, np.pi * self._aside])
+        tilt = sine * (np.arctan2(size, cosine) / size if size > 1e-12 else 1.0)
+        return np.concatenate([pose.translation - self._pose.translation, tilt])
+
+    def jacobian(self, data: pin.Data) -> Array:
+        jacobian = self._tool.jacobian(data)
+        jacobian[3:] = self._flat @ jacobian[3:]
+        return jacobian
+
+
+class Both:
+    """Prescribes what two drivers prescribe."""
+
+    def __init__(self, one: Driver, two: Driver) -> None:
+        self._one, self._two = one, two
+        self.is_length = np.concatenate([one.is_length, two.is_length])
+
+    def error(self, data: pin.Data, q: Array, fraction: float) -> Array:
+        return np.concatenate([self._one.error(data, q, fraction), self._two.error(data, q, fraction)])
+
+    def jacobian(self, data: pin.Data) -> Array:
+        return np.concatenate([self._one.jacobian(data), self._two.jacobian(data)])
+
+
+def holding(kinematics: Kinematics, tool: ToolPoint, held: Held, axes: Array, q: Array) -> tuple[Driver, Driver]:
+    """What leads a start to a mode, and what a mode must meet, with the tool as it is at `q` (nq,).
+
+    They differ where the point is held and the rotation follows: then it leads, and a robot whose links were rounded by
+    the program that exported them is not asked for a rotation that it misses by a micrometre.
+    """
+    kinematics.update(q)
+    pose = tool.pose(kinematics.data).copy()
+    if held == "pose":
+        whole = PoseDriver(tool, pose, pose)
+        return whole, whole
+    point = ToolDriver(tool, pose.translation, pose.translation)
+    if axes.shape[1] == 0:
+        return PoseDriver(tool, pose, pose), point
+    return TiltDriver(tool, pose, axes[:, 0]) if axes.shape[1] == 1 else point, point
