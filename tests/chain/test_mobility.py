@@ -1,4 +1,4 @@
-"""Mobility, redundancy and working modes, counted at many postures."""
+"""Mobility and redundancy, counted at many postures."""
 
 from __future__ import annotations
 
@@ -178,42 +178,6 @@ def test_rounding_of_a_cad_program_is_redundancy_and_real_motion_is_not() -> Non
     assert rank_of(matrix + 1e-10 * rng.normal(size=(6, 8))) == 4
     assert rank_of(matrix + 1e-3 * rng.normal(size=(6, 8))) == 6
     assert len(dependent_rows(matrix + 1e-10 * rng.normal(size=(6, 8)))) == 2
-
-
-@pytest.mark.parametrize(("name", "count"), [("cpm", 8), ("omega3", 8)])
-def test_working_modes(name: str, count: int, kit: Any) -> None:
-    chain = kit.robot(name)
-    modes = chain.working_modes()
-    assert len(modes) == count
-    assert np.array_equal(modes[0].q_full, chain.home.q_full)
-    tool = chain.link_placements(chain.home.q_full)[chain.description.tool.link]
-    for mode in modes:
-        assert max(mode.gap) < 1e-12
-        np.testing.assert_allclose(chain.link_placements(mode.q_full)[chain.description.tool.link], tool, atol=1e-11)
-        assert not chain.limit_violations(mode)
-    assert len({tuple(np.round(mode.q_full, 6)) for mode in modes}) == count
-    assert len({tuple(np.round(mode.q_full, 6)) for mode in chain.working_modes(modes[-1])}) == count
-
-
-def test_working_modes_do_not_depend_on_the_seed(kit: Any) -> None:
-    chain = kit.robot("cpm")
-    one, two = ({tuple(np.round(m.q_full, 6)) for m in chain.working_modes(seed=seed)} for seed in (1, 2))
-    assert one == two
-
-
-def test_what_was_found_for_one_limb_is_combined_with_the_others(kit: Any) -> None:
-    """Six starts find at most six postures besides home, eight there are."""
-    assert any(len(kit.robot("cpm").working_modes(starts=6, seed=seed)) == 8 for seed in range(4))
-
-
-def test_working_modes_of_a_robot_that_is_not_held_are_refused(kit: Any) -> None:
-    description = kit.robot("stewart").description
-    few = replace(description, cuts=description.cuts[:5])
-    chain = ClosedChain(few)
-    with pytest.raises(ActuationError, match="tool held"):
-        chain.working_modes()
-    with pytest.raises(InputError, match="no cut joints"):
-        ClosedChain(replace(kit.robot("fivebar").description, cuts=())).working_modes()
 
 
 def test_condition_and_distance_scale_with_nothing(kit: Any) -> None:

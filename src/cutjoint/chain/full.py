@@ -203,7 +203,7 @@ class FullChain:
             starts: at most as many starts; fewer where everything was found several times.
 
         Raises:
-            InputError: the robot has no tool or no cuts, or there is no such way to hold it.
+            InputError: the robot has no tool or no cuts, `hold` is neither, or `starts` not a whole number above 0.
             ActuationError: holding the tool leaves the robot movable, so the modes are not discrete.
         """
         self._need_tool()

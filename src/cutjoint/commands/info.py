@@ -65,7 +65,7 @@ def _data(chain: ClosedChain, report: MobilityReport, working: Modes | None, ass
 
 def _search(modes: Modes | None) -> dict[str, Any] | None:
     """How sure a list of modes is."""
-    kept = ("held", "found", "starts", "closed", "loose", "unseen", "complete")
+    kept = ("held", "found", "starts", "closed", "loose", "unseen", "settled")
     return None if modes is None else {key: getattr(modes, key) for key in kept}
 
 
@@ -133,7 +133,7 @@ def _show_modes(chain: ClosedChain, modes: Modes, title: str, actuators: bool) -
     shown.print()
     if len(modes) > MOST_MODES:
         console().print(f"and {len(modes) - MOST_MODES} more; --json lists all of them")
-    sure = "each was found several times" if modes.complete else "the starts ran out before each was found several times"
+    sure = "each was found several times" if modes.settled else "the starts ran out before each was found several times"
     console().print(f"[dim]{modes.closed} of {modes.starts} starts came to a solution; {sure}[/]")
     if modes.unseen > 0.0:
         console().print(f"[yellow]about {100.0 * modes.unseen:.2g} % of further starts would find another[/]")

@@ -20,8 +20,8 @@ from cutjoint.chain.modes.listing import Found, Listing
 from cutjoint.chain.modes.result import Modes
 from cutjoint.chain.modes.search import Equations, Search
 from cutjoint.chain.modes.shape import Shapes
-from cutjoint.chain.modes.task import Held, holding, task_of
-from cutjoint.errors import ActuationError
+from cutjoint.chain.modes.task import WAYS, Held, holding, task_of
+from cutjoint.errors import ActuationError, InputError
 from cutjoint.mechanism import Posture
 
 MOST_STARTS = 2000
@@ -45,12 +45,17 @@ def working_modes(robot: Robot, tool: ToolPoint, q: Array, home: Array, hold: He
     """Postures that hold the tool as `q` (nq,) does; what of it is held is decided at `home`, if it is as regular.
 
     Raises:
+        InputError: `hold` or `starts` mean nothing.
         ActuationError: with the tool held the robot can still move.
     """
     k = robot.kinematics
+    _check_starts(starts)
+    if hold is not None and hold not in WAYS:
+        raise InputError(
+            f"hold must be one of {', '.join(map(repr, WAYS))}, or None for the robot's own; found {hold!r}"
+        )
     held, axes = _task(k, tool, q, home)
-    if hold is not None:
-        held = hold
+    held = held if hold is None else hold
     guide, driver = holding(k, tool, held, axes, q)
     equations = Equations(k, robot.assembler, robot.actuated, tool, guide, driver, frozenset(), q, Limits(k, q))
     shapes = _discrete(robot, equations, f"its tool's {held} held")
@@ -66,9 +71,11 @@ def assembly_modes(robot: Robot, driver: Driver, q: Array, limbs: bool, starts: 
     """Postures that hold the actuated coordinates as `q` (nq,) does, which is what `driver` prescribes.
 
     Raises:
+        InputError: `starts` is not a whole number above 0.
         ActuationError: with the actuators held the robot can still move.
     """
     k = robot.kinematics
+    _check_starts(starts)
     moved = set(robot.actuated.tolist())
     fixed = frozenset(j for j in range(1, k.model.njoints) if k.model.nvs[j] == 1 and k.model.idx_vs[j] in moved)
     equations = Equations(k, robot.assembler, robot.actuated, robot.tool, driver, driver, fixed, q, Limits(k, q))
@@ -81,6 +88,11 @@ def assembly_modes(robot: Robot, driver: Driver, q: Array, limbs: bool, starts: 
             search.find_ways(place)
         return _result(robot, search, listing, listing.combined(), "actuators")
     return _result(robot, search, listing, listing.one_each(), "actuators")
+
+
+def _check_starts(starts: int) -> None:
+    if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
+        raise InputError(f"starts must be a whole number above 0; found {starts!r}")
 
 
 def _task(k: Kinematics, tool: ToolPoint, q: Array, home: Array) -> tuple[Held, Array]:
@@ -113,6 +125,6 @@ def _result(robot: Robot, search: Search, listing: Listing, found: list[Found], 
         closed=search.closed,
         loose=search.loose,
         unseen=max(tally.unseen for tally in search.tallies),
-        complete=search.settled and not listing.truncated,
+        settled=search.settled and not listing.truncated,
         held=held,
     )

@@ -19,6 +19,7 @@ class Limits:
     Attributes:
         angles: indices in q of the coordinates that are angles.
         geared: those of them that cannot be turned by a whole turn alone, because others go along.
+        geared_velocities: their indices in v.
     """
 
     def __init__(self, kinematics: Kinematics, q: Array) -> None:
@@ -31,12 +32,18 @@ class Limits:
             for index in range(model.idx_qs[joint], model.idx_qs[joint] + model.nqs[joint])
         ]
         self.geared: set[int] = set()
+        velocities = {
+            model.idx_qs[joint] + i: model.idx_vs[joint] + i
+            for joint in range(1, model.njoints)
+            for i in range(model.nvs[joint])
+        }
         for index in self.angles:
             turned = q.copy()
             turned[index] += 2.0 * np.pi
             kinematics.update(turned)
             if max(kinematics.gap(turned)[:2]) > OPEN:
                 self.geared.add(index)
+        self.geared_velocities = [velocities[index] for index in sorted(self.geared)]
 
     def turned_back(self, q: Array) -> Array:
         """`q` with every angle that is not geared as near to the one it is seen from as its limits allow."""

@@ -21,10 +21,16 @@ def scaled_rows(kinematics: Kinematics, driver: Driver) -> Array:
     return np.asarray(scale[:, None] * driver.jacobian(kinematics.data) * kinematics.column_scale)
 
 
-def independent_parts(kinematics: Kinematics, driver: Driver, hub: ToolPoint | None, q: Array) -> list[list[int]]:
-    """Groups of joints that the loops tie together while `driver` holds; the joints that carry the hub are one group.
+def independent_parts(
+    kinematics: Kinematics, driver: Driver, hub: ToolPoint | None, geared: list[int], q: Array
+) -> list[list[int]]:
+    """Groups of joints that the loops or the tree tie together while `driver` holds the hub, so that where the links of
+    a group are is up to its own joints.  The joints that carry the hub are one group.
 
     Read off the pattern of the equations, at `q` (nq,) and at a place near by, lest a zero be one of the posture alone.
+
+    Args:
+        geared: velocities of joints whose whole turns others must go along with; held or not, they stay with these.
     """
     model = kinematics.model
     tied = np.eye(model.nv, dtype=bool)
@@ -34,6 +40,9 @@ def independent_parts(kinematics: Kinematics, driver: Driver, hub: ToolPoint | N
     for joint in range(1, model.njoints):
         own = slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
         tied[own, own] = True
+        parent = model.parents[joint]
+        if parent > 0 and (hub is None or parent != hub.joint):
+            tied[own, model.idx_vs[parent]] = tied[model.idx_vs[parent], own] = True
     random = np.random.default_rng(0)
     aside = kinematics.integrate(q, kinematics.column_scale * random.uniform(-0.3, 0.3, model.nv))
     for place in (q, aside):
@@ -41,7 +50,9 @@ def independent_parts(kinematics: Kinematics, driver: Driver, hub: ToolPoint | N
         free = null_space(scaled_rows(kinematics, driver))
         projector = free @ free.T
         tied |= np.abs(projector) > TIED
-        touched = np.abs(kinematics.scaled_jacobian() @ projector) > TIED
+        rows = kinematics.scaled_jacobian()
+        touched = np.abs(rows @ projector) > TIED
+        touched |= (np.abs(rows) > TIED) & (np.abs(rows[:, geared]) > TIED).any(axis=1, keepdims=True)
         tied |= touched.T.astype(float) @ touched.astype(float) > 0.0
     parts: dict[int, list[int]] = {}
     label = _components(tied)

@@ -24,7 +24,7 @@ class Modes(Sequence[Posture]):
         loose: those of them that ended in a posture that can still move, which is no mode.
         unseen: share of further starts that would find something new, as Good and Turing estimate it: what was found
             once among what was found.  1 where nothing was found.
-        complete: whether the search ended because all was found several times, not because it ran out of starts.
+        settled: whether the search ended because all was found several times, not because it ran out of starts.
         held: what all of them have in common: "point" or "pose" of the tool, or "actuators".
     """
 
@@ -34,7 +34,7 @@ class Modes(Sequence[Posture]):
     closed: int
     loose: int
     unseen: float
-    complete: bool
+    settled: bool
     held: str
 
     def __len__(self) -> int:

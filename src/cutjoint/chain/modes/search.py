@@ -32,6 +32,9 @@ FEWEST_LIMB = 24
 """The same for the ways of one limb, which are few."""
 MOST_LIMB = 240
 """Starts of one limb at most."""
+STEPS, PATIENT_STEPS = 30, 100
+"""Steps after which a start is given up; the second number where fewer than one in EASY starts ends in a solution."""
+EASY = 8
 NEAR = 1e-6
 """Sum of squared scaled errors below which Newton's method takes over."""
 
@@ -61,9 +64,9 @@ class Equations:
     q: Array
     limits: Limits
 
-    def solve(self, start: Array, guide: Driver) -> Array | None:
-        """The solution that a start leads to, shape (nq,), or None."""
-        rest, cost = self.assembler.nearest(start, guide)
+    def solve(self, start: Array, guide: Driver, steps: int = PATIENT_STEPS) -> Array | None:
+        """The solution that a start leads to in as many steps, shape (nq,), or None."""
+        rest, cost = self.assembler.nearest(start, guide, steps)
         found = self.assembler.settle(rest, self.driver) if cost < NEAR else None
         return None if found is None else self.limits.turned_back(found)
 
@@ -150,7 +153,8 @@ class Search:
 
     def _start(self, joints: list[int], around: Array, guide: Driver) -> Array | None:
         self.starts += 1
-        q = self._e.solve(self._starts.draw(joints, around), guide)
+        steps = STEPS if EASY * self.closed >= self.starts else PATIENT_STEPS
+        q = self._e.solve(self._starts.draw(joints, around), guide, steps)
         if q is not None:
             self.closed += 1
         return q
@@ -191,7 +195,7 @@ class Search:
         if e.hub is not None:
             pose = e.hub.pose(k.data).copy()
             holding = Both(e.guide, PoseDriver(e.hub, pose, pose))
-        parts = independent_parts(k, holding, e.hub, q)
+        parts = independent_parts(k, holding, e.hub, e.limits.geared_velocities, q)
         place = Place(q, holding, parts, [Tally() for _ in parts])
         self.places.append(place)
         return place

@@ -16,6 +16,9 @@ from cutjoint.chain.build import UNBOUNDED
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.modes.limits import Limits
 
+SEED = 0
+"""Every search draws the same numbers; what it finds must not depend on them."""
+
 
 class Starts:
     """Draws configurations around `q` (nq,); the same ones in every run."""
@@ -33,7 +36,7 @@ class Starts:
             (data.oMi[parents[joint]] * model.jointPlacements[joint]).actInv(middle)
             for joint in range(1, model.njoints)
         ]
-        self._random = np.random.default_rng(0)
+        self._random = np.random.default_rng(SEED)
         self._turns = {index: 2.0 if index in limits.geared else 1.0 for index in limits.angles}
 
     def draw(self, joints: Iterable[int], q: Array) -> Array:

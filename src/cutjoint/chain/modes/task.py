@@ -27,6 +27,7 @@ from cutjoint.chain.kinematics import Kinematics, ToolPoint
 from cutjoint.chain.mobility import null_space
 
 Held = Literal["point", "pose"]
+WAYS: tuple[Held, ...] = ("point", "pose")
 
 
 def task_of(kinematics: Kinematics, tool: ToolPoint, q: Array) -> tuple[Held, Array]:
