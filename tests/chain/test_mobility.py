@@ -25,7 +25,7 @@ from cutjoint.description.model import (
     RobotDescription,
 )
 from cutjoint.description.transforms import placement
-from cutjoint.errors import ActuationError, CutjointError, InputError, SingularError
+from cutjoint.errors import ActuationError, CutjointError, SingularError
 
 # velocities, rows, rank, mobility, actuators
 EXPECTED = {

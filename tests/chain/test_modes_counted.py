@@ -121,7 +121,7 @@ def triangles() -> dict[int, list[Triangle]]:
 
 @pytest.mark.parametrize("count", [2, 4, 6])
 def test_planar_3rrr_has_the_real_roots_of_its_sixth_degree_polynomial(count: int) -> None:
-    for triangle in triangles()[count][:2]:
+    for triangle in triangles()[count][:1]:
         poses = triangle.poses()
         chain = ClosedChain(triangle.description(*poses[0]))
         modes = chain.assembly_modes()
@@ -320,6 +320,7 @@ def test_dietmaiers_platform_has_forty_assembly_modes_of_which_some_hide() -> No
     assert len(modes) == 40 or (modes.unseen > 0.0 and not modes.settled)
 
 
+@pytest.mark.slow
 def test_legs_on_universal_joints_without_limits_can_turn_over() -> None:
     """A universal joint holds its leg in two ways: 2^6 working modes, and as many ways of the limbs in each assembly
     mode."""
