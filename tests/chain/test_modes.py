@@ -15,7 +15,9 @@ import pytest
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain, Modes
 from cutjoint.chain.modes import starts as starts_module
+from cutjoint.chain.modes.limits import Limits as JointLimits
 from cutjoint.chain.modes.parts import independent_parts
+from cutjoint.chain.modes.starts import Starts
 from cutjoint.chain.modes.tally import TIMES, Tally
 from cutjoint.description.model import (
     Coupling,
@@ -26,6 +28,7 @@ from cutjoint.description.model import (
     Inertial,
     Joint,
     JointType,
+    Limits,
     Link,
     RobotDescription,
 )
@@ -460,3 +463,65 @@ def test_a_tally_is_settled_when_all_that_is_allowed_was_found_several_times() -
     assert tally.unseen == 0.0
     assert tally.find(np.full(1, 1e-9)) == good
     assert tally.find(np.full(1, 1e-3)) is None
+
+
+def test_starts_are_anywhere_that_the_joints_can_be() -> None:
+    """Every joint type: within limits, over a whole turn, uniform on SO(3), around the robot; other joints stay."""
+    x = readonly([1.0, 0.0, 0.0])
+    at = placement((0.2, 0.0, 0.0))
+    kinds = {
+        "limited": (JointType.REVOLUTE, Limits(-0.3, 1.2)),
+        "wide": (JointType.REVOLUTE, Limits(-9.0, 2.0)),
+        "turning": (JointType.CONTINUOUS, Limits()),
+        "slide": (JointType.PRISMATIC, Limits(0.1, 0.7)),
+        "long": (JointType.PRISMATIC, Limits(0.1, None)),
+        "ball": (JointType.SPHERICAL, Limits()),
+        "cross": (JointType.UNIVERSAL, Limits()),
+        "flat": (JointType.PLANAR, Limits()),
+        "free": (JointType.FLOATING, Limits()),
+    }
+    chain = ClosedChain(
+        RobotDescription(
+            "all joints",
+            (Link("base"), *(Link(f"link {name}") for name in kinds)),
+            tuple(
+                Joint(
+                    name, kind, "base", f"link {name}", at, axis=x if kind is JointType.UNIVERSAL else Z, limits=limits
+                )
+                for name, (kind, limits) in kinds.items()
+            ),
+            (),
+            homes=(Home("default", {}, {"slide": 0.3, "long": 0.2, "limited": 0.1}),),
+        )
+    )
+    model, q = chain.model, chain.home.q_full
+    starts = Starts(chain._k, JointLimits(chain._k, q), q)
+    drawn = np.array([starts.draw(range(1, model.njoints), q) for _ in range(4000)])
+    where = {name: slice(model.idx_qs[j], model.idx_qs[j] + model.nqs[j]) for j, name in enumerate(model.names)}
+
+    def spread(name: str, index: int = 0) -> tuple[float, float]:
+        values = drawn[:, where[name]][:, index]
+        assert np.histogram(values, 8)[0].min() > 350, "uniform"
+        return float(values.min()), float(values.max())
+
+    assert spread("limited") == pytest.approx((-0.3, 1.2), abs=0.01)
+    low, high = spread("wide")
+    assert (high - low, high <= 2.0) == (pytest.approx(2.0 * np.pi, abs=0.02), True)
+    assert spread("turning") == pytest.approx((-np.pi, np.pi), abs=0.02)
+    assert spread("slide") == pytest.approx((0.1, 0.7), abs=0.01)
+    assert spread("long")[0] == pytest.approx(0.1, abs=0.01)
+    for index in (0, 1):
+        assert spread("cross", index) == pytest.approx((-np.pi, np.pi), abs=0.02)
+    for name, start in (("ball", 0), ("free", 3)):
+        quaternions = drawn[:, where[name]][:, start:]
+        np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1.0, atol=1e-12)
+        np.testing.assert_allclose(quaternions.T @ quaternions / len(drawn), np.eye(4) / 4.0, atol=0.02)
+    flat = drawn[:, where["flat"]]
+    np.testing.assert_allclose(np.hypot(flat[:, 2], flat[:, 3]), 1.0, atol=1e-12)
+    np.testing.assert_allclose(flat[:, 2:].T @ flat[:, 2:] / len(drawn), np.eye(2) / 2.0, atol=0.03)
+    for name, count in (("flat", 2), ("free", 3)):
+        assert all(high - low > 2.0 * chain.length for low, high in (spread(name, index) for index in range(count)))
+    one = starts.draw([model.getJointId("ball")], q)
+    changed = np.flatnonzero(one != q)
+    assert where["ball"].start <= changed.min()
+    assert changed.max() < where["ball"].stop
