@@ -525,3 +525,21 @@ def test_starts_are_anywhere_that_the_joints_can_be() -> None:
     changed = np.flatnonzero(one != q)
     assert where["ball"].start <= changed.min()
     assert changed.max() < where["ball"].stop
+
+
+def test_whole_turns_are_turned_back(kit: Any) -> None:
+    """Each angle comes as near to the one asked about as its limits allow."""
+    chain = kit.robot("fivebar")
+    q = chain.home.q_full
+    turns = 2.0 * np.pi * np.array([1.0, -1.0, 2.0, 0.0])
+    np.testing.assert_allclose(JointLimits(chain._k, q).turned_back(q + turns), q, atol=1e-12)
+
+
+@pytest.mark.slow
+def test_places_that_the_limbs_cannot_reach_within_their_limits_are_no_modes(kit: Any) -> None:
+    """The Stewart platform upside down under its base solves the equations, with its legs turned over."""
+    chain = kit.robot("stewart")
+    modes = chain.assembly_modes()
+    assert not any(chain.limit_violations(at) for at in modes)
+    assert all(tool(chain, at)[2, 3] > 0.0 for at in modes)
+    assert len(modes) == 4
