@@ -370,10 +370,8 @@ def test_parts_are_the_limbs(kit: Any) -> None:
 
     for name, sizes in (("cpm", [4, 4, 4]), ("omega3", [1, 4, 4, 4]), ("stewart", [1, 3, 3, 3, 3, 3, 3])):
         chain = kit.robot(name)
-        chain._k.update(chain.home.q_full)
-        place = chain._tool.pose(chain._k.data).copy()
-        driver = PoseDriver(chain._tool, place, place)
-        parts = independent_parts(chain._k, driver, chain._tool, [], chain.home.q_full)
+        place = chain._at_home.tool
+        parts = independent_parts(chain._k, PoseDriver(place, place), chain._k.tool_support, [], chain.home.q_full)
         assert sorted(len(part) for part in parts) == sizes
         assert sorted(joint for part in parts for joint in part) == list(range(1, chain.model.njoints))
 

@@ -19,16 +19,16 @@ from cutjoint.chain.assembly import ActuatedDriver, Assembler, System
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.idle import is_cyclic
-from cutjoint.chain.kinematics import Kinematics, Placed, joints_of
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.mobility import MobilityReport, mobility_report
 from cutjoint.chain.modes import MOST_STARTS, Held, Modes, Robot, assembly_modes, working_modes
 from cutjoint.chain.nearby import Nearby
-from cutjoint.chain.rank import null_space, rank_of
+from cutjoint.chain.rank import null_space
 from cutjoint.chain.rounding import check_rounding, trusted_rows
 from cutjoint.chain.structure import AROUND, SHIFT, Structure
 from cutjoint.chain.tangent import TangentMap, tangent_map
 from cutjoint.description.model import JointType, RobotDescription
-from cutjoint.errors import ClosureError, InputError, SingularError
+from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError
 from cutjoint.mechanism import Actuator, Posture
 
 
@@ -434,10 +434,10 @@ class FullChain:
             actuators=report.actuators,
             free=report.free,
         )
+
     @property
     def _searched(self) -> Robot:
         return Robot(self.name, self._k, self._assembler, self._v_index, lambda q: self._posture(self._k.at(q)))
-
 
     def _hold(self, q: Array) -> ActuatedDriver:
         """Keeps the actuated coordinates where they are."""

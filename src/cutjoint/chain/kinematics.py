@@ -144,6 +144,7 @@ class Kinematics:
         origin: where the model's origin is in the world, shape (3,) [m].
         length: characteristic length [m].
         reach: longest way along the tree's and the cuts' frames [m], the size of the robot.
+        tool_joint: the joint that moves the tool's body, 0 for the base.
         tool_support: 1 for every velocity that moves the tool, shape (nv,); None where there is no tool.
         row_scale, column_scale: factors per row and per velocity that make the constraint Jacobian dimensionless.
         travels: whether bodies of it may be anywhere.
@@ -168,6 +169,7 @@ class Kinematics:
             self.tool_support = support(self.model, joint)
         else:
             joint, placement = 0, pin.SE3.Identity()
+        self.tool_joint = joint
         self._joints = sorted({*joints, joint})
         self._frame_joint = np.array([self._joints.index(j) for j in [*joints, joint]])
         self._frame_place = np.array([place.homogeneous for place in [*places, placement]])
@@ -236,6 +238,12 @@ class Kinematics:
     def gravity(self, q: Array) -> Array:
         """Generalised gravity, shape (nv,)."""
         return np.array(pin.computeGeneralizedGravity(self.model, self.data, q))
+
+    def bodies(self, q: Array) -> tuple[Array, Array]:
+        """Axes (joints + 1, 3, 3) and origins (joints + 1, 3) of all joints' bodies in the model, the base first."""
+        pin.forwardKinematics(self.model, self.data, q)
+        placed = np.array([placement.homogeneous for placement in self.data.oMi])
+        return placed[:, :3, :3], placed[:, :3, 3]
 
     def integrate(self, q: Array, motion: Array) -> Array:
         """Configuration after the tangent motion (nv,), on the manifold."""

@@ -13,14 +13,14 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain.assembly import Assembler, Driver
-from cutjoint.chain.kinematics import Kinematics, ToolPoint
-from cutjoint.chain.mobility import joints_of
+from cutjoint.chain.kinematics import Kinematics, Placed, joints_of
 from cutjoint.chain.modes.limits import Limits
 from cutjoint.chain.modes.listing import Found, Listing
 from cutjoint.chain.modes.result import Modes
 from cutjoint.chain.modes.search import Equations, Search
 from cutjoint.chain.modes.shape import Shapes
 from cutjoint.chain.modes.task import WAYS, Held, holding, task_of
+from cutjoint.chain.rank import rank_of
 from cutjoint.errors import ActuationError, InputError
 from cutjoint.mechanism import Posture
 
@@ -30,19 +30,18 @@ MOST_STARTS = 2000
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """What the search needs of a robot: its equations, its actuated velocities (n,), its tool, and how to make a
-    posture of a closed configuration."""
+    """What the search needs of a robot: its equations, its actuated velocities (n,), and how to make a posture of
+    a closed configuration."""
 
     name: str
     kinematics: Kinematics
     assembler: Assembler
     actuated: Array
-    tool: ToolPoint | None
     posture: Callable[[Array], Posture]
 
 
-def working_modes(robot: Robot, tool: ToolPoint, q: Array, home: Array, hold: Held | None, starts: int) -> Modes:
-    """Postures that hold the tool as `q` (nq,) does; what of it is held is decided at `home`, if it is as regular.
+def working_modes(robot: Robot, at: Placed, home: Placed, hold: Held | None, starts: int) -> Modes:
+    """Postures that hold the tool as it is `at` a closed one; what of it is held is decided at `home`, if as regular.
 
     Raises:
         InputError: `hold` or `starts` mean nothing.
@@ -54,10 +53,12 @@ def working_modes(robot: Robot, tool: ToolPoint, q: Array, home: Array, hold: He
         raise InputError(
             f"hold must be one of {', '.join(map(repr, WAYS))}, or None for the robot's own; found {hold!r}"
         )
-    held, axes = _task(k, tool, q, home)
+    held, axes = _task(k, at, home)
     held = held if hold is None else hold
-    guide, driver = holding(k, tool, held, axes, q)
-    equations = Equations(k, robot.assembler, robot.actuated, tool, guide, driver, frozenset(), q, Limits(k, q))
+    guide, driver = holding(held, axes, at)
+    equations = Equations(
+        k, robot.assembler, robot.actuated, k.tool_support, guide, driver, frozenset(), at.q, Limits(k, at.q)
+    )
     shapes = _discrete(robot, equations, f"its tool's {held} held")
     search = Search(equations, shapes, starts)
     search.find_places()
@@ -78,12 +79,12 @@ def assembly_modes(robot: Robot, driver: Driver, q: Array, limbs: bool, starts: 
     _check_starts(starts)
     moved = set(robot.actuated.tolist())
     fixed = frozenset(j for j in range(1, k.model.njoints) if k.model.nvs[j] == 1 and k.model.idx_vs[j] in moved)
-    equations = Equations(k, robot.assembler, robot.actuated, robot.tool, driver, driver, fixed, q, Limits(k, q))
+    equations = Equations(k, robot.assembler, robot.actuated, k.tool_support, driver, driver, fixed, q, Limits(k, q))
     shapes = _discrete(robot, equations, "its actuators held")
     search = Search(equations, shapes, starts)
     search.find_places()
     listing = Listing(equations, shapes, search)
-    if limbs or robot.tool is None:
+    if limbs or k.tool_support is None:
         for place in search.places:
             search.find_ways(place)
         return _result(robot, search, listing, listing.combined(), "actuators")
@@ -95,13 +96,9 @@ def _check_starts(starts: int) -> None:
         raise InputError(f"starts must be a whole number above 0; found {starts!r}")
 
 
-def _task(k: Kinematics, tool: ToolPoint, q: Array, home: Array) -> tuple[Held, Array]:
-    """The task at home, where robots are symmetric and side effects vanish; at `q` if only that is regular."""
-    ranks = []
-    for place in (home, q):
-        k.update(place)
-        ranks.append(np.linalg.matrix_rank(k.scaled_jacobian(), tol=1e-7) if k.closure.rows else 0)
-    return task_of(k, tool, home if ranks[0] >= ranks[1] else q)
+def _task(k: Kinematics, at: Placed, home: Placed) -> tuple[Held, Array]:
+    """The task at home, where robots are symmetric and side effects vanish; at the posture if only that is regular."""
+    return task_of(k, home if rank_of(home.scaled) >= rank_of(at.scaled) else at)
 
 
 def _discrete(robot: Robot, equations: Equations, how: str) -> Shapes:

@@ -8,7 +8,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain.kinematics import Kinematics
 
 OPEN = 1e-9
-"""A loop is open where turning a joint by a whole turn moves it by more than this [m, rad]: the joint is geared."""
+"""A loop is open where a joint turned by a whole turn moves it by more than this [lengths, rad]: it is geared."""
 BEYOND = 1e-6
 """How far beyond a limit a joint may be and still count as at it [m, rad]."""
 
@@ -40,8 +40,8 @@ class Limits:
         for index in self.angles:
             turned = q.copy()
             turned[index] += 2.0 * np.pi
-            kinematics.update(turned)
-            if max(kinematics.gap(turned)[:2]) > OPEN:
+            distance, angle, _ = kinematics.at(turned).gap
+            if max(distance / kinematics.length, angle) > OPEN:
                 self.geared.add(index)
         self.geared_velocities = [velocities[index] for index in sorted(self.geared)]
 

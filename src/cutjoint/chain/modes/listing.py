@@ -11,7 +11,6 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.closure import support
 from cutjoint.chain.modes.search import Equations, Place, Search, part_of
 from cutjoint.chain.modes.shape import Shapes
 from cutjoint.chain.modes.tally import Entry
@@ -62,7 +61,7 @@ class Listing:
         e, model = self._e, self._model
         start = e.q.copy()
         if e.hub is not None:
-            carrying = support(model, e.hub.joint)
+            carrying = e.hub
             for joint in range(1, model.njoints):
                 if carrying[model.idx_vs[joint]]:
                     self._copy(joint, place.q, start)

@@ -7,22 +7,21 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.chain.assembly import Driver
-from cutjoint.chain.closure import support
-from cutjoint.chain.kinematics import Kinematics, ToolPoint
-from cutjoint.chain.mobility import null_space
+from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.rank import null_space
 
 TIED = 1e-7
 """Velocities are tied together by entries larger than this of dimensionless matrices."""
 
 
-def scaled_rows(kinematics: Kinematics, driver: Driver) -> Array:
-    """Dimensionless Jacobian of a driver at the updated configuration, shape (rows, nv)."""
+def scaled_rows(kinematics: Kinematics, driver: Driver, placed: Placed) -> Array:
+    """Dimensionless Jacobian of a driver at a configuration, shape (rows, nv)."""
     scale = np.where(driver.is_length, 1.0 / kinematics.length, 1.0)
-    return np.asarray(scale[:, None] * driver.jacobian(kinematics.data) * kinematics.column_scale)
+    return np.asarray(scale[:, None] * driver.jacobian(placed) * kinematics.column_scale)
 
 
 def independent_parts(
-    kinematics: Kinematics, driver: Driver, hub: ToolPoint | None, geared: list[int], q: Array
+    kinematics: Kinematics, driver: Driver, hub: Array | None, geared: list[int], q: Array
 ) -> list[list[int]]:
     """Groups of joints that the loops or the tree tie together while `driver` holds the hub, so that where the links of
     a group are is up to its own joints.  The joints that carry the hub are one group.
@@ -35,22 +34,22 @@ def independent_parts(
     model = kinematics.model
     tied = np.eye(model.nv, dtype=bool)
     if hub is not None:
-        carrying = support(model, hub.joint) > 0.0
+        carrying = hub > 0.0
         tied |= np.outer(carrying, carrying)
     for joint in range(1, model.njoints):
         own = slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
         tied[own, own] = True
         parent = model.parents[joint]
-        if parent > 0 and (hub is None or parent != hub.joint):
+        if parent > 0 and (hub is None or parent != kinematics.tool_joint):
             tied[own, model.idx_vs[parent]] = tied[model.idx_vs[parent], own] = True
     random = np.random.default_rng(0)
     aside = kinematics.integrate(q, kinematics.column_scale * random.uniform(-0.3, 0.3, model.nv))
     for place in (q, aside):
-        kinematics.update(place)
-        free = null_space(scaled_rows(kinematics, driver))
+        placed = kinematics.at(place)
+        free = null_space(scaled_rows(kinematics, driver, placed))
         projector = free @ free.T
         tied |= np.abs(projector) > TIED
-        rows = kinematics.scaled_jacobian()
+        rows = placed.scaled
         touched = np.abs(rows @ projector) > TIED
         touched |= (np.abs(rows) > TIED) & (np.abs(rows[:, geared]) > TIED).any(axis=1, keepdims=True)
         tied |= touched.T.astype(float) @ touched.astype(float) > 0.0

@@ -17,14 +17,14 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain.assembly import Assembler, Driver, PoseDriver
-from cutjoint.chain.kinematics import Kinematics, ToolPoint
-from cutjoint.chain.mobility import null_space
+from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.modes.limits import Limits
 from cutjoint.chain.modes.parts import independent_parts, scaled_rows
 from cutjoint.chain.modes.shape import Shapes
 from cutjoint.chain.modes.starts import Starts
 from cutjoint.chain.modes.tally import Tally
 from cutjoint.chain.modes.task import Both
+from cutjoint.chain.rank import null_space
 
 FEWEST = 96
 """Starts that end in a solution, at least: a place that 3 % of them lead to is missed once in twenty searches."""
@@ -46,7 +46,7 @@ class Equations:
     Attributes:
         kinematics, assembler: of the robot.
         actuated: velocity indices of the actuated joints, shape (n,).
-        hub: the tool, if there is one.
+        hub: 1 for every velocity that moves the tool, shape (nv,), if there is one.
         guide: what leads a start to a solution.
         driver: what a solution must meet besides the loops; the guide implies it.
         fixed: joints that every solution has as `q` has them.
@@ -57,7 +57,7 @@ class Equations:
     kinematics: Kinematics
     assembler: Assembler
     actuated: Array
-    hub: ToolPoint | None
+    hub: Array | None
     guide: Driver
     driver: Driver
     fixed: frozenset[int]
@@ -73,10 +73,10 @@ class Equations:
     def left(self, shapes: Shapes, q: Array) -> Array:
         """Motions other than idle ones that are left at a solution, dimensionless, shape (nv, k)."""
         k = self.kinematics
-        k.update(q)
-        held = np.concatenate([k.scaled_jacobian(), scaled_rows(k, self.driver)])
+        placed = k.at(q)
+        held = np.concatenate([placed.scaled, scaled_rows(k, self.driver, placed)])
         if shapes.idle_motions:
-            held = np.concatenate([held, shapes.idle().T])
+            held = np.concatenate([held, shapes.idle(placed).T])
         return null_space(held)
 
 
@@ -147,8 +147,7 @@ class Search:
 
     def place_of(self, q: Array) -> Place | None:
         """The place where a solution has the hub."""
-        self._e.kinematics.update(q)
-        index = self.hubs.find(self._shapes.hub_pose())
+        index = self.hubs.find(self._shapes.hub_pose(self._e.kinematics.at(q)))
         return None if index is None else self.places[index]
 
     def _start(self, joints: list[int], around: Array, guide: Driver) -> Array | None:
@@ -189,12 +188,11 @@ class Search:
 
     def _new_place(self, q: Array) -> Place:
         e, k = self._e, self._e.kinematics
-        k.update(q)
-        self.hubs.add(self._shapes.hub_pose(), q)
+        placed = k.at(q)
+        self.hubs.add(self._shapes.hub_pose(placed), q)
         holding = e.guide
         if e.hub is not None:
-            pose = e.hub.pose(k.data).copy()
-            holding = Both(e.guide, PoseDriver(e.hub, pose, pose))
+            holding = Both(e.guide, PoseDriver(placed.tool, placed.tool))
         parts = independent_parts(k, holding, e.hub, e.limits.geared_velocities, q)
         place = Place(q, holding, parts, [Tally() for _ in parts])
         self.places.append(place)

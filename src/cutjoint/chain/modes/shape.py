@@ -13,8 +13,9 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain.closure import support
-from cutjoint.chain.kinematics import Kinematics, ToolPoint
-from cutjoint.chain.mobility import null_space
+from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.rank import null_space
+from cutjoint.chain.structure import scaled_tool
 
 SIZE = 12
 """Numbers per link: a position and a rotation matrix, or a point and a direction, or a point."""
@@ -28,64 +29,60 @@ class Shapes:
 
     Args:
         actuated: velocity indices of the actuated joints.
-        hub: the tool, which idle motions leave where it is; without one they leave every connection between links.
+        hub: 1 for every velocity that moves the tool, shape (nv,).  Idle motions leave the tool where it is; without
+            one they leave every connection between links.
         q: a closed configuration, shape (nq,), that tells whether there are idle motions at all.
     """
 
-    def __init__(self, kinematics: Kinematics, actuated: Array, hub: ToolPoint | None, q: Array) -> None:
+    def __init__(self, kinematics: Kinematics, actuated: Array, hub: Array | None, q: Array) -> None:
         self._k, self._hub = kinematics, hub
         model = kinematics.model
         self._locked = np.eye(model.nv)[actuated]
         self._supports = np.array([support(model, joint) for joint in range(model.njoints)])
         self._points = _connections(kinematics)
-        kinematics.update(q)
-        self.idle_motions = self.idle().shape[1]
+        self.idle_motions = self.idle(kinematics.at(q)).shape[1]
 
-    def idle(self) -> Array:
-        """Orthonormal basis of the idle motions at the updated configuration, dimensionless, shape (nv, k)."""
-        return null_space(np.concatenate([self._k.scaled_jacobian(), self._locked, self._kept()]))
+    def idle(self, placed: Placed) -> Array:
+        """Orthonormal basis of the idle motions at a configuration, dimensionless, shape (nv, k)."""
+        return null_space(np.concatenate([placed.scaled, self._locked, self._kept(placed)]))
 
     def links(self, q: Array) -> Array:
         """The shape of every link at `q` (nq,), shape (joints, 12)."""
         k = self._k
-        k.update(q)
-        data, length = k.data, k.length
+        length, placed = k.length, k.at(q)
+        axes, at = k.bodies(q)
         shapes = np.zeros((k.model.njoints - 1, SIZE))
-        idle = self.idle() * k.column_scale[:, None] if self.idle_motions else np.zeros((k.model.nv, 0))
-        twists = np.asarray(data.J).reshape(6, -1)
+        idle = self.idle(placed) * k.column_scale[:, None] if self.idle_motions else np.zeros((k.model.nv, 0))
         for joint in range(1, k.model.njoints):
-            place = data.oMi[joint]
-            spins = twists @ (self._supports[joint][:, None] * idle)
+            spins = placed.twists @ (self._supports[joint][:, None] * idle)
             if np.abs(spins).max(initial=0.0) < STILL * max(1.0, length):
-                shapes[joint - 1, :3] = place.translation / length
-                shapes[joint - 1, 3:] = place.rotation.ravel()
+                shapes[joint - 1, :3] = at[joint] / length
+                shapes[joint - 1, 3:] = axes[joint].ravel()
             else:
-                shapes[joint - 1] = _unmoved(spins, place.translation, place.rotation, length)
+                shapes[joint - 1] = _unmoved(spins, at[joint], axes[joint], length)
         return shapes
 
-    def hub_pose(self) -> Array:
-        """The shape of the tool at the updated configuration, shape (12,); empty without a tool."""
+    def hub_pose(self, placed: Placed) -> Array:
+        """The shape of the tool at a configuration, shape (12,); empty without a tool."""
         if self._hub is None:
             return np.zeros(0)
-        pose = self._hub.pose(self._k.data)
+        pose = placed.tool
         return np.concatenate([pose.translation / self._k.length, pose.rotation.ravel()])
 
-    def _kept(self) -> Array:
+    def _kept(self, placed: Placed) -> Array:
         """Dimensionless rows that idle motions leave alone, shape (rows, nv)."""
         k = self._k
         if self._hub is not None:
-            held = self._hub.jacobian(k.data) * k.column_scale
-            held[:3] /= k.length
-            return held
-        twists = np.asarray(k.data.J).reshape(6, -1)
+            return scaled_tool(k, placed)
+        axes, at = k.bodies(placed.q)
         rows = [np.zeros((0, k.model.nv))]
         for joint, points in enumerate(self._points[1:], start=1):
-            moving = twists * self._supports[joint] * k.column_scale
+            moving = placed.twists * self._supports[joint] * k.column_scale
             if len(points) < 2:
                 rows.append(moving[3:])
             for point in points:
-                at = k.data.oMi[joint].act(point)
-                rows.append((moving[:3] + np.cross(moving[3:], at, axisa=0, axisc=0)) / k.length)
+                there = at[joint] + axes[joint] @ point
+                rows.append((moving[:3] + np.cross(moving[3:], there, axisa=0, axisc=0)) / k.length)
         return np.concatenate(rows)
 
 

@@ -26,15 +26,15 @@ class Starts:
     def __init__(self, kinematics: Kinematics, limits: Limits, q: Array) -> None:
         model = kinematics.model
         self._model, self._q = model, q
-        kinematics.update(q)
-        places = [np.array(kinematics.data.oMi[joint].translation) for joint in range(1, model.njoints)]
-        middle = np.mean(places, axis=0) if places else np.zeros(3)
+        axes, at = kinematics.bodies(q)
+        places = at[1:]
+        middle = np.mean(places, axis=0) if len(places) else np.zeros(3)
         apart = max((float(np.linalg.norm(place - middle)) for place in places), default=0.0)
         self._reach = max(apart, kinematics.length) + kinematics.length
-        data, parents = kinematics.data, model.parents
         self._middle = [
-            (data.oMi[parents[joint]] * model.jointPlacements[joint]).actInv(middle)
+            model.jointPlacements[joint].actInv(axes[parent].T @ (middle - at[parent]))
             for joint in range(1, model.njoints)
+            if (parent := model.parents[joint]) >= 0
         ]
         self._random = np.random.default_rng(SEED)
         self._turns = {index: 2.0 if index in limits.geared else 1.0 for index in limits.angles}

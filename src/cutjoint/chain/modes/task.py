@@ -23,21 +23,19 @@ import pinocchio as pin
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.assembly import Driver, PoseDriver, ToolDriver
-from cutjoint.chain.kinematics import Kinematics, ToolPoint
-from cutjoint.chain.mobility import null_space
+from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.rank import null_space
+from cutjoint.chain.structure import scaled_tool
 
 Held = Literal["point", "pose"]
 WAYS: tuple[Held, ...] = ("point", "pose")
 
 
-def task_of(kinematics: Kinematics, tool: ToolPoint, q: Array) -> tuple[Held, Array]:
-    """Whether point or pose of the tool is commanded at the closed configuration `q` (nq,), and an orthonormal basis of
-    the axes, shape (3, k), about which it turns there."""
+def task_of(kinematics: Kinematics, placed: Placed) -> tuple[Held, Array]:
+    """Whether point or pose of the tool is commanded at a closed configuration, and an orthonormal basis of the
+    axes, shape (3, k), about which it turns there."""
     k = kinematics
-    k.update(q)
-    motions = null_space(k.scaled_jacobian()) if k.closure.rows else np.eye(k.model.nv)
-    moved = (tool.jacobian(k.data) * k.column_scale) @ motions
-    moved[:3] /= k.length
+    moved = scaled_tool(k, placed) @ null_space(placed.scaled)
     fastest = float(np.linalg.svd(moved, compute_uv=False).max(initial=0.0))
 
     def directions(rows: Array) -> Array:
@@ -51,14 +49,14 @@ def task_of(kinematics: Kinematics, tool: ToolPoint, q: Array) -> tuple[Held, Ar
 class TiltDriver:
     """Prescribes the tool point and one axis of the tool, about which it may turn."""
 
-    def __init__(self, tool: ToolPoint, pose: pin.SE3, axis: Array) -> None:
-        self._tool, self._pose, self._axis = tool, pose, axis
+    def __init__(self, pose: pin.SE3, axis: Array) -> None:
+        self._pose, self._axis = pose, axis
         self._flat = np.eye(3) - np.outer(axis, axis)
         self._aside = np.linalg.svd(self._flat)[0][:, 0]
         self.is_length = np.array([True] * 3 + [False] * 3)
 
-    def error(self, data: pin.Data, q: Array, fraction: float) -> Array:
-        pose = self._tool.pose(data)
+    def error(self, placed: Placed, fraction: float) -> Array:
+        pose = placed.tool
         carried = pose.rotation @ (self._pose.rotation.T @ self._axis)
         sine, cosine = np.cross(self._axis, carried), float(self._axis @ carried)
         size = float(np.linalg.norm(sine))
@@ -67,8 +65,8 @@ class TiltDriver:
         tilt = sine * (np.arctan2(size, cosine) / size if size > 1e-12 else 1.0)
         return np.concatenate([pose.translation - self._pose.translation, tilt])
 
-    def jacobian(self, data: pin.Data) -> Array:
-        jacobian = self._tool.jacobian(data)
+    def jacobian(self, placed: Placed) -> Array:
+        jacobian = placed.tool_jacobian
         jacobian[3:] = self._flat @ jacobian[3:]
         return jacobian
 
@@ -80,25 +78,24 @@ class Both:
         self._one, self._two = one, two
         self.is_length = np.concatenate([one.is_length, two.is_length])
 
-    def error(self, data: pin.Data, q: Array, fraction: float) -> Array:
-        return np.concatenate([self._one.error(data, q, fraction), self._two.error(data, q, fraction)])
+    def error(self, placed: Placed, fraction: float) -> Array:
+        return np.concatenate([self._one.error(placed, fraction), self._two.error(placed, fraction)])
 
-    def jacobian(self, data: pin.Data) -> Array:
-        return np.concatenate([self._one.jacobian(data), self._two.jacobian(data)])
+    def jacobian(self, placed: Placed) -> Array:
+        return np.concatenate([self._one.jacobian(placed), self._two.jacobian(placed)])
 
 
-def holding(kinematics: Kinematics, tool: ToolPoint, held: Held, axes: Array, q: Array) -> tuple[Driver, Driver]:
-    """What leads a start to a mode, and what a mode must meet, with the tool as it is at `q` (nq,).
+def holding(held: Held, axes: Array, at: Placed) -> tuple[Driver, Driver]:
+    """What leads a start to a mode, and what a mode must meet, with the tool as it is `at` a configuration.
 
     They differ where the point is held and the rotation follows: then it leads, and a robot whose links were rounded by
     the program that exported them is not asked for a rotation that it misses by a micrometre.
     """
-    kinematics.update(q)
-    pose = tool.pose(kinematics.data).copy()
+    pose = at.tool
     if held == "pose":
-        whole = PoseDriver(tool, pose, pose)
+        whole = PoseDriver(pose, pose)
         return whole, whole
-    point = ToolDriver(tool, pose.translation, pose.translation)
+    point = ToolDriver(at.tool_position, at.tool_position)
     if axes.shape[1] == 0:
-        return PoseDriver(tool, pose, pose), point
-    return TiltDriver(tool, pose, axes[:, 0]) if axes.shape[1] == 1 else point, point
+        return PoseDriver(pose, pose), point
+    return TiltDriver(pose, axes[:, 0]) if axes.shape[1] == 1 else point, point
