@@ -30,12 +30,12 @@ def random_posture(
     home = placed(chain, oracle, chain.home.q_full)
     if not home.mobility:
         return chain.home
-    for _ in range(12):
+    for _ in range(12 if mobility is None else 60):  # a home where branches meet needs luck
         amounts = rng.normal(size=home.mobility)
         step = moving(chain, home, amounts)
         size = float(np.abs(step / scale_of(chain, oracle)).max())
         start = chain.integrate(chain.home.q_full, step * (reach * rng.uniform(0.3, 1.0) / size))
-        reach *= 0.9
+        reach *= 0.9 if mobility is None else 0.98
         try:
             at = chain.assemble(start, keep_actuators=False)
         except CutjointError:
