@@ -69,7 +69,8 @@ def robot(name: str, out_of_round: float = 0.0, seed: int = 0) -> Robot:
 def test_dynamics_is_that_of_the_oracle(name: str, out_of_round: float, seeds: list[int]) -> None:
     """Also for bent rods: at a given state everything is right, whatever comes after."""
     rng = np.random.default_rng(1)
-    for one, at in [(one, at) for seed in seeds for one in [robot(name, out_of_round, seed)] for at in one.postures]:
+    robots = [robot(name, out_of_round, seed) for seed in seeds]
+    for one, at in [(each, at) for each in robots for at in each.postures]:
         report = one.chain.mobility(at)
         assert (report.mobility, report.idle_mobility, report.determined) == (one.mobility, one.idle, True)
         assert not set(report.idle) & set(one.chain.description.actuators)

@@ -5,19 +5,15 @@ from __future__ import annotations
 import importlib.util
 import subprocess
 import sys
-import threading
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields, is_dataclass
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from types import FrameType, MappingProxyType, ModuleType
+from types import ModuleType
 from typing import Any
 
-import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests"))  # what tests share is in tests/kit
 
 
 @pytest.fixture(scope="session")
@@ -60,32 +56,9 @@ def _tool(name: str) -> ModuleType:
 @pytest.fixture(scope="session")
 def alike() -> Callable[[Any, Any], None]:
     """`alike(found, wanted)` holds where two values are the same to the last bit and both cannot be written into."""
-    return _alike
+    from kit.sharing import alike
 
-
-def _alike(found: Any, wanted: Any) -> None:
-    assert type(found) is type(wanted)
-    if isinstance(wanted, np.ndarray):
-        assert (found.dtype, found.shape) == (wanted.dtype, wanted.shape)
-        assert found.tobytes() == wanted.tobytes()
-        assert not found.flags.writeable
-        assert not wanted.flags.writeable
-    elif is_dataclass(wanted):
-        for one in fields(wanted):
-            _alike(getattr(found, one.name), getattr(wanted, one.name))
-    elif isinstance(wanted, tuple | list):
-        assert len(found) == len(wanted)
-        for one, other in zip(found, wanted, strict=True):
-            _alike(one, other)
-    elif isinstance(wanted, dict | MappingProxyType):
-        assert list(found) == list(wanted)
-        for name in wanted:
-            _alike(found[name], wanted[name])
-    elif type(wanted).__eq__ is object.__eq__ and hasattr(wanted, "__dict__") and not callable(wanted):
-        _alike(vars(found), vars(wanted))
-    else:
-        assert found == wanted
-        assert repr(found) == repr(wanted)
+    return alike
 
 
 @pytest.fixture
@@ -95,36 +68,9 @@ def together() -> Iterator[Callable[[Sequence[Callable[[], Any]]], list[Any]]]:
     Every twentieth round they even take turns at every line of the package, so that a shared workspace is met for sure
     and not by luck.
     """
+    from kit.sharing import together
+
     before = sys.getswitchinterval()
     sys.setswitchinterval(1e-4)
-    yield _together
+    yield together
     sys.setswitchinterval(before)
-
-
-def _together(calls: Sequence[Callable[[], Any]]) -> list[Any]:
-    threads = 8
-    ready = threading.Barrier(threads)
-
-    def work(first: int) -> Mapping[int, Any]:
-        ready.wait(60.0)
-        made = {}
-        for i in range(first, len(calls), threads):
-            sys.settrace(_step if i // threads % 20 == 10 else None)
-            made[i] = calls[i]()
-            sys.settrace(None)
-        return made
-
-    found: dict[int, Any] = {}
-    with ThreadPoolExecutor(threads) as pool:
-        for part in pool.map(work, range(threads)):
-            found.update(part)
-    return [found[i] for i in range(len(calls))]
-
-
-def _step(frame: FrameType, event: str, arg: Any) -> Any:
-    """A trace function that lets the other threads go on before every line."""
-    if "cutjoint" not in frame.f_code.co_filename:
-        return None
-    if event == "line":
-        time.sleep(1e-6)
-    return _step
