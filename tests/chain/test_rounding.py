@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from kit.blueprint import Blueprint, random_mounting, random_rotation
+from kit.built import built
+from kit.judge import everything, require
+from kit.loops import loop
+from kit.mechanisms import limb, on_circle
+from typer.testing import CliRunner
 
 import cutjoint
+from cutjoint import tolerances
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.findings import kinematic_problems
+from cutjoint.cli import app
 from cutjoint.description import Frame, RobotDescription, load_description
+from cutjoint.errors import ClosureError, RoundingWarning
+
+pytestmark = pytest.mark.filterwarnings("ignore::cutjoint.errors.RoundingWarning")
 
 
 def rounded(name: str, error: float, seed: int = 0) -> RobotDescription:
@@ -55,3 +69,148 @@ def test_exact_robots_keep_all_their_rows() -> None:
     for name in ("omega3", "cpm", "fivebar", "stewart", "redundant"):
         chain = cutjoint.load(name)
         assert chain._k.closure.left_out == ()
+
+
+def moved_out_of_plane(by: float) -> RobotDescription:
+    """The five-bar with one hinge of the cut beside its plane."""
+    robot = load_description("fivebar")
+    place = np.array(robot.cuts[0].a.placement)
+    place[:3, 3] += by * place[:3, 2]
+    return replace(robot, cuts=(replace(robot.cuts[0], a=Frame(robot.cuts[0].a.link, place)),))
+
+
+def test_a_warning_names_the_rows_and_what_stays_open() -> None:
+    with pytest.warns(RoundingWarning) as caught:
+        chain = ClosedChain(moved_out_of_plane(3e-6))
+    text, report = str(caught[0].message), chain.mobility()
+    assert report.dropped_rows
+    assert set(report.dropped_rows) <= set(report.redundant_rows)
+    assert all(row in text for row in report.dropped_rows)
+    assert "3e-06 m" in text
+    assert report.gap[0] == pytest.approx(3e-6, rel=1e-6)
+    assert chain.home.gap == report.gap
+
+
+@pytest.mark.parametrize(("by", "open_or_not"), [(0.9, False), (1.1, True)])
+def test_more_than_rounding_explains_is_an_error(by: float, open_or_not: bool) -> None:
+    """It names the rows and the gap; a ten-thousandth of the robot is the limit."""
+    limit = tolerances.ROUNDED_GAP.value * cutjoint.load("fivebar")._k.reach
+    if not open_or_not:
+        assert ClosedChain(moved_out_of_plane(by * limit)).mobility().dropped_rows
+        return
+    with pytest.raises(ClosureError) as caught:
+        ClosedChain(moved_out_of_plane(by * limit))
+    assert caught.value.gap[0] == pytest.approx(by * limit, rel=1e-6)
+    assert caught.value.cut == "tip"
+    assert f"{by * limit:.3g} m" in str(caught.value)
+    assert "tip." in str(caught.value)
+
+
+def plan_of(name: str, rng: np.random.Generator) -> Blueprint:
+    plan, _ = loop("planar", "revolute", "none", rng)
+    plan.name, plan.actuators = name, ["a1" if any(one.name == "a1" for one in plan.joints) else "b1"]
+    return plan
+
+
+def test_check_shows_it_as_a_warning(tmp_path: Path) -> None:
+    plan = plan_of("rounded", np.random.default_rng(0))
+    link, rotation, position = plan.cuts[0].a
+    plan.cuts[0].a = (link, rotation, position + 1e-6 * rotation[:, 2])
+    folder = plan.write(tmp_path)
+    done = CliRunner().invoke(app, ["check", str(folder)])
+    assert done.exit_code == 0, done.output
+    text = " ".join(done.output.split())
+    assert "0 errors" in text
+    assert "close only up to rounding: cut." in text
+    problems, chain = kinematic_problems(load_description(folder))
+    assert chain is not None
+    found = [problem for problem in problems if "rounding" in problem.found]
+    assert len(found) == 1
+    assert found[0].severity == "warning"
+    assert all(row in found[0].found for row in chain.mobility().dropped_rows)
+    assert "1e-06 m" in found[0].found
+    assert not any("adds nothing" in problem.found for problem in problems)
+
+
+def two_scales(small: float, rng: np.random.Generator) -> Blueprint:
+    """Parallelograms of 1.5 m and of `small` on one base."""
+    plan = Blueprint("two_scales", rng, size=0.3)
+    for name, size, place in (("large", 1.5, np.zeros(3)), ("small", small, np.array([0.3, 0.1, 0.2]))):
+        plan.size = size
+        tilt = random_rotation(rng)
+        crank, base = tilt @ (0.6 * size * on_circle(1.0, 1.0)), tilt @ (size * on_circle(1.0, 0.0))
+        axis = tilt @ [0.0, 0.0, 1.0]
+        points = [("continuous", place, axis), ("continuous", place + crank, axis)]
+        limb(plan, f"{name}_a", "base", points)
+        limb(plan, f"{name}_b", "base", [("continuous", place + base, axis)])
+        plan.cut(name, "revolute", f"{name}_a_link2", f"{name}_b_link1", place + base + crank, axis)
+    plan.actuators = ["large_a1", "small_a1"]
+    return plan
+
+
+@pytest.mark.parametrize("small", [3e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5])
+def test_a_small_linkage_beside_a_large_one_is_no_rounding(small: float, tmp_path: Path) -> None:
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            chain, _ = built(two_scales(small, rng), tmp_path / str(seed), random_mounting(rng))
+        report = chain.mobility()
+        assert (report.rank, report.mobility, report.determined) == (4, 2, True)
+        assert report.dropped_rows == ()
+        assert len(report.redundant_rows) == report.rows - report.rank
+        at = chain.close(chain.home.q + rng.uniform(-0.3, 0.3, 2))
+        assert max(at.gap) < 1e-12
+        effort = rng.normal(size=2) * [1.0, small]
+        back = chain.inverse_dynamics(at, [1.0, 2.0], chain.forward_dynamics(at, [1.0, 2.0], effort))
+        np.testing.assert_allclose(back, effort, rtol=1e-9)
+
+
+@pytest.mark.parametrize("cut", ["fixed", "revolute", "prismatic", "universal", "spherical"])
+def test_a_structure_that_cannot_move_is_never_called_movable(cut: str, tmp_path: Path) -> None:
+    """Loops with as many hinges as rows, in a random shape: closed as they stand, and nowhere else near by."""
+    rows = {"fixed": 6, "revolute": 5, "prismatic": 5, "universal": 4, "spherical": 3}[cut]
+    for seed in range(15):
+        rng = np.random.default_rng(100 + seed)
+        plan, link = Blueprint(f"rigid_{cut}", rng), "base"
+        for index in range(rows):
+            child = f"link{index}"
+            plan.joint(f"hinge{index}", "continuous", link, child, 0.4 * rng.normal(size=3), rng.normal(size=3))
+            link = child
+        plan.cut("cut", cut, "base", link, 0.4 * rng.normal(size=3), rng.normal(size=3), rng.normal(size=3))
+        plan.actuators = []
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            chain, oracle = built(plan, tmp_path / str(seed))
+        report = chain.mobility()
+        assert (report.mobility, report.rank, report.dropped_rows) == (0, rows, ())
+        effort = rng.normal(size=rows)
+        found = everything(chain, oracle, chain.home, np.zeros(rows), effort, rng)
+        del found["unchecked"]  # measured by accelerations, of which there are none
+        require(found, 1e-9, cut)
+        push = chain.full_acceleration(chain.home.q_full, np.zeros(rows), effort)
+        open_tree = np.linalg.solve(chain._k.mass(chain.home.q_full), effort)
+        assert np.abs(push).max() < 1e-9 * np.abs(open_tree).max()
+        problems, _ = kinematic_problems(chain.description)
+        assert any("cannot move" in problem.found for problem in problems)
+
+
+@pytest.mark.parametrize(("small", "error"), [(1e-3, 1e-7), (3e-4, 1e-7), (1e-2, 5e-5), (2e-2, 1e-4)])
+def test_rounding_of_one_loop_takes_no_rows_of_another(small: float, error: float, tmp_path: Path) -> None:
+    """The large parallelogram is rounded; the small one has singular values far above that, and keeps its rows."""
+    for seed in range(3):
+        plan = two_scales(small, np.random.default_rng(seed))
+        large = plan.cuts[0]
+        link, rotation, position = large.a
+        large.a = (link, rotation, position + error * rotation[:, 2])
+        chain = ClosedChain(load_description(plan.write(tmp_path / str(seed))))
+        report = chain.mobility()
+        assert (report.rank, report.mobility, report.determined) == (4, 2, True)
+        assert report.dropped_rows
+        assert all(row.startswith("large.") for row in report.dropped_rows)
+
+
+def test_loops_that_are_open_by_more_than_rounding_keep_all_their_rows() -> None:
+    """By a hundredth of a link they are simply open."""
+    with pytest.raises(ClosureError, match="no closed posture"):
+        ClosedChain(moved_out_of_plane(0.01 * cutjoint.load("fivebar").length))

@@ -84,7 +84,7 @@ METHODS: dict[str, Callable[[Any, Any, np.ndarray], Any] | None] = {
     "full_effort": None,
     "full_forward_dynamics": lambda c, at, p: c.full_forward_dynamics(at.q_full, full_v(c, at), effort(c)),
     "full_inverse_dynamics": lambda c, at, p: c.full_inverse_dynamics(at.q_full, full_v(c, at), allowed(c, at)),
-    "full_motion": lambda c, at, p: c.full_motion(at, c.tool(at).jacobian @ v(c), np.zeros(3)),
+    "full_motion": lambda c, at, p: c.full_motion(at, c.tool(at).jacobian @ v(c), c.tool(at, v(c)).drift),
     "full_velocity": lambda c, at, p: c.full_velocity(at, v(c)),
     "gap": lambda c, at, p: c.gap(at.q_full),
     "home": lambda c, at, p: c.home,

@@ -1,11 +1,12 @@
 """What is wrong or odd with a robot that only its closed chain can tell.
 
-Loops that do not close, cuts that add nothing, no mobility left, actuators that depend on each other, joints that stay
-free, joints that move no mass.
+Loops that do not close or only up to rounding, cuts that add nothing, no mobility left, actuators that depend on each
+other, joints that stay free, joints that move no mass.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,7 +17,7 @@ from cutjoint.chain.kinematics import joints_of
 from cutjoint.chain.mobility import MobilityReport
 from cutjoint.chain.rank import rank_of
 from cutjoint.description.model import RobotDescription
-from cutjoint.errors import ClosureError, Problem
+from cutjoint.errors import ClosureError, Problem, RoundingWarning
 
 NEAR_SINGULAR = 1e-2
 """Distance to a singularity below which home is called near it."""
@@ -25,7 +26,9 @@ NEAR_SINGULAR = 1e-2
 def kinematic_problems(description: RobotDescription) -> tuple[tuple[Problem, ...], ClosedChain | None]:
     """Problems of a robot whose files are right, and its closed chain where the loops close at home."""
     try:
-        chain = ClosedChain(description)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RoundingWarning)  # it is one of the problems below
+            chain = ClosedChain(description)
     except ClosureError as error:
         place = next((cut.place for cut in description.cuts if cut.name == error.cut), None)
         problem = Problem(
@@ -48,6 +51,16 @@ def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
             expected="a mobility of at least 1",
             mend="a cut locks too much; a planar loop wants a revolute or spherical cut rather than a fixed one",
             file=file,
+        )
+    if report.dropped_rows:
+        distance, angle = report.gap
+        yield Problem(
+            found=f"the loops close only up to rounding: {', '.join(report.dropped_rows)} dropped, which stay open by "
+            f"{distance:.2g} m, {angle:.2g} rad",
+            expected="lengths with which all rows can be closed",
+            mend="export the frames with more digits",
+            file=file,
+            severity="warning",
         )
     for index, cut in enumerate(description.cuts):
         if _adds_nothing(chain, index):
@@ -100,11 +113,11 @@ def _actuation(report: MobilityReport, file: str) -> Iterator[Problem]:
 
 def _adds_nothing(chain: ClosedChain, index: int) -> bool:
     """Whether the rank at home is the same without one cut."""
-    cuts = chain.description.cuts
+    k, cuts = chain._k, chain.description.cuts
     start = sum(cut.type.rows for cut in cuts[:index])
-    matrix = chain.constraint_jacobian(chain.home.q_full)
-    without = np.delete(matrix, slice(start, start + cuts[index].type.rows), axis=0)
-    return rank_of(without) == rank_of(matrix)
+    own = (k.closure.trusted >= start) & (k.closure.trusted < start + cuts[index].type.rows)
+    matrix = k.at(chain.home.q_full).scaled
+    return rank_of(matrix[~own]) == rank_of(matrix)
 
 
 def massless_joints(chain: ClosedChain) -> tuple[str, ...]:
