@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,10 +13,14 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.compile import space
+from cutjoint.compile.carried import Carried, idle_masses, supports, weighed
+from cutjoint.compile.cloud import Survey, rate_scale
 from cutjoint.compile.graph import Expression, Graph, Number
-from cutjoint.compile.inertia import Body
+from cutjoint.compile.idle import idle_freedoms
+from cutjoint.compile.inertia import Body, Kind
 from cutjoint.compile.loops import CutFrames, Gear, Loops
-from cutjoint.compile.pivots import Plan, Survey, choose
+from cutjoint.compile.pivots import Idle, Plan, choose
+from cutjoint.compile.projection import Projection
 from cutjoint.compile.reduction import MassFactor, Reduction
 from cutjoint.compile.tree import (
     Motion,
@@ -26,13 +31,16 @@ from cutjoint.compile.tree import (
     configuration_rate,
     from_rate_derivatives,
     from_rates,
+    motion_subspace,
     moved,
     potential_energy,
     to_rates,
+    turning_axes,
     velocities,
 )
 from cutjoint.description.model import Inertial
 from cutjoint.errors import CompileError, InputError, UnknownNameError
+from cutjoint.mechanism import Posture
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
@@ -43,6 +51,9 @@ PAYLOAD = "payload"
 
 class ChainSource:
     """A closed chain to be traced.
+
+    The chain's model stands near the world's origin, however far away its base is: `origin` (3,) [m] is where, and is
+    added to tool positions and to the height of the masses, not carried through the arithmetic.
 
     Args:
         chain: any closed chain; it need not be determined by its actuators.
@@ -56,6 +67,8 @@ class ChainSource:
 
     def __init__(self, chain: ClosedChain, parameters: Sequence[str] = ()) -> None:
         self.chain = chain
+        self.model: pin.Model = chain.model
+        self.origin = space.constant_vector(np.asarray(getattr(chain, "origin", np.zeros(3)), dtype=np.float64))
         self.name, self.parameters = chain.name, tuple(parameters)
         self.positions, self.nv = chain.nq, chain.nv
         self.has_tool = chain.description.tool is not None
@@ -76,22 +89,69 @@ class ChainSource:
         """Number of independent coordinates: that of the actuators where they determine the motion."""
         return self.chain.n if self.determined else len(self.plan.independent)
 
-    @cached_property
+    @property
     def determined(self) -> bool:
-        """Whether the independent coordinates are the actuated ones."""
-        return self.chain.mobility(self.chain.home).determined
+        """Whether the independent coordinates are the actuated ones; idle freedoms do not count."""
+        return self.idle is not None
+
+    @cached_property
+    def idle(self) -> int | None:
+        """Number of idle freedoms, or None where the actuators do not determine the rest of the motion.
+
+        It is asked at home, and where home may be singular on a regular posture near by.
+        """
+        at_home = self._idle_at(self.chain.home)
+        if at_home is not None or not len(self.loops.names):
+            return at_home
+        try:
+            cloud = self.cloud
+        except CompileError:
+            return None
+        return self._idle_at(Posture(self.chain.actuated(cloud[0]), cloud[0]))
+
+    def _idle_at(self, at: Posture) -> int | None:
+        report = self.chain.mobility(at)
+        if report.determined:
+            return int(report.mobility) - self.chain.n
+        return idle_freedoms(self.numbers, self._closure.cuts, at.q_full)
+
+    @cached_property
+    def numbers(self) -> Projection:
+        """The same chain in numbers, to compare with; not for several threads at once."""
+        self._need_all_rows()
+        return Projection(self)
+
+    def _need_all_rows(self) -> None:
+        if len(self.chain.constraint_jacobian(self.chain.home.q_full)) != len(self.row_is_length):
+            raise CompileError(
+                f"{self.name} cannot be compiled: its loops close only when some of their rows are left out, and what "
+                "those are open by differs from posture to posture. Give its frames more digits"
+            )
+
+    @property
+    def row_is_length(self) -> tuple[bool, ...]:
+        """Whether a row of the constraints is a length (else an angle)."""
+        return tuple(bool(x) for x in self._closure.is_length)
 
     @cached_property
     def tree(self) -> Tree:
         """The tree without the links whose masses are arguments."""
-        from cutjoint.chain.build import build_model
+        varied = [name for name in self.parameters if name != PAYLOAD]
+        return Tree(self._without(varied) if varied else self.model)
 
-        description = self.chain.description
-        for name in self.parameters:
-            if name != PAYLOAD:
-                description = description.with_inertial(name, Inertial(0.0))
-        model = self.chain.model if description is self.chain.description else build_model(description)
-        return Tree(model)
+    def _without(self, links: Sequence[str]) -> pin.Model:
+        """The model without the inertias of some links."""
+        model = pin.Model(self.model)
+        frames = {link.name: model.frames[model.getFrameId(link.name)] for link in self.chain.description.links}
+        for joint in {int(frames[name].parentJoint) for name in links}:
+            total = pin.Inertia.Zero()
+            for link in self.chain.description.links:
+                inertial, frame = link.inertial, frames[link.name]
+                if inertial is not None and link.name not in links and int(frame.parentJoint) == joint:
+                    own = pin.Inertia(inertial.mass, np.array(inertial.com), np.array(inertial.inertia))
+                    total = total + frame.placement.act(own)
+            model.inertias[joint] = total
+        return model
 
     @cached_property
     def loops(self) -> Loops:
@@ -102,7 +162,7 @@ class ChainSource:
             for cut in closure.cuts
         ]
         gears = [
-            Gear(one.name, one.q_joint, one.q_driver, one.v_joint, one.v_driver, one.ratio, one.offset)
+            Gear(one.name, one.q_joint, one.q_driver, one.v_joint, one.v_driver, one.ratio, one.offset, one.is_length)
             for one in closure.ratios
         ]
         return Loops(self.tree, cuts, gears)
@@ -111,12 +171,23 @@ class ChainSource:
     def _closure(self) -> Closure:
         from cutjoint.chain.closure import Closure
 
-        return Closure(self.chain.model, self.chain.description)
+        return Closure(self.model, self.chain.description)
 
     @cached_property
     def cloud(self) -> Array:
-        """Closed configurations around home, shape (k, nq); home first."""
-        return self._survey.cloud(np.array(self.chain.home.q_full))
+        """Closed configurations around home that are not near a singularity, shape (k, nq); home first if it is one.
+
+        Raises:
+            CompileError: there is none.
+        """
+        survey = self._survey
+        found = survey.regular(survey.cloud(np.array(self.chain.home.q_full)), self.actuated_rates)
+        if not len(found):
+            raise CompileError(
+                f"{self.name} cannot be compiled: it is singular at home and at every posture around it; choose "
+                "another home"
+            )
+        return found
 
     @cached_property
     def plan(self) -> Plan:
@@ -126,17 +197,49 @@ class ChainSource:
             CompileError: none is good around home.
         """
         plan = choose(self._survey, self.cloud, self.actuated_rates)
-        if self.determined and plan.independent != self.actuated_rates:
+        if self.idle is None:
+            return plan
+        n = self.chain.n
+        if plan.independent[:n] != self.actuated_rates or len(plan.independent) != n + self.idle:
             raise CompileError(
                 f"no fixed order of elimination keeps the actuators of {self.name} around its home posture: it is "
-                "too near "
-                "to a singularity. Choose another home"
+                "too near to a singularity. Choose another home"
             )
-        return plan
+        return self._with_idle(plan) if self.idle else plan
+
+    def _with_idle(self, plan: Plan) -> Plan:
+        """A plan with what the cloud tells of its idle freedoms."""
+        jacobians = np.array([self._survey.system(q)[0] for q in self.cloud])
+        moves = supports(jacobians, plan, self.chain.n)
+        rough = replace(plan, idle=Idle(moves, (), (), ()))
+        graph = Graph()
+        q = graph.symbols(self.positions)
+        pose = self.pose(q, [0.0 if name == PAYLOAD else self._mass(name) for name in self.parameters])
+        reduction = Reduction(pose, self.loops, rough)
+        return replace(plan, idle=weighed(idle_masses(pose, reduction, graph, q, self.chain.n, self.cloud), moves))
+
+    def _mass(self, link: str) -> float:
+        inertial = self.chain.description.link(link).inertial
+        return 0.0 if inertial is None else float(inertial.mass)
+
+    @cached_property
+    def rate_scale(self) -> tuple[float, ...]:
+        """Factor per rate that makes it dimensionless, length nv."""
+        return tuple(rate_scale(self.tree, self.chain.length).tolist())
 
     @cached_property
     def _survey(self) -> Survey:
+        self._need_all_rows()
         return Survey(self.tree, self.loops, self.chain.length)
+
+    @cached_property
+    def position_scale(self) -> tuple[float, ...]:
+        """Robot's length for configuration coordinates that are lengths, 1 for the others, length nq."""
+        scale = [1.0] * self.positions
+        for step in self.tree.steps[1:]:
+            count = {Kind.SLIDE: 1, Kind.SHIFT: 3, Kind.FLAT: 2}.get(step.kind, 0)
+            scale[step.q : step.q + count] = [float(self.chain.length)] * count
+        return tuple(scale)
 
     @cached_property
     def content(self) -> str:
@@ -151,11 +254,12 @@ class ChainSource:
             "subspaces": [_numbers(step) for step in self._axes()],
             "inertias": [_numbers(model.inertias[i].matrix()) for i in range(1, model.njoints)],
             "gravity": _numbers(model.gravity.vector),
+            "origin": list(self.origin),
             "cuts": [
                 [cut.type.value, cut.joint_a, cut.joint_b, *map(_placement, (cut.placement_a, cut.placement_b))]
                 for cut in closure.cuts
             ],
-            "couplings": [[r.q_joint, r.q_driver, r.v_joint, r.v_driver, r.ratio, r.offset] for r in closure.ratios],
+            "couplings": [[r.q_joint, r.q_driver, r.v_joint, r.v_driver, r.ratio, r.offset, r.is_length] for r in closure.ratios],
             "actuators": self.actuated_rates,
             "tool": None if description.tool is None else [description.tool.link, _numbers(description.tool.placement)],
             "home": _numbers(self.chain.home.q_full),
@@ -164,8 +268,7 @@ class ChainSource:
         return json.dumps(parts)
 
     def _axes(self) -> list[Array]:
-        data = self.chain.model.createData()
-        return [np.array(pin.computeJointJacobians(self.chain.model, data, pin.neutral(self.chain.model)))]
+        return [motion_subspace(self.chain.model, joint) for joint in range(1, self.chain.model.njoints)]
 
     def _link(self, name: str) -> list[object]:
         inertial = self.chain.description.link(name).inertial
@@ -180,6 +283,10 @@ class ChainSource:
 
     def state(self, graph: Graph, q: Sequence[Expression], parameters: Sequence[Expression]) -> ChainState:
         """The state at the configuration `q` (Pinocchio's layout)."""
+        return ChainState(self, graph, q, self.pose(q, parameters))
+
+    def pose(self, q: Sequence[Number], parameters: Sequence[Number]) -> Pose:
+        """The tree at the configuration `q`, with the values of the inertial parameters."""
         points: list[PointMass] = []
         bodies: list[Body] = []
         for name, value in zip(self.parameters, parameters, strict=True):
@@ -188,7 +295,7 @@ class ChainSource:
                 points.append(PointMass(step, value, lever))
             else:
                 bodies.append(self._body(name, value))
-        return ChainState(self, graph, q, bodies, points)
+        return Pose(self.tree, q, bodies, points)
 
     @cached_property
     def tool_point(self) -> tuple[int, space.Vector]:
@@ -216,17 +323,12 @@ class ChainSource:
 class ChainState:
     """A `TracedState` of a closed chain."""
 
-    def __init__(
-        self,
-        source: ChainSource,
-        graph: Graph,
-        q: Sequence[Expression],
-        bodies: Sequence[Body] = (),
-        points: Sequence[PointMass] = (),
-    ) -> None:
+    def __init__(self, source: ChainSource, graph: Graph, q: Sequence[Expression], pose: Pose) -> None:
         self.source, self.graph, self.q = source, graph, list(q)
-        self.pose = Pose(source.tree, q, bodies, points)
-        self.reduction = Reduction(self.pose, source.loops, source.plan)
+        self.pose = pose
+        self.whole = Reduction(pose, source.loops, source.plan)
+        idle = source.plan.idle
+        self.reduction = self.whole if idle is None else Carried(self.whole, idle, source.rate_scale)
         self.strain: Number = self.reduction.strain
 
     @property
@@ -270,13 +372,13 @@ class ChainState:
 
     def potential(self) -> Number:
         """See `TracedState`."""
-        return potential_energy(self.pose)
+        return potential_energy(self.pose, self.source.origin)
 
     def tool(self, v: Sequence[Number]) -> tuple[list[Number], list[list[Number]], list[Number]]:
         """See `TracedState`."""
         step, lever = self.source.tool_point
         arm = self.pose.lever(step, lever)
-        position = space.add(self.pose.origin(step), arm)
+        position = space.add(self.source.origin, space.add(self.pose.origin(step), arm))
         columns = self.pose.columns(step, lever)
         tangent = self.reduction.tangent
         jacobian: list[list[Number]] = [[0.0] * self.reduction.n for _ in range(3)]
@@ -308,19 +410,22 @@ class ChainState:
     def full_drift(self, v: Sequence[Number]) -> list[Number]:
         """d with a_full = T a + d in Pinocchio's accelerations, length nv."""
         u, motion, drift = self.moving(v)
+        if isinstance(self.reduction, Carried):
+            drift = self.reduction.undriven(u, motion, drift, turning_axes(self.pose, u, motion))
         return from_rate_derivatives(self.pose, u, motion, drift)
 
     def full_forward(self, v_full: Sequence[Number], effort_full: Sequence[Number]) -> tuple[list[Number], Number]:
-        """Acceleration of all joints for a velocity that respects the loops and forces on all joints; and the "
-        "strain."""
+        """Acceleration of all joints for a velocity that respects the loops and forces on all joints; and the
+        strain."""
         u = to_rates(self.pose, v_full)
         motion = velocities(self.pose, u)
-        drift = self.reduction.drift(u, motion)
-        push = self.reduction.reduced(to_rates(self.pose, effort_full))
-        held = self.reduction.effort(u, motion, drift)
-        factor = MassFactor(self.mass(), self.strain)
+        whole = self.whole
+        drift = whole.drift(u, motion)
+        push = whole.reduced(to_rates(self.pose, effort_full))
+        held = whole.effort(u, motion, drift)
+        factor = MassFactor(whole.mass(), whole.strain)
         a = factor.solve([x - y for x, y in zip(push, held, strict=True)])
-        du = [x + y for x, y in zip(self.reduction.rates(a), drift, strict=True)]
+        du = [x + y for x, y in zip(whole.rates(a), drift, strict=True)]
         return from_rate_derivatives(self.pose, u, motion, du), factor.strain
 
 

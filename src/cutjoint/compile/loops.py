@@ -51,6 +51,7 @@ class Gear:
     v_driver: int
     ratio: float
     offset: float
+    is_length: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +84,7 @@ class Loops:
             found.extend(_cut_rows(pose, kind, a, b, motion, bias))
         for gear in self.gears:
             residual = pose.q[gear.q_joint] - gear.ratio * pose.q[gear.q_driver] - gear.offset
-            found.append(Row({gear.v_joint: 1.0, gear.v_driver: -gear.ratio}, 0.0, residual, False))
+            found.append(Row({gear.v_joint: 1.0, gear.v_driver: -gear.ratio}, 0.0, residual, gear.is_length))
         return found
 
 

@@ -52,6 +52,12 @@ class PaperSource:
             if name not in known:
                 raise UnknownNameError("parameter", name, known)
 
+    @property
+    def length(self) -> float:
+        """A length [m] that tells how large the robot is."""
+        own: Any = self.model.parameters
+        return float(own.L1 if self.kind == "cpm" else own.L_B)
+
     @cached_property
     def content(self) -> str:
         """Everything that the expressions depend on."""

@@ -15,21 +15,30 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.compile.graph import Graph
-from cutjoint.compile.inertia import Kind
-from cutjoint.compile.loops import Loops
-from cutjoint.compile.program import Program, assemble, interpret
-from cutjoint.compile.tree import Pose, Tree, moved
+from cutjoint.compile.cloud import Survey
 from cutjoint.errors import CompileError
 
-CLOUD = 24
-"""Postures in the cloud."""
-STRIDE = 0.15
-"""Length of the steps that make it [rad or robot lengths]."""
 THRESHOLD = 0.1
 """Smallest pivot, against the largest entry of its column, on any posture of the cloud."""
 REDUNDANT = 1e-8
-"""Rows whose scaled entries all stay below this are redundant."""
+"""Rows whose dimensionless entries all stay below this are redundant, and columns below it hold no pivot."""
+
+
+@dataclass(frozen=True)
+class Idle:
+    """Idle freedoms (see `cutjoint.compile.carried`), counted from 0 in the order of the idle rates.
+
+    Attributes:
+        support: of every idle freedom, the rates that it moves; all others rest.
+        heavy: idle freedoms in the order in which their mass matrix is eliminated.
+        sizes: usual pivots of that elimination, against which a posture's pivots are judged.
+        weightless: those that move no mass once the heavy ones are eliminated.
+    """
+
+    support: tuple[frozenset[int], ...]
+    heavy: tuple[int, ...]
+    sizes: tuple[float, ...]
+    weightless: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -42,99 +51,14 @@ class Plan:
             pivots are judged.
         independent: rates that remain, in the order of the reduced coordinates.
         redundant: rows that are left out.
+        idle: what is known of the last of `independent`, where those are idle freedoms; None where there are none.
     """
 
     pivots: tuple[tuple[int, int], ...]
     sizes: tuple[float, ...]
     independent: tuple[int, ...]
     redundant: tuple[int, ...]
-
-
-def rate_scale(tree: Tree, length: float) -> Array:
-    """Factor per rate that makes it dimensionless, shape (nv,)."""
-    scale = np.ones(tree.nv)
-    for step in tree.steps[1:]:
-        count = {Kind.SLIDE: 1, Kind.SHIFT: 3, Kind.FLAT: 2}.get(step.kind, 0)
-        scale[step.u : step.u + count] = length
-    return scale
-
-
-class Survey:
-    """Numeric Jacobian, residual and motion of a tree with loops, from their expressions."""
-
-    def __init__(self, tree: Tree, loops: Loops, length: float) -> None:
-        graph = Graph()
-        q = graph.symbols(tree.nq)
-        u = graph.symbols(tree.nv)
-        pose = Pose(tree, q)
-        rows = loops.rows(pose)
-        self.pattern = [set(row.coefficients) for row in rows]
-        self._constant = [
-            {k for k, c in row.coefficients.items() if graph.constant_of(graph.reference(c)) is not None}
-            for row in rows
-        ]
-        entries = [row.coefficients.get(k, 0.0) for row in rows for k in range(tree.nv)]
-        self._system = assemble(
-            graph, "rows", {"q": q}, {"jacobian": entries, "residual": [row.residual for row in rows]}
-        )
-        self._moved = assemble(graph, "moved", {"q": q, "u": u}, {"q": moved(pose, u)})
-        self.shape = (len(rows), tree.nv)
-        self.row_scale = np.array([1.0 / length if row.is_length else 1.0 for row in rows])
-        self.rate_scale = rate_scale(tree, length)
-
-    def is_constant(self, row: int, rate: int) -> bool:
-        """Whether an entry of the Jacobian is the same in every posture."""
-        return rate in self._constant[row]
-
-    def system(self, q: Array) -> tuple[Array, Array]:
-        """Scaled Jacobian (rows, nv) and residual (rows,)."""
-        values = _run(self._system, q)
-        rows, rates = self.shape
-        jacobian = values[: rows * rates].reshape(rows, rates)
-        return self.row_scale[:, None] * jacobian * self.rate_scale, self.row_scale * values[rows * rates :]
-
-    def moved(self, q: Array, u: Array) -> Array:
-        """Configuration after the scaled step `u`."""
-        return _run(self._moved, np.concatenate([q, self.rate_scale * u]))
-
-    def closed(self, q: Array) -> Array | None:
-        """The closed configuration next to `q`, or None."""
-        for _ in range(12):
-            jacobian, residual = self.system(q)
-            if not np.isfinite(residual).all():
-                return None
-            if np.abs(residual).max(initial=0.0) < 1e-13:
-                return q
-            u = np.asarray(np.linalg.lstsq(jacobian, -residual, rcond=1e-7)[0], dtype=np.float64)
-            if np.abs(u).max(initial=0.0) > 0.5:
-                return None
-            q = self.moved(q, u)
-        return None
-
-    def cloud(self, home: Array) -> Array:
-        """Closed configurations around `home`, itself first, shape (k, nq): random walks that start there."""
-        chance = np.random.default_rng(0)
-        found = [home]
-        q = home
-        for _ in range(4 * CLOUD):
-            if len(found) == CLOUD:
-                break
-            jacobian, _ = self.system(q)
-            _, values, basis = np.linalg.svd(jacobian)
-            free = basis[int(np.sum(values > 1e-7 * max(values.max(initial=0.0), 1e-300))) :]
-            if not len(free):
-                break
-            direction = chance.normal(size=len(free)) @ free
-            step = self.closed(self.moved(q, STRIDE * direction / np.abs(direction).max()))
-            if step is not None:
-                found.append(step)
-            q = found[int(chance.integers(len(found)))]
-        return np.array(found)
-
-
-def _run(program: Program, inputs: Array) -> Array:
-    with np.errstate(all="ignore"):
-        return np.array([float(x) for x in interpret(program, list(inputs))])
+    idle: Idle | None = None
 
 
 def choose(survey: Survey, cloud: Array, keep: Sequence[int]) -> Plan:
@@ -210,14 +134,17 @@ def _best(
     for rate in sorted(wanted):
         column = np.abs(active[:, order, rate])
         largest = column.max(axis=1)
-        if largest.min() < 1e-6:
+        if largest.min() < REDUNDANT:
             continue
         ratio = (column / largest[:, None]).min(axis=0)
         for index, row in enumerate(order):
             if rate not in present[row] or ratio[index] < THRESHOLD:
                 continue
             fill = (len(present[row] & rates) - 1) * (counts[rate] - 1)
-            merit = (float(fill), 0.0 if rate in constant[row] else 1.0, -float(ratio[index]))
+            # what is equal must not be told apart by rounding, or the order would depend on the machine; of equal
+            # rates the outermost goes first
+            size = round(float(ratio[index]), 1)
+            merit = (float(fill), 0.0 if rate in constant[row] else 1.0, -size, -float(rate))
             if best is None or merit < best:
                 best, pick = merit, (row, rate)
     return pick

@@ -12,10 +12,10 @@ not a number, the caller must not use the result.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from cutjoint.compile import space
-from cutjoint.compile.graph import Expression, Number, is_zero, maximum
+from cutjoint.compile.graph import Expression, Number, absolute, is_zero, maximum
 from cutjoint.compile.loops import Loops
 from cutjoint.compile.pivots import Plan
 from cutjoint.compile.space import ZERO
@@ -49,10 +49,13 @@ class Reduction:
         self._factor()
         nv = pose.tree.nv
         self.tangent: list[list[Number]] = [[0.0] * self.n for _ in range(nv)]
+        support = () if plan.idle is None else plan.idle.support
+        everywhere = frozenset(range(nv))
+        moves = [*[everywhere] * (self.n - len(support)), *support]
         for k, rate in enumerate(plan.independent):
             self.tangent[rate][k] = 1.0
             right = [row.coefficients.get(rate, 0.0) for row in self._rows]
-            for dependent, value in self._solve(right):
+            for dependent, value in self._solve(right, moves[k]):
                 self.tangent[dependent][k] = -value
 
     def _factor(self) -> None:
@@ -83,8 +86,11 @@ class Reduction:
             self._multipliers.append(multipliers)
         self._work = work
 
-    def _solve(self, right: Sequence[Number]) -> list[tuple[int, Number]]:
-        """(rate, value) of the dependent rates for a right-hand side of all rows."""
+    def _solve(
+        self, right: Sequence[Number], moves: Collection[int] | None = None
+    ) -> list[tuple[int, Number]]:
+        """(rate, value) of the dependent rates for a right-hand side of all rows; rates not in `moves` are known to
+        rest."""
         values = list(right)
         for (row, _), multipliers in zip(self.plan.pivots, self._multipliers, strict=True):
             if not is_zero(values[row]):
@@ -92,6 +98,9 @@ class Reduction:
                     values[other] = values[other] - factor * values[row]
         found: dict[int, Number] = {}
         for (row, rate), inverse in zip(reversed(self.plan.pivots), reversed(self._inverse), strict=True):
+            if moves is not None and rate not in moves:
+                found[rate] = 0.0
+                continue
             total = values[row]
             for k, value in self._work[row].items():
                 if k != rate:
@@ -158,11 +167,18 @@ class Reduction:
 class MassFactor:
     """A symmetric positive definite matrix as L D L'.
 
+    Args:
+        mass: the matrix, shape (n, n).
+        strain: of what it was made from.
+        sizes: usual pivots; default none, where only the loss of digits counts.
+
     Attributes:
         strain: the strain that was given, with what is lost here.
     """
 
-    def __init__(self, mass: Sequence[Sequence[Number]], strain: Number) -> None:
+    def __init__(
+        self, mass: Sequence[Sequence[Number]], strain: Number, sizes: Sequence[float] | None = None
+    ) -> None:
         n = len(mass)
         work = [list(row) for row in mass]
         self._inverse: list[Number] = []
@@ -172,7 +188,9 @@ class MassFactor:
         for j in range(n):
             inverse = 1.0 / work[j][j]
             self._inverse.append(inverse)
-            if j > 0:
+            if sizes is not None:
+                self.strain = maximum(self.strain, sizes[j] * absolute(inverse))
+            elif j > 0:
                 self.strain = maximum(self.strain, MASS_SHARE * mass[j][j] * inverse)
             factors = {i: work[i][j] * inverse for i in range(j + 1, n) if not is_zero(work[i][j])}
             for i, factor in factors.items():

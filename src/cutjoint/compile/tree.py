@@ -50,6 +50,7 @@ class Tree:
     Attributes:
         steps: elementary joints, parents first; index 0 is the world.
         bodies: what has mass, regrouped.
+        mass: of all moving bodies [kg].
         anchored: first moment that rests on the world [kg m].
         mounts: for every joint of the model, the step that carries its body.
         nq, nv: sizes of configuration and velocity.
@@ -61,23 +62,21 @@ class Tree:
         self.gravity = space.constant_vector(np.asarray(model.gravity.linear))
         self.steps: list[Step] = [Step(-1, IDENTITY, ZERO, Kind.TURN, 0, -1, -1)]
         self.mounts: list[Mount] = [Mount(0, np.eye(3))]
-        data = model.createData()
-        pin.computeJointJacobians(model, data, pin.neutral(model))
         if np.any(np.asarray(getattr(model, "armature", np.zeros(1)))):
             raise InputError("rotor inertias (armature) cannot be compiled; add them to the links")
         for joint in range(1, model.njoints):
-            self._add(model, data, joint)
+            self._add(model, joint)
+        self.mass = sum(float(model.inertias[joint].mass) for joint in range(1, model.njoints))
         self.bodies, self.anchored = regrouped(self.steps, self._inertias(model))
 
-    def _add(self, model: pin.Model, data: pin.Data, joint: int) -> None:
+    def _add(self, model: pin.Model, joint: int) -> None:
         parent = self.mounts[model.parents[joint]]
         placement = model.jointPlacements[joint]
         rotation = parent.rotation @ np.asarray(placement.rotation)
         translation = parent.rotation @ np.asarray(placement.translation)
         name = str(model.joints[joint].shortname())
         iq, iv = int(model.idx_qs[joint]), int(model.idx_vs[joint])
-        here = pin.SE3(data.oMi[joint])
-        columns = np.stack([_local(here, data.J[:, iv + k]) for k in range(model.nvs[joint])], axis=1)
+        columns = motion_subspace(model, joint)
         match int(model.nqs[joint]), int(model.nvs[joint]):
             case 1, 1:
                 linear, angular = columns[:3, 0], columns[3:, 0]
@@ -154,9 +153,12 @@ class Tree:
         return step, space.constant_rotation(self.mounts[joint].rotation @ np.asarray(placement.rotation)), lever
 
 
-def _local(here: pin.SE3, column: Array) -> Array:
-    """A column of the world Jacobian in the joint's frame."""
-    return np.asarray(here.actInv(pin.Motion(column)).vector)
+def motion_subspace(model: pin.Model, joint: int) -> Array:
+    """Twists (linear, angular) of a joint's rates at its zero, in its own frame, shape (6, rates of the joint)."""
+    one = model.joints[joint]
+    data = one.createData()
+    one.calc(data, pin.neutral(model))
+    return np.asarray(data.S).reshape(6, -1)
 
 
 class Pose:
@@ -202,6 +204,14 @@ class Pose:
             self.rotation.append(rotation)
             self.offset.append(offset)
             self.axis.append(space.column(placed, step.axis))
+
+    @property
+    def mass(self) -> Number:
+        """Mass of everything that moves [kg]."""
+        total: Number = self.tree.mass
+        for part in (*self.bodies[len(self.tree.bodies) :], *self.points):
+            total = total + part.mass
+        return total
 
     def origin(self, step: int) -> Vector:
         """Origin of a step in the world."""
@@ -400,8 +410,8 @@ def mass_matrix(pose: Pose, columns: Sequence[Motion]) -> list[list[Number]]:
     return result
 
 
-def potential_energy(pose: Pose) -> Number:
-    """Potential energy of gravity [J], zero at the world's origin."""
+def potential_energy(pose: Pose, origin: Vector = ZERO) -> Number:
+    """Potential energy of gravity [J], zero at the world's origin; the tree stands at `origin` in the world."""
     total: Number = -space.dot(pose.tree.gravity, pose.tree.anchored)
     for body in pose.bodies:
         first = space.add(space.scale(body.mass, pose.origin(body.step)), pose.lever(body.step, body.moment))
@@ -409,6 +419,8 @@ def potential_energy(pose: Pose) -> Number:
     for point in pose.points:
         place = space.add(pose.origin(point.step), pose.lever(point.step, point.lever))
         total = total - point.mass * space.dot(pose.tree.gravity, place)
+    if any(origin):
+        total = total - space.dot(pose.tree.gravity, origin) * pose.mass
     return total
 
 
@@ -439,17 +451,21 @@ def from_rates(pose: Pose, u: Sequence[Number]) -> list[Number]:
 
 def from_rate_derivatives(pose: Pose, u: Sequence[Number], motion: Motion, du: Sequence[Number]) -> list[Number]:
     """Derivatives of the rates as Pinocchio's accelerations (time derivative of its velocities)."""
-    changed = list(du)
+    turned = turning_axes(pose, u, motion)
+    return from_rates(pose, [x if is_zero(y) else x + y for x, y in zip(du, turned, strict=True)])
+
+
+def turning_axes(pose: Pose, u: Sequence[Number], motion: Motion) -> list[Number]:
+    """What Pinocchio's accelerations are beside the derivatives of the rates, because its axes turn, length nv."""
+    changed: list[Number] = [0.0] * pose.tree.nv
     for k, first in _turned(pose):
-        spin = motion.angular[k]
         rate: Vector = (u[first], u[first + 1], u[first + 2])
-        given: Vector = (du[first], du[first + 1], du[first + 2])
-        changed[first : first + 3] = space.sub(given, space.cross(spin, rate))
+        changed[first : first + 3] = space.cross(rate, motion.angular[k])
     for k, first in _flat(pose):
         w = u[pose.tree.steps[k].u]
-        changed[first] = du[first] + w * u[first + 1]
-        changed[first + 1] = du[first + 1] - w * u[first]
-    return from_rates(pose, changed)
+        changed[first] = w * u[first + 1]
+        changed[first + 1] = -(w * u[first])
+    return changed
 
 
 def _turned(pose: Pose) -> list[tuple[int, int]]:
