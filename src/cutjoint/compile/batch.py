@@ -244,7 +244,7 @@ class Batch:
             bad = ~(strain[:, 0] <= STRAIN_LIMIT) | ~np.isfinite(after.sum(axis=1))
             size = np.abs((after - at) / scale).max(axis=1)
             size[bad] = np.inf
-            return after, size, np.abs(residual).max(axis=1, initial=0.0)
+            return after, size, np.abs(residual * chain._row_scale).max(axis=1, initial=0.0)
 
         _, size, _ = step(q, target)
         pieces = int(np.ceil(min(float(size[np.isfinite(size)].max(initial=0.0)) / 0.1, 200.0))) + 1

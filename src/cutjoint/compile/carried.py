@@ -23,14 +23,16 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.compile import space
 from cutjoint.compile.cloud import run
-from cutjoint.compile.graph import Expression, Graph, Number, is_zero, maximum
+from cutjoint.compile.graph import Expression, Graph, Number, is_zero
 from cutjoint.compile.pivots import Idle, Plan
 from cutjoint.compile.program import assemble
 from cutjoint.compile.reduction import MassFactor, Reduction
-from cutjoint.compile.tree import Motion, Pose, mass_matrix, velocities
+from cutjoint.compile.tree import RATES, Motion, Pose, mass_matrix, velocities
 
 NO_MASS = 1e-12
-"""An idle freedom whose inertia is below this part of that of the joints it moves, each alone, moves no mass."""
+"""An idle freedom whose inertia is below this part of that of the joints it moves, about any axis, moves no mass."""
+NOTHING = 1e-20
+"""Inertia below this part of the robot's largest is none."""
 RESTS = 1e-9
 """Dimensionless rates below this on the whole cloud are none."""
 
@@ -53,20 +55,18 @@ def supports(jacobians: Array, plan: Plan, n: int) -> tuple[frozenset[int], ...]
     )
 
 
-def weighed(trace: Sequence[Array], support: tuple[frozenset[int], ...]) -> Idle:
+def weighed(masses: Sequence[tuple[Array, Array]], support: tuple[frozenset[int], ...]) -> Idle:
     """In which order to eliminate the mass matrix of the idle freedoms, and which of them have none.
 
     Args:
-        trace: of every posture of the cloud, U' M U and below it one row of what each freedom's joints would weigh
-            alone, shape (k + 1, k).
+        masses: of every posture of the cloud, U' M U (k, k) and what the joints that each freedom moves weigh, (k,).
         support: rates that each freedom moves.
     """
-    work = np.array([one[:-1] for one in trace])
-    alone = np.array([one[-1] for one in trace])
+    work, alone = (np.array(parts) for parts in zip(*masses, strict=True))
     left, heavy, sizes = list(range(work.shape[1])), [], []
     while left:
-        diagonal = work[:, left, left]
-        share = np.divide(diagonal, alone[:, left], out=np.zeros_like(diagonal), where=alone[:, left] > 0.0).min(axis=0)
+        diagonal, own = work[:, left, left], alone[:, left]
+        share = np.divide(diagonal, own, out=np.zeros_like(diagonal), where=own > 0.0).min(axis=0)
         best = int(np.argmax(share))
         if share[best] <= NO_MASS:
             break
@@ -78,17 +78,38 @@ def weighed(trace: Sequence[Array], support: tuple[frozenset[int], ...]) -> Idle
     return Idle(support, tuple(heavy), tuple(sizes), tuple(left))
 
 
-def idle_masses(pose: Pose, reduction: Reduction, graph: Graph, q: Sequence[Expression], n: int, cloud: Array) -> list[Array]:
-    """What `weighed` asks, from the expressions, on every posture of a cloud."""
-    nv = pose.tree.nv
-    columns = [[row[k] for row in reduction.tangent] for k in range(n, reduction.n)]
+def idle_masses(
+    pose: Pose, reduction: Reduction, graph: Graph, q: Sequence[Expression], scale: Sequence[float], cloud: Array
+) -> list[tuple[Array, Array]]:
+    """What `weighed` asks, from the expressions, on every posture of a cloud; `scale` makes rates dimensionless."""
+    nv, count = pose.tree.nv, len(reduction.plan.idle.support) if reduction.plan.idle else 0
+    columns = [[row[k] for row in reduction.tangent] for k in range(reduction.n - count, reduction.n)]
     mass = mass_matrix(pose, [velocities(pose, column) for column in columns])
-    moved = sorted({rate for column in columns for rate in range(nv) if not is_zero(column[rate])})
-    units = [velocities(pose, [1.0 if i == rate else 0.0 for i in range(nv)]) for rate in moved]
-    own = {rate: mass_matrix(pose, [unit])[0][0] for rate, unit in zip(moved, units, strict=True)}
-    alone = [space.dot([x * x for x in column], [own.get(i, 0.0) for i in range(nv)]) for column in columns]
-    program = assemble(graph, "idle", {"q": q}, {"mass": [x for row in [*mass, alone] for x in row]})
-    return [run(program, one).reshape(len(columns) + 1, len(columns)) for one in cloud]
+    units = [velocities(pose, [1.0 if i == rate else 0.0 for i in range(nv)]) for rate in range(nv)]
+    own = [mass_matrix(pose, [unit])[0][0] for unit in units]
+    results = {"mass": [x for row in mass for x in row], "idle": [x for column in columns for x in column], "own": own}
+    program = assemble(graph, "idle", {"q": q}, results)
+    groups = [list(range(step.u, step.u + RATES[step.kind])) for step in pose.tree.steps[1:]]
+    found = []
+    for one in cloud:
+        values = run(program, one)
+        square = values[: count * count].reshape(count, count)
+        motions = values[count * count : -nv].reshape(count, nv) / np.asarray(scale)
+        found.append((square, joint_inertia(motions, values[-nv:] * np.asarray(scale) ** 2, groups)))
+    return found
+
+
+def joint_inertia(motions: Array, own: Array, joints: Sequence[Sequence[int]]) -> Array:
+    """What the joints that dimensionless motions (k, nv) move weigh, about whichever of their axes weighs most, (k,).
+
+    Args:
+        own: of every dimensionless rate alone, shape (nv,).
+        joints: rates of every joint.
+    """
+    heaviest = np.zeros(len(own))
+    for rates in joints:
+        heaviest[list(rates)] = own[list(rates)].max(initial=0.0)
+    return np.asarray(motions**2 @ (heaviest + NOTHING / NO_MASS * own.max(initial=0.0)))
 
 
 class Carried(Reduction):
@@ -146,7 +167,9 @@ class Carried(Reduction):
     def _product(self, x: Sequence[Number], y: Sequence[Number]) -> Number:
         return space.dot([w * a for w, a in zip(self._scale, x, strict=True)], y)
 
-    def undriven(self, u: Sequence[Number], motion: Motion, drift: Sequence[Number], offset: Sequence[Number]) -> list[Number]:
+    def undriven(
+        self, u: Sequence[Number], motion: Motion, drift: Sequence[Number], offset: Sequence[Number]
+    ) -> list[Number]:
         """Derivatives of the rates at constant actuated rates, where no force drives the idle freedoms.
 
         Args:

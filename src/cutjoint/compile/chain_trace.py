@@ -216,11 +216,17 @@ class ChainSource:
         q = graph.symbols(self.positions)
         pose = self.pose(q, [0.0 if name == PAYLOAD else self._mass(name) for name in self.parameters])
         reduction = Reduction(pose, self.loops, rough)
-        return replace(plan, idle=weighed(idle_masses(pose, reduction, graph, q, self.chain.n, self.cloud), moves))
+        masses = idle_masses(pose, reduction, graph, q, self.rate_scale, self.cloud)
+        return replace(plan, idle=weighed(masses, moves))
 
     def _mass(self, link: str) -> float:
         inertial = self.chain.description.link(link).inertial
         return 0.0 if inertial is None else float(inertial.mass)
+
+    @property
+    def weightless(self) -> bool:
+        """Whether some idle freedoms move no mass: which force moves them how, the joints' masses do not say."""
+        return bool(self.idle) and self.plan.idle is not None and bool(self.plan.idle.weightless)
 
     @cached_property
     def rate_scale(self) -> tuple[float, ...]:
@@ -259,7 +265,9 @@ class ChainSource:
                 [cut.type.value, cut.joint_a, cut.joint_b, *map(_placement, (cut.placement_a, cut.placement_b))]
                 for cut in closure.cuts
             ],
-            "couplings": [[r.q_joint, r.q_driver, r.v_joint, r.v_driver, r.ratio, r.offset, r.is_length] for r in closure.ratios],
+            "couplings": [
+                [r.q_joint, r.q_driver, r.v_joint, r.v_driver, r.ratio, r.offset, r.is_length] for r in closure.ratios
+            ],
             "actuators": self.actuated_rates,
             "tool": None if description.tool is None else [description.tool.link, _numbers(description.tool.placement)],
             "home": _numbers(self.chain.home.q_full),

@@ -327,6 +327,8 @@ class CompiledChain(CompiledMechanism):
         if self.n == 3 and self.source.has_tool and self.source.determined:
             at: Posture | None = self.home if near is None else near
             far = np.inf
+            # what is left of the digits of a position, where the robot is and in its own size
+            rounding = 2e-15 * max(self.chain.length, float(np.abs(target).max()))
             for _ in range(NEWTON_STEPS):
                 assert at is not None
                 y = self._call("tool", at, np.zeros(3))
@@ -334,12 +336,16 @@ class CompiledChain(CompiledMechanism):
                     break
                 miss = target - y[:3]
                 size = float(np.abs(miss).max())
-                if size < 1e-15 or (size < 1e-13 and size > 0.1 * far):
+                if size < rounding or (size < 100.0 * rounding and size > 0.1 * far):
                     return at
                 if size > 0.5 * far or size > 0.2 * self.chain.length:
                     break
                 far = size
-                at = self._newton(at.q_full, at.q + np.linalg.solve(y[3:12].reshape(3, 3), miss))
+                try:
+                    move = np.linalg.solve(y[3:12].reshape(3, 3), miss)
+                except np.linalg.LinAlgError:  # the tool cannot move in some direction here
+                    break
+                at = self._newton(at.q_full, at.q + move)
                 if at is None:
                     break
         found: Posture = self.chain.reach(target, near)
@@ -366,7 +372,7 @@ class CompiledChain(CompiledMechanism):
             if not (y[-1] <= STRAIN_LIMIT and np.isfinite(y.sum())):
                 return None
             size = float(np.abs((y[:nq] - q) / self._q_scale).max(initial=0.0))
-            open_by = float(np.abs(y[rows]).max(initial=0.0))
+            open_by = float(np.abs(y[rows] * self._row_scale).max(initial=0.0))
             if count and (open_by < 1e-15 or (open_by < tolerances.CLOSURE.value and open_by > 0.1 * worst)):
                 gap = np.abs(y[rows])
                 lengths = self._is_length
@@ -380,20 +386,17 @@ class CompiledChain(CompiledMechanism):
 
     @cached_property
     def _is_length(self) -> npt.NDArray[np.bool_]:
-        from cutjoint.chain.closure import Closure
+        return np.array(self.source.row_is_length, dtype=bool)
 
-        return np.asarray(Closure(self.chain.model, self.chain.description).is_length, dtype=bool)
+    @cached_property
+    def _row_scale(self) -> Array:
+        """What makes the loops' rows dimensionless."""
+        return np.where(self._is_length, 1.0 / self.chain.length, 1.0)
 
     @cached_property
     def _q_scale(self) -> Array:
         """Configuration coordinates that are lengths, in robot lengths."""
-        from cutjoint.compile.inertia import Kind
-
-        scale = np.ones(self.chain.nq)
-        for step in self.source.tree.steps[1:]:
-            count = {Kind.SLIDE: 1, Kind.SHIFT: 3, Kind.FLAT: 2}.get(step.kind, 0)
-            scale[step.q : step.q + count] = self.chain.length
-        return scale
+        return np.array(self.source.position_scale)
 
     # -- full coordinates --------------------------------------------------------------------------------------------
 
@@ -411,9 +414,10 @@ class CompiledChain(CompiledMechanism):
     def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
         """Acceleration of all joints at a closed configuration, for any actuation, shape (nv,); see
         `ClosedChain.full_acceleration`."""
-        y = self._library["full_forward"](q_full, v_full, effort_full, self._values)
-        if y[-1] <= STRAIN_LIMIT and np.isfinite(y.sum()):
-            return y[:-1]
+        if not self.source.weightless:
+            y = self._library["full_forward"](q_full, v_full, effort_full, self._values)
+            if y[-1] <= STRAIN_LIMIT and np.isfinite(y.sum()):
+                return y[:-1]
         plain: Any = self.plain
         return np.asarray(plain.full_forward_dynamics(q_full, v_full, effort_full).acceleration)
 
@@ -552,4 +556,5 @@ def functions_of(mechanism: Compiled) -> tuple[str, ...]:
     source = mechanism.source
     if not source.determined:
         return ("full_forward",)
-    return tuple(name for name in BUILDERS if name not in PAPER_ONLY and (source.has_tool or name != "tool"))
+    missing = {*PAPER_ONLY, *(() if source.has_tool else ("tool",)), *(("full_forward",) if source.weightless else ())}
+    return tuple(name for name in BUILDERS if name not in missing)

@@ -16,7 +16,7 @@ from cutjoint.compile.program import Program, assemble
 from cutjoint.compile.reduction import MassFactor
 from cutjoint.compile.schedule import scheduled
 from cutjoint.compile.traced import Source, TracedState
-from cutjoint.errors import InputError
+from cutjoint.errors import CompileError, InputError
 
 Symbols: TypeAlias = list[Expression]
 Results: TypeAlias = dict[str, list[Number]]
@@ -151,6 +151,11 @@ def _drift(call: _Call) -> tuple[Results, Number]:
 
 def _full_forward(call: _Call) -> tuple[Results, Number]:
     state = _chain(call)
+    if state.source.weightless:
+        raise CompileError(
+            f"{state.source.name} has idle freedoms that move no mass, such as the spin of a rod without inertia about "
+            "its axis; its forward dynamics in full coordinates cannot be compiled"
+        )
     nv = state.source.nv
     a, strain = state.full_forward(call.argument("v_full", nv), call.argument("effort_full", nv))
     return {"a_full": a}, strain

@@ -40,7 +40,7 @@ from cutjoint.motion import Desired, Reference
 LARGEST_RECORD = 2**31
 """Records beyond this many bytes are refused; a larger `every` makes them smaller."""
 RESIDUAL_LIMIT = 1e-6
-"""A run whose loops were open by more than this before any settling step is not trusted [m, rad]."""
+"""A run whose loops were open by more than this before any settling step is not trusted [rad, or robot lengths]."""
 _CALL = ctypes.CFUNCTYPE(
     None,
     ctypes.c_int64,
@@ -141,9 +141,11 @@ class ClosedLoop:
         self.settle: Program | None = None
         settled, residuals = traced.settled(None)
         if residuals:
-            open_by: Number = 0.0
-            for residual in residuals:
-                open_by = maximum(absolute(residual), open_by)
+            gaps: dict[bool, Number] = {True: 0.0, False: 0.0}
+            assert isinstance(plant.source, ChainSource)
+            for residual, is_length in zip(residuals, plant.source.row_is_length, strict=True):
+                gaps[is_length] = maximum(absolute(residual), gaps[is_length])
+            open_by = maximum(gaps[True] * (1.0 / plant.source.chain.length), gaps[False])
             self.settle = scheduled(
                 assemble(
                     graph,

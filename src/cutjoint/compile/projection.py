@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
-from cutjoint.compile.carried import NO_MASS
+from cutjoint.compile.carried import NO_MASS, joint_inertia
 from cutjoint.compile.cloud import RANK
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Projection:
     def jacobian(self, q: Array) -> Array:
         """Dimensionless constraint Jacobian, shape (rows, nv)."""
         given = np.asarray(self.chain.constraint_jacobian(q)).reshape(-1, self.model.nv)
-        return self.row_scale[:, None] * given * self.scale
+        return np.asarray(self.row_scale[:, None] * given * self.scale)
 
     def bent(self, q: Array, v: Array) -> Array:
         """Drift of the dimensionless rows, shape (rows,)."""
@@ -103,7 +103,7 @@ class Projection:
         tangent[passive] = at_rest @ jacobian[:, self.rates] / self.scale[self.rates]
         spin = np.zeros((nv, idle))
         spin[passive] = self.scale[passive, None] * right[rank:].T
-        pull = _inverse(spin, mass) @ spin.T
+        pull = self._pull(spin, mass)
         tangent = tangent - spin @ pull @ mass @ tangent
 
         v_full, drift = tangent @ v, np.zeros(nv)
@@ -112,6 +112,15 @@ class Projection:
         gravity = self.forces(q, np.zeros(nv), np.zeros(nv))
         coriolis = tangent.T @ (self.forces(q, v_full, drift) - gravity)
         return Reduced(tangent, drift, tangent.T @ mass @ tangent, coriolis, tangent.T @ gravity)
+
+    def _pull(self, motions: Array, mass: Array) -> Array:
+        """(U' M U)^+ U', without the motions that move no mass, shape (k, nv)."""
+        scale, model = self.scale, self.model
+        joints = [range(model.idx_vs[i], model.idx_vs[i] + model.nvs[i]) for i in range(1, model.njoints)]
+        values, basis = np.linalg.eigh(motions.T @ mass @ motions)
+        least = NO_MASS * joint_inertia((basis.T @ motions.T) / scale, np.diag(mass) * scale**2, joints)
+        heavy = values > least
+        return np.asarray((basis[:, heavy] / values[heavy]) @ basis[:, heavy].T @ motions.T)
 
     def full_acceleration(self, q: Array, v_full: Array, effort: Array) -> Array:
         """Acceleration of all joints, shape (nv,), in a basis of the motions that the loops allow."""
@@ -138,7 +147,7 @@ class Projection:
         return position + np.array(self.source.origin), jacobian, acceleration
 
     def point(self, q: Array, joint: int, lever: Array) -> tuple[Array, Array]:
-        """Position (3,) in the model, and velocity (3, then angular 3) per rate, shape (6, nv), of a point on a joint."""
+        """Position (3,) in the model, velocity and angular velocity per rate (6, nv), of a point on a joint."""
         pin.computeJointJacobians(self.model, self.data, q)
         here = self.data.oMi[joint]
         world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
@@ -162,13 +171,3 @@ def null_space(matrix: Array) -> Array:
         return np.eye(columns)
     _, values, basis = np.linalg.svd(matrix)
     return np.asarray(basis[int(np.sum(values > RANK * max(values.max(), 1e-300))) :].T)
-
-
-def _inverse(motions: Array, mass: Array) -> Array:
-    """(U' M U)^+, without the motions that move no mass."""
-    if not motions.shape[1]:
-        return np.zeros((0, 0))
-    alone = float((motions**2 * np.diag(mass)[:, None]).sum(axis=0).max())
-    values, basis = np.linalg.eigh(motions.T @ mass @ motions)
-    heavy = values > NO_MASS * alone
-    return np.asarray((basis[:, heavy] / values[heavy]) @ basis[:, heavy].T)

@@ -27,6 +27,7 @@ from cutjoint.compile.tree import (
     mass_matrix,
     velocities,
 )
+from cutjoint.errors import CompileError
 
 STRAIN_LIMIT = 1e3
 """Largest strain that is accepted: pivots a thousandth of what they were cost three digits."""
@@ -86,9 +87,7 @@ class Reduction:
             self._multipliers.append(multipliers)
         self._work = work
 
-    def _solve(
-        self, right: Sequence[Number], moves: Collection[int] | None = None
-    ) -> list[tuple[int, Number]]:
+    def _solve(self, right: Sequence[Number], moves: Collection[int] | None = None) -> list[tuple[int, Number]]:
         """(rate, value) of the dependent rates for a right-hand side of all rows; rates not in `moves` are known to
         rest."""
         values = list(right)
@@ -176,9 +175,7 @@ class MassFactor:
         strain: the strain that was given, with what is lost here.
     """
 
-    def __init__(
-        self, mass: Sequence[Sequence[Number]], strain: Number, sizes: Sequence[float] | None = None
-    ) -> None:
+    def __init__(self, mass: Sequence[Sequence[Number]], strain: Number, sizes: Sequence[float] | None = None) -> None:
         n = len(mass)
         work = [list(row) for row in mass]
         self._inverse: list[Number] = []
@@ -186,6 +183,11 @@ class MassFactor:
         self._work = work
         self.strain = strain
         for j in range(n):
+            if is_zero(work[j][j]):
+                raise CompileError(
+                    "the robot has a motion that moves no mass: a body at the end of a limb has none, or none that "
+                    "its joint moves; give it an inertia"
+                )
             inverse = 1.0 / work[j][j]
             self._inverse.append(inverse)
             if sizes is not None:

@@ -209,8 +209,10 @@ class Pose:
     def mass(self) -> Number:
         """Mass of everything that moves [kg]."""
         total: Number = self.tree.mass
-        for part in (*self.bodies[len(self.tree.bodies) :], *self.points):
-            total = total + part.mass
+        for body in self.bodies[len(self.tree.bodies) :]:
+            total = total + body.mass
+        for point in self.points:
+            total = total + point.mass
         return total
 
     def origin(self, step: int) -> Vector:

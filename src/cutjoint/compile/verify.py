@@ -1,8 +1,8 @@
 """Compiled functions against the model they were made from, at a few states, before anybody uses them.
 
 This is what makes a stored program trustworthy beyond its digest, and a fresh one beyond the tracer: a function that
-does not reproduce the model is refused.  A chain is evaluated in numbers by another way (`cutjoint.compile.projection`),
-a published model by itself.
+does not reproduce the model is refused.  A chain is evaluated in numbers by another way
+(`cutjoint.compile.projection`), a published model by itself.
 
 Nothing here has a size of its own.  States are drawn in the robot's own units (its length; the rate of a pendulum of
 that length under its gravity), and what must agree is compared in them, against the size of the terms it is made of.
@@ -75,7 +75,10 @@ class _Checker:
             n = len(self.unit)
             v = self.rate * self.unit * chance.normal(size=n)
             a = self.rate**2 * self.unit * chance.normal(size=n)
-            wrong = self.compare(what, kernel, at, v, a, chance)
+            try:
+                wrong = self.compare(what, kernel, at, v, a, chance)
+            except np.linalg.LinAlgError:
+                wrong = "the robot has a motion that moves no mass, or is singular near home"
             if wrong:
                 return wrong
         return ""
@@ -129,7 +132,9 @@ class _Checker:
                 return (v,), [inertia, turning, ("gravity", gravity, 1.0 / unit, weight)]
         raise KeyError(what)
 
-    def slopes(self, kernel: Kernel, found: Array, columns: dict[str, Array], value: Array, name: str, size: float) -> str:
+    def slopes(
+        self, kernel: Kernel, found: Array, columns: dict[str, Array], value: Array, name: str, size: float
+    ) -> str:
         """Derivatives against differences; the value against itself."""
         parts = results(kernel, found)
         kind, inward = (self.unit, 1.0 / self.unit) if name == "a" else (1.0 / self.unit, self.unit)
@@ -227,7 +232,7 @@ class _ChainChecker(_Checker):
         def at(q: Array, v: Array) -> Array:
             now = numbers.at(q, v)
             bias = now.coriolis + now.gravity
-            return np.linalg.solve(now.mass, x - bias) if forward else now.mass @ x + bias
+            return np.asarray(np.linalg.solve(now.mass, x - bias) if forward else now.mass @ x + bias)
 
         columns: dict[str, list[Array]] = {"by_q": [], "by_v": []}
         for k, unit in enumerate(self.unit):
@@ -238,7 +243,7 @@ class _ChainChecker(_Checker):
             ahead, behind = (pin.integrate(self.source.model, q, sign * aside) for sign in (1.0, -1.0))
             columns["by_q"].append((at(ahead, v) - at(behind, v)) / (2 * DIFFERENCE * unit))
         wanted = {name: np.stack(parts, axis=1) for name, parts in columns.items()}
-        wanted["by_effort" if forward else "by_a"] = np.linalg.inv(here.mass) if forward else here.mass
+        wanted["by_effort" if forward else "by_a"] = np.asarray(np.linalg.inv(here.mass)) if forward else here.mass
         found = kernel(q, v, x, self.values)
         return self.slopes(kernel, found, wanted, expected[1], expected[0], expected[3])
 
