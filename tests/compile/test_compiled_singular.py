@@ -11,10 +11,31 @@ import pytest
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import compiled
 from cutjoint.compile.pivots import Plan
-from cutjoint.compile.reduction import STRAIN_LIMIT
+from cutjoint.compile.reduction import MASS_SHARE, STRAIN_LIMIT
 from cutjoint.description import load_description
 from cutjoint.description.catalogue import path
-from cutjoint.errors import ClosureError, CutjointError, InputError, LimbReachError, SingularError, UnreachableError
+from cutjoint.description.model import (
+    Coupling,
+    CutJoint,
+    CutType,
+    Frame,
+    Home,
+    Inertial,
+    Joint,
+    JointType,
+    Link,
+    RobotDescription,
+)
+from cutjoint.description.transforms import placement
+from cutjoint.errors import (
+    ClosureError,
+    CompileError,
+    CutjointError,
+    InputError,
+    LimbReachError,
+    SingularError,
+    UnreachableError,
+)
 from cutjoint.mechanism import Posture
 
 
@@ -126,3 +147,137 @@ def test_a_bad_order_of_elimination_is_noticed_and_does_no_harm() -> None:
         strains.append(machine.kernel("forward")(at.q_full, v, x, np.zeros(0))[-1])
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9 * max(1.0, np.abs(wanted).max()))
     assert max(strains) > 20.0 * min(strains), "the order must be bad somewhere for this test to mean anything"
+
+
+def plain(x: float, y: float, z: float = 0.0, yaw: float = 0.0) -> np.ndarray:
+    return placement((x, y, z), (0.0, 0.0, yaw))
+
+
+def beam(mass: float, length: float) -> Inertial:
+    across = mass * length**2 / 12.0
+    return Inertial(mass, np.array([0.5 * length, 0.01, 0.0]), np.diag([1e-2 * across, across, across]))
+
+
+def parallelogram() -> RobotDescription:
+    """Flat at home, where the branch on which the sides stay parallel meets the one on which they cross."""
+    axis = np.array([0.0, 0.0, 1.0])
+    return RobotDescription(
+        name="flat parallelogram",
+        links=(
+            Link("base"),
+            Link("crank", beam(0.3, 0.3)),
+            Link("coupler", beam(0.4, 0.5)),
+            Link("rocker", beam(0.3, 0.3)),
+        ),
+        joints=(
+            Joint("crank", JointType.CONTINUOUS, "base", "crank", axis=axis),
+            Joint("elbow", JointType.CONTINUOUS, "crank", "coupler", plain(0.3, 0.0), axis=axis),
+            Joint("rocker", JointType.CONTINUOUS, "base", "rocker", plain(0.5, 0.0), axis=axis),
+        ),
+        cuts=(CutJoint("pin", CutType.REVOLUTE, Frame("coupler", plain(0.5, 0)), Frame("rocker", plain(0.3, 0))),),
+        actuators=("crank",),
+        gravity=np.array([0.0, -9.81, 0.0]),
+        homes=(Home("default", {"crank": 0.0}, {"elbow": 0.0, "rocker": 0.0}),),
+    )
+
+
+def three_upu() -> RobotDescription:
+    """Equal plates: with its legs straight up the platform can also turn, in the first order."""
+    x, y, z = np.eye(3)
+    low = Inertial(0.5, np.array([0.0, 0.0, 0.1]), np.diag([2e-3, 2e-3, 1e-4]))
+    up = Inertial(0.3, np.array([0.0, 0.0, -0.1]), np.diag([1e-3, 1e-3, 1e-4]))
+    links = [Link("base"), Link("plate", Inertial(1.0, np.zeros(3), np.diag([1e-2, 1e-2, 2e-2])))]
+    joints, cuts = [Joint("fly", JointType.FLOATING, "base", "plate")], []
+    for k in range(3):
+        turn = 2.0 * np.pi * k / 3.0
+        foot = plain(0.2 * np.cos(turn), 0.2 * np.sin(turn), 0.0, turn)
+        links += [Link(f"low{k}", low), Link(f"up{k}", up), Link(f"ear{k}", Inertial(0.05, z / 100, 1e-5 * np.eye(3)))]
+        joints += [
+            Joint(f"hip{k}", JointType.UNIVERSAL, "base", f"low{k}", foot, axis=y, axis2=x),
+            Joint(f"leg{k}", JointType.PRISMATIC, f"low{k}", f"up{k}", plain(0.0, 0.0, 0.5), axis=z),
+            Joint(f"foot{k}", JointType.UNIVERSAL, f"up{k}", f"ear{k}", axis=x, axis2=y),
+        ]
+        cuts.append(CutJoint(f"weld{k}", CutType.FIXED, Frame(f"ear{k}"), Frame("plate", foot)))
+    return RobotDescription(
+        name="3-UPU",
+        links=tuple(links),
+        joints=tuple(joints),
+        cuts=tuple(cuts),
+        actuators=("leg0", "leg1", "leg2"),
+        tool=Frame("plate"),
+        homes=(Home("default", dict.fromkeys(("leg0", "leg1", "leg2"), 0.0), {"fly": (0.0, 0.0, 0.5, 0.0, 0.0, 0.0)}),),
+    )
+
+
+@pytest.mark.parametrize("make", [parallelogram, three_upu])
+def test_a_singular_home_spoils_no_other_posture(kit: Any, make: Any) -> None:
+    chain = ClosedChain(make())
+    assert not chain.mobility(chain.home).determined
+    machine, numbers, rng = compiled(chain, cached=False), kit.numbers(chain), np.random.default_rng(0)
+    source = machine.source
+    assert source.idle == 0
+    assert not any(np.array_equal(q, chain.home.q_full) for q in source.cloud)
+    for q in source.cloud[:8]:
+        here = chain.posture(q)
+        v, a = rng.normal(size=chain.n), 5.0 * rng.normal(size=chain.n)
+        strain = machine.kernel("inverse")(q, v, a, np.zeros(0))[-1]
+        assert strain <= STRAIN_LIMIT, "the compiled code itself must answer here"
+        effort = numbers.effort(q, v, a)
+        size = np.abs(effort).max()
+        np.testing.assert_allclose(machine.inverse_dynamics(here, v, a), effort, rtol=0, atol=1e-9 * size)
+        np.testing.assert_allclose(machine.forward_dynamics(here, v, effort), a, rtol=0, atol=1e-9 * np.abs(a).max())
+        near = machine.close(here.q + 1e-3, here)
+        np.testing.assert_allclose(near.q, here.q + 1e-3, rtol=0, atol=1e-14)
+        assert max(near.gap) < 1e-13
+    with pytest.raises(CutjointError):
+        machine.inverse_dynamics(machine.home, np.zeros(chain.n), np.zeros(chain.n))
+    assert not machine.kernel("inverse")(chain.home.q_full, np.ones(chain.n), np.ones(chain.n), np.zeros(0))[-1] <= 1e3
+
+
+def test_a_robot_that_cannot_leave_a_singular_home_is_refused_by_name() -> None:
+    """Welded, the flat parallelogram is a structure that is shaky at home and nowhere else."""
+    description = parallelogram()
+    (pin,) = description.cuts
+    chain = ClosedChain(replace(description, cuts=(replace(pin, type=CutType.FIXED),)))
+    with pytest.raises(CompileError, match="cannot move there"):
+        compiled(chain, cached=False).kernel("forward")
+
+
+def sliders() -> RobotDescription:
+    """One slider on another along the same line, and a pair of wheels that a gear couples."""
+    axis = np.array([1.0, 0.0, 0.0])
+    wheel = Inertial(0.1, np.zeros(3), 1e-4 * np.eye(3))
+    return RobotDescription(
+        name="sliders",
+        links=(
+            Link("base"),
+            Link("carriage", Inertial(1.0, np.zeros(3), 1e-3 * np.eye(3))),
+            Link("load", Inertial(2.0, np.zeros(3), 1e-3 * np.eye(3))),
+            Link("wheel", wheel),
+            Link("pinion", wheel),
+        ),
+        joints=(
+            Joint("below", JointType.PRISMATIC, "base", "carriage", axis=axis),
+            Joint("above", JointType.PRISMATIC, "carriage", "load", plain(0.1, 0.0), axis=axis),
+            Joint("wheel", JointType.CONTINUOUS, "base", "wheel", plain(0.0, 0.3), axis=axis),
+            Joint("pinion", JointType.CONTINUOUS, "base", "pinion", plain(0.0, 0.5), axis=axis),
+        ),
+        couplings=(Coupling("gear", "pinion", "wheel", -2.0),),
+        actuators=("below", "above", "wheel"),
+    )
+
+
+def test_digits_lost_in_the_mass_matrix_count_as_strain() -> None:
+    """M = [m + c, m; m, m]: the lighter the carriage c, the more of the second pivot m c / (m + c) is rounding."""
+    chain = ClosedChain(sliders())
+    machine = compiled(chain, parameters=["carriage"], cached=False)
+    at, zero = machine.home.q_full, np.zeros(3)
+    load = 2.0
+    for carriage in (1.0, 1e-3, 1e-6, 1e-9):
+        strain = machine.kernel("forward")(at, zero, zero, np.array([carriage]))[-1]
+        np.testing.assert_allclose(strain, max(1.0, MASS_SHARE * (load + carriage) / carriage), rtol=1e-6)
+        found = machine.with_parameters(carriage=carriage).forward_dynamics(machine.home, zero, [3.0, 1.0, 0.0])
+        # the force on the carriage is what is left of both motors'; what the load feels is the upper one's
+        wanted = [(3.0 - 1.0) / carriage, 1.0 / load - (3.0 - 1.0) / carriage, 0.0]
+        np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-9 * abs(wanted[0]))
+    assert strain > STRAIN_LIMIT

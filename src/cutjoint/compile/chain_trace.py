@@ -20,7 +20,7 @@ from cutjoint.compile.idle import idle_freedoms
 from cutjoint.compile.inertia import Body, Kind
 from cutjoint.compile.loops import CutFrames, Gear, Loops
 from cutjoint.compile.pivots import Idle, Plan, choose
-from cutjoint.compile.projection import Projection
+from cutjoint.compile.projection import Projection, null_space
 from cutjoint.compile.reduction import MassFactor, Reduction
 from cutjoint.compile.tree import (
     Motion,
@@ -39,7 +39,7 @@ from cutjoint.compile.tree import (
     velocities,
 )
 from cutjoint.description.model import Inertial
-from cutjoint.errors import CompileError, InputError, UnknownNameError
+from cutjoint.errors import CompileError, CutjointError, InputError, UnknownNameError
 from cutjoint.mechanism import Posture
 
 if TYPE_CHECKING:
@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from cutjoint.chain.closure import Closure
 
 PAYLOAD = "payload"
+STARTS = 12
+"""How often a regular posture is looked for around a singular home."""
 
 
 class ChainSource:
@@ -107,7 +109,7 @@ class ChainSource:
             cloud = self.cloud
         except CompileError:
             return None
-        return self._idle_at(Posture(self.chain.actuated(cloud[0]), cloud[0]))
+        return self._idle_at(self._posture(cloud[0]))
 
     def _idle_at(self, at: Posture) -> int | None:
         report = self.chain.mobility(at)
@@ -142,7 +144,10 @@ class ChainSource:
     def _without(self, links: Sequence[str]) -> pin.Model:
         """The model without the inertias of some links."""
         model = pin.Model(self.model)
-        frames = {link.name: model.frames[model.getFrameId(link.name)] for link in self.chain.description.links}
+        frames = {
+            link.name: model.frames[model.getFrameId(link.name, pin.FrameType.BODY)]
+            for link in self.chain.description.links
+        }
         for joint in {int(frames[name].parentJoint) for name in links}:
             total = pin.Inertia.Zero()
             for link in self.chain.description.links:
@@ -180,14 +185,32 @@ class ChainSource:
         Raises:
             CompileError: there is none.
         """
-        survey = self._survey
-        found = survey.regular(survey.cloud(np.array(self.chain.home.q_full)), self.actuated_rates)
-        if not len(found):
+        survey, home = self._survey, np.array(self.chain.home.q_full)
+        found = survey.regular(survey.cloud(home), self.actuated_rates)
+        stuck = len(found) < 2 and null_space(survey.system(home)[0]).shape[1] > 0
+        if len(found) and np.array_equal(found[0], home) and not stuck:
+            return found
+        # home is singular: branches meet there, and a walk along the tangent need not lead onto the one that is meant
+        chance, best = np.random.default_rng(0), found
+        for attempt in range(STARTS):
+            if len(best) > 1 and self._idle_at(self._posture(best[0])) is not None:
+                break
+            aside = survey.moved(home, (1.0 + attempt) / STARTS * chance.normal(size=self.nv))
+            try:
+                start = np.array(self.chain.assemble(aside, keep_actuators=False).q_full)
+            except CutjointError:
+                continue
+            around = survey.regular(survey.cloud(start), self.actuated_rates)
+            best = around if len(around) > 1 else best
+        if len(best) < 2:
             raise CompileError(
-                f"{self.name} cannot be compiled: it is singular at home and at every posture around it; choose "
-                "another home"
+                f"{self.name} cannot be compiled: it is singular at home, or cannot move there, and no posture around "
+                "home was found that is not; choose another home"
             )
-        return found
+        return best
+
+    def _posture(self, q_full: Array) -> Posture:
+        return Posture(self.chain.actuated(q_full), q_full)
 
     @cached_property
     def plan(self) -> Plan:
@@ -281,7 +304,7 @@ class ChainSource:
     def _link(self, name: str) -> list[object]:
         inertial = self.chain.description.link(name).inertial
         assert inertial is not None
-        frame = self.chain.model.frames[self.chain.model.getFrameId(name)]
+        frame = self.model.frames[self.model.getFrameId(name, pin.FrameType.BODY)]
         return [
             inertial.mass,
             _numbers(inertial.com),
@@ -320,7 +343,7 @@ class ChainSource:
         """A link whose mass is an argument."""
         inertial = self.chain.description.link(name).inertial
         assert inertial is not None
-        frame = self.chain.model.frames[self.chain.model.getFrameId(name)]
+        frame = self.model.frames[self.model.getFrameId(name, pin.FrameType.BODY)]
         rotation, at = np.asarray(frame.placement.rotation), np.asarray(frame.placement.translation)
         centre = rotation @ inertial.com + at
         inertia = rotation @ inertial.inertia @ rotation.T / inertial.mass
