@@ -15,6 +15,7 @@ import pytest
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, compiled, functions_of
+from cutjoint.compile.reduction import STRAIN_LIMIT
 from cutjoint.control import PD
 from cutjoint.description.model import (
     CutJoint,
@@ -354,3 +355,14 @@ def test_a_free_swing_keeps_its_energy() -> None:
         assert swing > 1e-3
         assert np.ptp(energies) < 1e-6 * swing
         assert max(robot.chain.gap(many.positions[run, -1])) < 1e-12
+
+
+def test_what_the_idle_freedoms_lose_counts_as_strain() -> None:
+    """A rod whose mass is an argument: the less it weighs against the one that was compiled for, the more strain."""
+    robot = compiled(ClosedChain(ankle()), parameters=["rod_l"], cached=False)
+    home, zero = robot.home.q_full, np.zeros(2)
+    strains = [robot.kernel("inverse")(home, zero, zero, np.array([mass]))[-1] for mass in (0.06, 0.06e-2, 0.06e-4)]
+    assert strains[0] < 8.0
+    np.testing.assert_allclose(strains[1:], 1.0 / np.array([1e-2, 1e-4]), rtol=0.5)
+    assert strains[2] > STRAIN_LIMIT
+    assert not robot.kernel("inverse")(home, zero, zero, np.zeros(1))[-1] <= STRAIN_LIMIT
