@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -19,6 +19,7 @@ from cutjoint.compile.graph import Expression, Graph, Number
 from cutjoint.compile.idle import idle_freedoms
 from cutjoint.compile.inertia import Body, Kind
 from cutjoint.compile.loops import CutFrames, Gear, Loops
+from cutjoint.compile.once import once
 from cutjoint.compile.pivots import Idle, Plan, choose
 from cutjoint.compile.projection import Projection, null_space
 from cutjoint.compile.reduction import MassFactor, Reduction
@@ -69,6 +70,7 @@ class ChainSource:
 
     def __init__(self, chain: ClosedChain, parameters: Sequence[str] = ()) -> None:
         self.chain = chain
+        self._lock = threading.RLock()
         self.model: pin.Model = chain.model
         self.origin = space.constant_vector(np.asarray(getattr(chain, "origin", np.zeros(3)), dtype=np.float64))
         self.name, self.parameters = chain.name, tuple(parameters)
@@ -86,7 +88,10 @@ class ChainSource:
             elif (chain.description.link(name).inertial or Inertial(0.0)).mass <= 0.0:
                 raise InputError(f"link '{name}' of {chain.name} has no mass to vary")
 
-    @cached_property
+    def __reduce__(self) -> Any:
+        return ChainSource, (self.chain, self.parameters)
+
+    @once
     def n(self) -> int:
         """Number of independent coordinates: that of the actuators where they determine the motion."""
         return self.chain.n if self.determined else len(self.plan.independent)
@@ -96,7 +101,7 @@ class ChainSource:
         """Whether the independent coordinates are the actuated ones; idle freedoms do not count."""
         return self.idle is not None
 
-    @cached_property
+    @once
     def idle(self) -> int | None:
         """Number of idle freedoms, or None where the actuators do not determine the rest of the motion.
 
@@ -117,9 +122,9 @@ class ChainSource:
             return int(report.mobility) - self.chain.n
         return idle_freedoms(self.numbers, self._closure.cuts, at.q_full)
 
-    @cached_property
+    @once
     def numbers(self) -> Projection:
-        """The same chain in numbers, to compare with; not for several threads at once."""
+        """The same chain in numbers, to compare with."""
         self._need_all_rows()
         return Projection(self)
 
@@ -135,7 +140,7 @@ class ChainSource:
         """Whether a row of the constraints is a length (else an angle)."""
         return tuple(bool(x) for x in self._closure.is_length)
 
-    @cached_property
+    @once
     def tree(self) -> Tree:
         """The tree without the links whose masses are arguments."""
         varied = [name for name in self.parameters if name != PAYLOAD]
@@ -158,7 +163,7 @@ class ChainSource:
             model.inertias[joint] = total
         return model
 
-    @cached_property
+    @once
     def loops(self) -> Loops:
         """Its cuts and couplings."""
         closure = self._closure
@@ -172,13 +177,13 @@ class ChainSource:
         ]
         return Loops(self.tree, cuts, gears)
 
-    @cached_property
+    @once
     def _closure(self) -> Closure:
         from cutjoint.chain.closure import Closure
 
         return Closure(self.model, self.chain.description)
 
-    @cached_property
+    @once
     def cloud(self) -> Array:
         """Closed configurations around home that are not near a singularity, shape (k, nq); home first if it is one.
 
@@ -212,7 +217,7 @@ class ChainSource:
     def _posture(self, q_full: Array) -> Posture:
         return Posture(self.chain.actuated(q_full), q_full)
 
-    @cached_property
+    @once
     def plan(self) -> Plan:
         """Order of elimination.
 
@@ -251,17 +256,17 @@ class ChainSource:
         """Whether some idle freedoms move no mass: which force moves them how, the joints' masses do not say."""
         return bool(self.idle) and self.plan.idle is not None and bool(self.plan.idle.weightless)
 
-    @cached_property
+    @once
     def rate_scale(self) -> tuple[float, ...]:
         """Factor per rate that makes it dimensionless, length nv."""
         return tuple(rate_scale(self.tree, self.chain.length).tolist())
 
-    @cached_property
+    @once
     def _survey(self) -> Survey:
         self._need_all_rows()
         return Survey(self.tree, self.loops, self.chain.length)
 
-    @cached_property
+    @once
     def position_scale(self) -> tuple[float, ...]:
         """Robot's length for configuration coordinates that are lengths, 1 for the others, length nq."""
         scale = [1.0] * self.positions
@@ -270,7 +275,7 @@ class ChainSource:
             scale[step.q : step.q + count] = [float(self.chain.length)] * count
         return tuple(scale)
 
-    @cached_property
+    @once
     def content(self) -> str:
         """Everything that the expressions depend on."""
         model, description = self.chain.model, self.chain.description
@@ -328,7 +333,7 @@ class ChainSource:
                 bodies.append(self._body(name, value))
         return Pose(self.tree, q, bodies, points)
 
-    @cached_property
+    @once
     def tool_point(self) -> tuple[int, space.Vector]:
         """Step and lever of the tool point."""
         from cutjoint.chain.closure import bind_frame

@@ -7,9 +7,9 @@ raises its own error.  So there is no wrong number in between, and errors are th
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -22,6 +22,7 @@ from cutjoint.compile.chain_trace import PAYLOAD, ChainSource
 from cutjoint.compile.kernels import BUILDERS, CHAIN_ONLY, PAPER_ONLY
 from cutjoint.compile.library import Library, Made
 from cutjoint.compile.native import Kernel
+from cutjoint.compile.once import once
 from cutjoint.compile.paper_trace import PaperModel, PaperSource
 from cutjoint.compile.reduction import STRAIN_LIMIT
 from cutjoint.compile.verify import checker
@@ -53,6 +54,9 @@ class Derivatives:
         for name in ("value", "by_q", "by_v", "by_input"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
 
+    def __reduce__(self) -> Any:
+        return Derivatives, (self.value, self.by_q, self.by_v, self.by_input)
+
 
 @dataclass(frozen=True)
 class Options:
@@ -77,6 +81,11 @@ class CompiledMechanism:
     def __init__(self, model: Mechanism, options: Options, values: Array, nominal: Array) -> None:
         self.model, self.options = model, options
         self._values, self._nominal = readonly(values), readonly(nominal)
+        self._lock = threading.RLock()
+
+    def __reduce__(self) -> Any:
+        # machine code stays behind, and so does whoever is told of functions that are made
+        return _restored, (type(self), self.model, replace(self.options, report=None), self._values)
 
     @property
     def name(self) -> str:
@@ -103,7 +112,7 @@ class CompiledMechanism:
         """Values of the inertial parameters that are arguments [kg]."""
         return dict(zip(self.options.parameters, self._values.tolist(), strict=True))
 
-    @cached_property
+    @once
     def batch(self) -> Batch:
         """The same on many states at once."""
         return Batch(self)
@@ -115,7 +124,7 @@ class CompiledMechanism:
             return self.model
         return self._plain_with_values
 
-    @cached_property
+    @once
     def _plain_with_values(self) -> Mechanism:
         return self._rebuilt(self.parameters)
 
@@ -156,6 +165,7 @@ class CompiledMechanism:
             changed[self.options.parameters.index(name)] = value
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
+        other._lock = threading.RLock()
         for cached in ("batch", "_plain_with_values"):
             other.__dict__.pop(cached, None)
         other._values = readonly(changed)
@@ -384,16 +394,16 @@ class CompiledChain(CompiledMechanism):
             q = y[:nq]
         return None
 
-    @cached_property
+    @once
     def _is_length(self) -> npt.NDArray[np.bool_]:
         return np.array(self.source.row_is_length, dtype=bool)
 
-    @cached_property
+    @once
     def _row_scale(self) -> Array:
         """What makes the loops' rows dimensionless."""
         return np.where(self._is_length, 1.0 / self.chain.length, 1.0)
 
-    @cached_property
+    @once
     def _q_scale(self) -> Array:
         """Configuration coordinates that are lengths, in robot lengths."""
         return np.array(self.source.position_scale)
@@ -461,12 +471,18 @@ class CompiledPaper(CompiledMechanism):
         self.paper = model
         self.source = PaperSource(model, options.parameters)
         self._libraries: dict[Any, Library] = {}
+        self._making = threading.Lock()
 
     def library(self, at: Posture | None = None) -> Library:
         """The compiled functions for the branch of `at` (default: of home)."""
         branch = self.source.branch if at is None else self.paper.branch(at)
         found = self._libraries.get(branch)
-        if found is None:
+        if found is not None:
+            return found
+        with self._making:
+            found = self._libraries.get(branch)
+            if found is not None:
+                return found
             source = PaperSource(self.paper, self.options.parameters, branch)
             on_branch = self.paper
             if branch != self.source.branch:
@@ -511,6 +527,12 @@ class CompiledPaper(CompiledMechanism):
             self.paper.with_payload(mass)
             return self.with_parameters(**{PAYLOAD: self.parameters[PAYLOAD] + mass})
         return CompiledPaper(self.paper.with_payload(mass), self.options)
+
+
+def _restored(kind: Any, model: Mechanism, options: Options, values: Array) -> CompiledMechanism:
+    """A compiled mechanism that was pickled."""
+    made: CompiledMechanism = kind(model, options)
+    return made.with_parameters(**dict(zip(options.parameters, values.tolist(), strict=True)))
 
 
 Compiled = CompiledChain | CompiledPaper

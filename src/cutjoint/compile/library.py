@@ -1,5 +1,5 @@
-"""The compiled functions of one model: from the cache or traced anew, checked, and turned into machine code on "
-"demand."""
+"""The compiled functions of one model: from the cache or traced anew, checked, and turned into machine code on
+demand."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from cutjoint.compile import cache
 from cutjoint.compile.kernels import BUILDERS, trace
@@ -61,6 +62,10 @@ class Library:
         self._check, self._report = check, report
         self._kernels: dict[str, Kernel] = {}
         self._lock = threading.RLock()
+
+    def __reduce__(self) -> Any:
+        # a library that was pickled makes its functions anew, from the cache as a rule, and reports to nobody
+        return _library, (self.source, self._check, self.fast, self.cached)
 
     def __getitem__(self, what: str) -> Kernel:
         """The function called `what`.
@@ -117,3 +122,7 @@ class Library:
             spent = kernel.compile_time
             self._report(Made(what, kernel.program.operations, cached, max(seconds - spent, 0.0), spent))
         return kernel
+
+
+def _library(source: Source, check: Check, fast: bool, cached: bool) -> Library:
+    return Library(source, check, fast=fast, cached=cached)

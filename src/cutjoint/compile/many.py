@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import ctypes
 import math
+import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ from cutjoint.compile.graph import Graph, Number, absolute, maximum
 from cutjoint.compile.kernels import accelerations
 from cutjoint.compile.law_trace import Table, TracedDesired, trace_law
 from cutjoint.compile.native import PREAMBLE, Machine, host
+from cutjoint.compile.once import once
 from cutjoint.compile.program import Program, assemble
 from cutjoint.compile.reduction import STRAIN_LIMIT
 from cutjoint.compile.run_emit import Sizes, run_loop
@@ -83,6 +84,9 @@ class Many:
         for name in ("time", "q", "v", "effort", "positions", "error_rms", "error_max", "effort_max"):
             getattr(self, name).setflags(write=False)
 
+    def __reduce__(self) -> Any:
+        return Many, tuple(getattr(self, field.name) for field in fields(self))
+
 
 class ClosedLoop:
     """A plant, a law and what varies, compiled once; `run` then takes any number of runs.
@@ -109,6 +113,7 @@ class ClosedLoop:
         limits: npt.ArrayLike | None = None,
     ) -> None:
         self.plant, self.law, self.mechanism, self.gains = plant, law, mechanism, tuple(gains)
+        self._lock = threading.RLock()
         if isinstance(plant.source, ChainSource) and not plant.source.determined:
             plant.model.terms(plant.home)  # raises: the actuators do not determine the motion
         n = self.n = plant.n
@@ -157,11 +162,14 @@ class ClosedLoop:
             )
         self.sizes = Sizes(len(state), len(table.symbols), len(own), 2 * n, positions if self.settle else 0)
 
-    @cached_property
+    def __reduce__(self) -> Any:
+        return _loop, (self.plant, self.law, self.mechanism, self.gains, self.limits)
+
+    @once
     def _lanes(self) -> Any:
         return self._machine(host().lanes)
 
-    @cached_property
+    @once
     def _scalar(self) -> Any:
         return self._machine(1)
 
@@ -269,6 +277,12 @@ class ClosedLoop:
                         progress(done / len(edges))
         flat = records.transpose(0, 3, 1, 2).reshape(groups * lanes, samples, width)[:count]
         return flat, sums.transpose(0, 2, 1).reshape(groups * lanes, totals)[:count]
+
+
+def _loop(
+    plant: Compiled, law: Law, mechanism: Mechanism, gains: tuple[str, ...], limits: npt.ArrayLike | None
+) -> ClosedLoop:
+    return ClosedLoop(plant, law, mechanism, gains=gains, limits=limits)
 
 
 class _Variation:

@@ -11,17 +11,19 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.emit import declarations, flat_function, row_loop
+from cutjoint.compile.once import once
 from cutjoint.compile.program import Program
 from cutjoint.errors import InputError
 
 _LOCK = threading.Lock()
+"""LLVM is used by one thread at a time."""
 _LOOP = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p)
 PREAMBLE = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'
 
@@ -36,9 +38,14 @@ class Host:
     fused: bool
 
 
-@cache
 def host() -> Host:
     """This processor."""
+    with _LOCK:
+        return _host()
+
+
+@cache
+def _host() -> Host:
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
@@ -96,8 +103,13 @@ class Kernel:
         self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(self.address)
         self._rows = _LOOP(self._machine.address("rows"))
         self._own = threading.local()
+        self._lock = threading.RLock()
 
-    @cached_property
+    def __reduce__(self) -> Any:
+        # machine code does not travel: it is made anew for the processor of whoever unpickles
+        return _kernel, (self.program, self.fast)
+
+    @once
     def _rows_lanes(self) -> Any:
         """The loop over rows, several side by side; compiled when a batch is first asked for."""
         self._machine_lanes = Machine(self._assembly(self.lanes))
@@ -168,3 +180,7 @@ class Kernel:
             with ThreadPoolExecutor(threads) as pool:
                 list(pool.map(run, edges[:-1], edges[1:]))
         return results
+
+
+def _kernel(program: Program, fast: bool) -> Kernel:
+    return Kernel(program, fast=fast)

@@ -52,6 +52,9 @@ class PaperSource:
             if name not in known:
                 raise UnknownNameError("parameter", name, known)
 
+    def __reduce__(self) -> Any:
+        return PaperSource, (self.model, self.parameters, self.branch)
+
     @property
     def length(self) -> float:
         """A length [m] that tells how large the robot is."""

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -49,6 +50,13 @@ class Program:
     operands: Indices
     values: Array
     outputs: Indices
+
+    def __post_init__(self) -> None:
+        for part in (self.op, self.operands, self.values, self.outputs):
+            part.setflags(write=False)
+
+    def __reduce__(self) -> Any:
+        return Program.from_bytes, (self.to_bytes(),)
 
     @property
     def n_in(self) -> int:

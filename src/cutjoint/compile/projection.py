@@ -7,6 +7,7 @@ expression, no order of elimination, no regrouped inertia: what agrees with this
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -53,11 +54,18 @@ class Projection:
     def __init__(self, source: ChainSource) -> None:
         self.chain: Any = source.chain
         self.model = source.model
-        self.data = source.model.createData()
+        self._own = threading.local()
         self.rates = list(source.actuated_rates)
         self.scale = np.array(source.rate_scale)
         self.row_scale = np.array([1.0 / self.chain.length if is_length else 1.0 for is_length in source.row_is_length])
         self.source = source
+
+    @property
+    def data(self) -> pin.Data:
+        """Pinocchio's workspace of this thread."""
+        if not hasattr(self._own, "data"):
+            self._own.data = self.model.createData()
+        return self._own.data
 
     def jacobian(self, q: Array) -> Array:
         """Dimensionless constraint Jacobian, shape (rows, nv)."""

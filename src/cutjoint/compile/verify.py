@@ -59,6 +59,8 @@ def checker(source: ChainSource | PaperSource, model: Mechanism, values: Array) 
 class _Checker:
     """What checking a chain and a published model have in common."""
 
+    _made_of: tuple[Any, Any, Array]
+
     def __init__(self, values: Array, actuators: Sequence[Actuator], length: float, gravity: float) -> None:
         self.values, self.length = values, length
         self._postures: list[Any] | None = None
@@ -66,6 +68,9 @@ class _Checker:
         """Of the actuated coordinates, [m] or [rad]."""
         self.rate = float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0
         """Of velocities [1/s]."""
+
+    def __reduce__(self) -> Any:
+        return checker, self._made_of
 
     def __call__(self, what: str, kernel: Kernel) -> str:
         chance = np.random.default_rng(len(what))
@@ -151,6 +156,7 @@ class _ChainChecker(_Checker):
     """A closed chain against `Projection`."""
 
     def __init__(self, source: ChainSource, values: Array) -> None:
+        self._made_of = source, source.chain, values
         gravity = float(np.linalg.norm(source.model.gravity.linear))
         super().__init__(values, source.chain.actuators, source.chain.length, gravity)
         self.source = source
@@ -261,6 +267,7 @@ class _PaperChecker(_Checker):
     """A published model against itself."""
 
     def __init__(self, source: PaperSource, model: Mechanism, values: Array) -> None:
+        self._made_of = source, model, values
         super().__init__(values, model.actuators, source.length, source.model.parameters.g)
         self.model: Any = model
 
