@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
-from cutjoint.compile.chain_trace import ChainState
+from cutjoint.compile.chain_state import ChainState
 from cutjoint.compile.derivative import tangent
 from cutjoint.compile.graph import Expression, Graph, Number
 from cutjoint.compile.paper_trace import PaperSource
