@@ -281,3 +281,32 @@ def test_digits_lost_in_the_mass_matrix_count_as_strain() -> None:
         wanted = [(3.0 - 1.0) / carriage, 1.0 / load - (3.0 - 1.0) / carriage, 0.0]
         np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-9 * abs(wanted[0]))
     assert strain > STRAIN_LIMIT
+
+
+class Lacking:
+    """A chain whose loops close only with the last row left out."""
+
+    def __init__(self, chain: Any) -> None:
+        self._chain = chain
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._chain, name)
+
+    def constraint_jacobian(self, q_full: np.ndarray) -> np.ndarray:
+        return np.asarray(self._chain.constraint_jacobian(q_full)[:-1])
+
+
+def test_loops_that_close_only_in_part_are_refused_by_name(kit: Any) -> None:
+    machine = compiled(Lacking(kit.model("fivebar")), cached=False)
+    with pytest.raises(CompileError, match="left out"):
+        machine.kernel("forward")
+    with pytest.raises(CompileError, match="left out"):
+        machine.forward_dynamics(machine.home, np.zeros(2), np.zeros(2))
+
+
+def test_a_motion_that_moves_no_mass_is_refused_by_name() -> None:
+    description = sliders()
+    links = tuple(Link("load") if link.name == "load" else link for link in description.links)
+    machine = compiled(ClosedChain(replace(description, links=links)), cached=False)
+    with pytest.raises(CompileError, match="no mass"):
+        machine.kernel("forward")

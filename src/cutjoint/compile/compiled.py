@@ -338,7 +338,7 @@ class CompiledChain(CompiledMechanism):
             at: Posture | None = self.home if near is None else near
             far = np.inf
             # what is left of the digits of a position, where the robot is and in its own size
-            rounding = 2e-15 * max(self.chain.length, float(np.abs(target).max()))
+            rounding = 4e-15 * max(self.chain.length, float(np.abs(target).max()))
             for _ in range(NEWTON_STEPS):
                 assert at is not None
                 y = self._call("tool", at, np.zeros(3))
