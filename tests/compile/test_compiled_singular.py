@@ -310,3 +310,46 @@ def test_a_motion_that_moves_no_mass_is_refused_by_name() -> None:
     machine = compiled(ClosedChain(replace(description, links=links)), cached=False)
     with pytest.raises(CompileError, match="no mass"):
         machine.kernel("forward")
+
+
+def test_what_cannot_move_is_refused_by_name() -> None:
+    rigid = RobotDescription(name="stone", links=(Link("base"),), joints=())
+    with pytest.raises(CompileError, match="nothing to compile"):
+        compiled(ClosedChain(rigid), cached=False).kernel("forward")
+    description = parallelogram()
+    weld = CutJoint("weld", CutType.FIXED, Frame("coupler", plain(0.5, 0.0)), Frame("base", plain(0.8, 0.0)))
+    structure = replace(description, cuts=(*description.cuts, weld), actuators=(), homes=(Home("default", {}, {}),))
+    with pytest.raises(CompileError):
+        compiled(ClosedChain(structure), cached=False).kernel("forward")
+
+
+def test_trees_without_cuts_compile_too(kit: Any) -> None:
+    """Two links one on the other, each with a motor, one of them, or none."""
+    axis = np.array([0.0, 1.0, 0.0])
+    arm = RobotDescription(
+        name="arm",
+        links=(Link("base"), Link("upper", beam(0.5, 0.3)), Link("lower", beam(0.4, 0.2))),
+        joints=(
+            Joint("shoulder", JointType.REVOLUTE, "base", "upper", axis=axis),
+            Joint("elbow", JointType.REVOLUTE, "upper", "lower", plain(0.3, 0.0, 0.0, 0.4), axis=axis),
+        ),
+        actuators=("shoulder", "elbow"),
+        tool=Frame("lower", plain(0.2, 0.0)),
+        homes=(Home("default", {"shoulder": 0.3, "elbow": -0.5}),),
+    )
+    chain = ClosedChain(arm)
+    machine, numbers = compiled(chain, cached=False), kit.numbers(chain)
+    v, a, q = np.array([1.0, -2.0]), np.array([3.0, 4.0]), chain.home.q_full
+    np.testing.assert_allclose(machine.inverse_dynamics(chain.home, v, a), numbers.forces(q, v, a), rtol=1e-13)
+    assert error_free(machine.forward_dynamics(chain.home, v, numbers.forces(q, v, a)), a)
+    for actuators in (("elbow",), ()):
+        home = Home("default", dict.fromkeys(actuators, 0.2), {})
+        free = ClosedChain(replace(arm, actuators=actuators, homes=(home,)))
+        loose = compiled(free, cached=False)
+        push = np.array([0.3, -0.1])
+        found = loose.full_acceleration(free.home.q_full, v, push)
+        assert error_free(numbers.forces(free.home.q_full, v, found), push)
+
+
+def error_free(found: np.ndarray, wanted: np.ndarray) -> bool:
+    return bool(np.abs(found - wanted).max() < 1e-12 * np.abs(wanted).max())

@@ -98,6 +98,8 @@ class ChainSource:
 
         It is asked at home, and where home may be singular on a regular posture near by.
         """
+        if self.nv == 0:
+            return 0
         at_home = self._idle_at(self.chain.home)
         if at_home is not None or not len(self.loops.names):
             return at_home
@@ -119,7 +121,12 @@ class ChainSource:
         self._need_all_rows()
         return Projection(self)
 
+    def _nothing_moves(self) -> CompileError:
+        return CompileError(f"{self.name} cannot move and has no actuators: there is nothing to compile")
+
     def _need_all_rows(self) -> None:
+        if self.nv == 0:
+            raise self._nothing_moves()
         if len(self.chain.constraint_jacobian(self.chain.home.q_full)) != len(self.row_is_length):
             raise CompileError(
                 f"{self.name} cannot be compiled: its loops close only when some of their rows are left out, and what "
@@ -219,6 +226,8 @@ class ChainSource:
         if self.idle is None:
             return plan
         n = self.chain.n
+        if n == 0:
+            raise self._nothing_moves()
         if plan.independent[:n] != self.actuated_rates or len(plan.independent) != n + self.idle:
             raise CompileError(
                 f"no fixed order of elimination keeps the actuators of {self.name} around its home posture: it is "

@@ -69,7 +69,7 @@ class Projection:
 
     def jacobian(self, q: Array) -> Array:
         """Dimensionless constraint Jacobian, shape (rows, nv)."""
-        given = np.asarray(self.chain.constraint_jacobian(q)).reshape(-1, self.model.nv)
+        given = np.reshape(self.chain.constraint_jacobian(q), (len(self.row_scale), self.model.nv))
         return np.asarray(self.row_scale[:, None] * given * self.scale)
 
     def bent(self, q: Array, v: Array) -> Array:
