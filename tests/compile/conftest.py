@@ -212,7 +212,8 @@ class Numbers:
         """(n,): the one that gives this acceleration; forward dynamics are linear in it."""
         v_full, n = self.tangent(q) @ v, len(self.driven)
         none = self.accelerations(q, v_full, np.zeros(n))[self.driven]
-        unit = float(np.abs(np.diag(self.mass(q))).max())
+        # a push of the size of those that are there, or the difference loses digits
+        unit = float(np.abs(np.diag(self.mass(q))).max() * np.abs(np.concatenate([a, none])).max())
         columns = [self.accelerations(q, v_full, unit * one)[self.driven] - none for one in np.eye(n)]
         return unit * np.linalg.solve(np.stack(columns, axis=1), a - none)
 

@@ -107,7 +107,8 @@ class ChainSource:
             cloud = self.cloud
         except CompileError:
             return None
-        return self._idle_at(self._posture(cloud[0]))
+        moved = not np.array_equal(cloud[0], self.chain.home.q_full)
+        return self._idle_at(self._posture(cloud[0])) if moved else None
 
     def _idle_at(self, at: Posture) -> int | None:
         report = self.chain.mobility(at)
