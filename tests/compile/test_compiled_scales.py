@@ -14,11 +14,12 @@ import numpy as np
 import pytest
 
 from cutjoint.chain import ClosedChain
-from cutjoint.compile import compiled
+from cutjoint.compile import ClosedLoop, compiled
 from cutjoint.compile.native import Kernel
 from cutjoint.compile.program import Program
 from cutjoint.compile.reduction import STRAIN_LIMIT
 from cutjoint.compile.verify import checker
+from cutjoint.control import PD
 from cutjoint.description.model import Inertial, JointType, Limits, RobotDescription
 from cutjoint.description.transforms import placement
 
@@ -227,3 +228,22 @@ def test_a_base_turned_any_way(kit: Any, name: str) -> None:
             wanted = getattr(straight, function)(straight.home, v, x)
             found = getattr(turned, function)(turned.close(straight.home.q), v, x)
             np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-10 * np.abs(wanted).max())
+
+
+def test_runs_are_the_same_at_every_size(kit: Any) -> None:
+    """A five-bar under PD control, gains in its own units, from the same start: the same curve, nothing done slowly."""
+    description = kit.model("fivebar").description
+    curves = []
+    for s, m, t in ((1.0, 1.0, 1.0), (1e-4, 1e6, 1e-2), (1e4, 1e-6, 1e2)):
+        machine = compiled(ClosedChain(scaled(description, s, m, t)), cached=False)
+        energy = m * s**2 / t**2
+        loop = ClosedLoop(machine, PD(2.0 * energy, 0.1 * energy * t), machine)
+        table = np.zeros((2 * 100 + 1, loop.sizes.columns))
+        table[:, 1:3] = machine.home.q
+        many = loop.run(table, step=1e-3 * t, every=0.02 * t, start=machine.home.q + 0.1)
+        assert not many.failed
+        assert not many.slow
+        curves.append(many.q[0])
+        assert np.abs(many.q[0] - machine.home.q).max() > 0.05
+    for curve in curves[1:]:
+        np.testing.assert_allclose(curve, curves[0], rtol=0, atol=1e-11)
