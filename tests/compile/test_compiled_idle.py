@@ -305,6 +305,8 @@ def test_closing_and_reaching_hold_the_idle_rates() -> None:
         there = robot.close(q + 0.05, here)
         back = robot.close(q, there)
         np.testing.assert_allclose(back.q_full, here.q_full, rtol=0, atol=5e-3)
+        again = robot.reach(robot.tool(here).position)
+        np.testing.assert_allclose(again.q, q, rtol=0, atol=1e-12)
     batch = robot.batch.close(0.1 * rng.uniform(-1, 1, (20, 2)))
     assert max(robot.chain.gap(row)[0] for row in batch) < 1e-13
 

@@ -334,14 +334,15 @@ class CompiledChain(CompiledMechanism):
     def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """See `ClosedChain.reach`.  Targets that are far away are left to the chain's own continuation."""
         target = as_vector("p", p, 3, "m")
-        if self.n == 3 and self.source.has_tool and self.source.determined:
+        n = self.n
+        if 0 < n <= 3 and self.source.has_tool and self.source.determined:
             at: Posture | None = self.home if near is None else near
             far = np.inf
             # what is left of the digits of a position, where the robot is and in its own size
             rounding = 4e-15 * max(self.chain.length, float(np.abs(target).max()))
             for _ in range(NEWTON_STEPS):
                 assert at is not None
-                y = self._call("tool", at, np.zeros(3))
+                y = self._call("tool", at, np.zeros(n))
                 if y is None:
                     break
                 miss = target - y[:3]
@@ -351,8 +352,11 @@ class CompiledChain(CompiledMechanism):
                 if size > 0.5 * far or size > 0.2 * self.chain.length:
                     break
                 far = size
+                jacobian = y[3 : 3 + 3 * n].reshape(3, n)
                 try:
-                    move = np.linalg.solve(y[3:12].reshape(3, 3), miss)
+                    # with fewer motors than directions a target is on the tool's surface or curve, or is not reached
+                    square = n == 3
+                    move = np.linalg.solve(jacobian, miss) if square else np.linalg.lstsq(jacobian, miss, rcond=None)[0]
                 except np.linalg.LinAlgError:  # the tool cannot move in some direction here
                     break
                 at = self._newton(at.q_full, at.q + move)
