@@ -368,3 +368,39 @@ def test_what_the_idle_freedoms_lose_counts_as_strain() -> None:
     np.testing.assert_allclose(strains[1:], 1.0 / np.array([1e-2, 1e-4]), rtol=0.5)
     assert strains[2] > STRAIN_LIMIT
     assert not robot.kernel("inverse")(home, zero, zero, np.zeros(1))[-1] <= STRAIN_LIMIT
+
+
+def chains() -> dict[str, Any]:
+    return {**ROBOTS, "no spin inertia": lambda: ankle(spin=0.0), "no mass": lambda: ankle(mass=0.0)}
+
+
+@pytest.mark.parametrize("name", [pytest.param(x, marks=[pytest.mark.slow] * (x == "delta")) for x in chains()])
+def test_the_chain_says_the_same(name: str) -> None:
+    chain = ClosedChain(chains()[name]())
+    if not chain.mobility().determined:
+        pytest.skip("this chain takes idle freedoms for missing motors")
+    robot, rng = compiled(chain), np.random.default_rng(6)
+    for _ in range(4):
+        here = robot.close(chain.home.q + 0.1 * rng.uniform(-1, 1, chain.n))
+        v, a = rng.normal(size=chain.n), 5.0 * rng.normal(size=chain.n)
+        assert error_of(robot.tangent(here), chain.tangent(here)) < 1e-10
+        # an acceleration about an axis of a 300th of the rod's inertia is a small difference of large moments
+        assert error_of(drift_of(robot, here, v), chain.drift(here, v)) < 1e-9
+        effort = chain.inverse_dynamics(here, v, a)
+        assert error_of(robot.inverse_dynamics(here, v, a), effort) < 1e-10
+        assert error_of(robot.forward_dynamics(here, v, effort), chain.forward_dynamics(here, v, effort)) < 1e-10
+        terms, wanted = robot.terms(here, v), chain.terms(here, v)
+        size = np.abs(wanted.gravity).max() + np.abs(wanted.coriolis).max()
+        for part in ("mass", "coriolis", "gravity"):
+            assert error_of(getattr(terms, part), getattr(wanted, part), size * (part != "mass")) < 1e-10
+        if chain.description.tool is not None:
+            assert error_of(robot.tool(here, v).drift, chain.tool(here, v).drift) < 1e-10
+
+
+def test_runs_whose_idle_freedoms_gain_momentum_are_refused() -> None:
+    """A rod that is not round is pushed about its axis: the motors' coordinates do not tell where it has spun to."""
+    if not hasattr(machine("ankle").chain, "idle_is_cyclic"):
+        pytest.skip("this chain does not say whether its idle freedoms are cyclic")
+    assert machine("ankle").idle_is_cyclic
+    with pytest.raises(ActuationError, match="momentum"):
+        ClosedLoop(machine("crooked ankle"), PD(1.0, 1.0), machine("crooked ankle"))

@@ -412,6 +412,15 @@ class CompiledChain(CompiledMechanism):
         """Configuration coordinates that are lengths, in robot lengths."""
         return np.array(self.source.position_scale)
 
+    @property
+    def idle_is_cyclic(self) -> bool:
+        """See `ClosedChain.idle_is_cyclic`: whether the actuated coordinates tell the whole motion."""
+        return bool(getattr(self.chain, "idle_is_cyclic", True))
+
+    def mobility(self, at: Posture | None = None) -> Any:
+        """See `ClosedChain.mobility`."""
+        return self.chain.mobility(at)
+
     # -- full coordinates --------------------------------------------------------------------------------------------
 
     def tangent(self, at: Posture) -> Array:

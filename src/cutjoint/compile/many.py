@@ -37,6 +37,7 @@ from cutjoint.control import Law
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired, Reference
+from cutjoint.simulation import ReducedPlant
 
 LARGEST_RECORD = 2**31
 """Records beyond this many bytes are refused; a larger `every` makes them smaller."""
@@ -100,7 +101,7 @@ class ClosedLoop:
 
     Raises:
         InputError: the law cannot be traced, or its model cannot follow the measured state.
-        ActuationError: the actuators do not determine the motion of the plant.
+        ActuationError: the actuators do not determine the motion of the plant, or its idle freedoms gain momentum.
     """
 
     def __init__(
@@ -116,6 +117,7 @@ class ClosedLoop:
         self._lock = threading.RLock()
         if isinstance(plant.source, ChainSource) and not plant.source.determined:
             plant.model.terms(plant.home)  # raises: the actuators do not determine the motion
+        ReducedPlant(plant)  # raises: idle freedoms gain momentum, so these are not all coordinates of the motion
         n = self.n = plant.n
         self.limits = None if limits is None else np.broadcast_to(np.asarray(limits, dtype=np.float64), (n,))
         memory = self.memory = law.memory(n)
@@ -393,7 +395,7 @@ class _Outcome:
         Raises:
             SimulationError: it cannot be simulated to its end.
         """
-        from cutjoint.simulation import ReducedPlant, RungeKutta4
+        from cutjoint.simulation import RungeKutta4
         from cutjoint.simulation import run as simulate
 
         loop, variation = self.loop, self.variation
