@@ -98,6 +98,17 @@ class FullChain:
         return self._k.length
 
     @property
+    def local_model(self) -> pin.Model:
+        """The open tree that is computed with: `model`, but for a fixed base far from the world's origin, which would
+        cost digits; it stands near its own origin then, which is `origin` in the world."""
+        return self._k.model
+
+    @property
+    def origin(self) -> Array:
+        """Where in the world the origin of `local_model` is, shape (3,) [m]; zero as a rule."""
+        return self._k.origin
+
+    @property
     def nq(self) -> int:
         """Size of a full configuration."""
         return int(self.model.nq)

@@ -46,7 +46,7 @@ STARTS = 12
 class ChainSource:
     """A closed chain to be traced.
 
-    The chain's model stands near the world's origin, however far away its base is: `origin` (3,) [m] is where, and is
+    The chain's local model stands near its origin, however far away its base is: `origin` (3,) [m] is where, and is
     added to tool positions and to the height of the masses, not carried through the arithmetic.
 
     Args:
@@ -62,8 +62,8 @@ class ChainSource:
     def __init__(self, chain: ClosedChain, parameters: Sequence[str] = ()) -> None:
         self.chain = chain
         self._lock = threading.RLock()
-        self.model: pin.Model = chain.model
-        self.origin = space.constant_vector(np.asarray(getattr(chain, "origin", np.zeros(3)), dtype=np.float64))
+        self.model: pin.Model = chain.local_model
+        self.origin = space.constant_vector(chain.origin)
         self.name, self.parameters = chain.name, tuple(parameters)
         self.positions, self.nv = chain.nq, chain.nv
         self.has_tool = chain.description.tool is not None
@@ -279,7 +279,7 @@ class ChainSource:
     @once
     def content(self) -> str:
         """Everything that the expressions depend on."""
-        model, description = self.chain.model, self.chain.description
+        model, description = self.chain.local_model, self.chain.description
         closure = self._closure
         parts: dict[str, object] = {
             "joints": [
@@ -305,7 +305,7 @@ class ChainSource:
         return json.dumps(parts)
 
     def _axes(self) -> list[Array]:
-        return [motion_subspace(self.chain.model, joint) for joint in range(1, self.chain.model.njoints)]
+        return [motion_subspace(self.chain.local_model, joint) for joint in range(1, self.chain.local_model.njoints)]
 
     def _link(self, name: str) -> list[object]:
         inertial = self.chain.description.link(name).inertial
@@ -342,7 +342,7 @@ class ChainSource:
         tool = self.chain.description.tool
         if tool is None:
             raise InputError(f"{self.name} has no tool frame; name one under [tool] in its loops.toml")
-        joint, placement = bind_frame(self.chain.model, tool)
+        joint, placement = bind_frame(self.chain.local_model, tool)
         return self.tree.point(joint, np.asarray(placement.translation))
 
     def _body(self, name: str, mass: Number) -> Body:
