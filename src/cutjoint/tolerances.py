@@ -38,11 +38,12 @@ CROSSING = Tolerance(
 REGULARISATION = Tolerance(
     1e-6, "of the compliance", "of the proximal method for redundant rows: far above rounding, far below what moves"
 )
-CONVERGED = Tolerance(
-    1e-10, "relative", "what the proximal method may leave of K a + gamma; more is solved directly"
-)
+CONVERGED = Tolerance(1e-11, "relative", "what the proximal method may leave of K a + gamma; more is solved directly")
 DYNAMICS = Tolerance(
     1e-9, "relative", "residuals of both equations of forward dynamics against the sum of the sizes of their terms"
+)
+ROUNDED = Tolerance(
+    1e-12, "of the loads", "forces that cancel leave rounding of what was added up, times a few thousand"
 )
 REACHED = Tolerance(
     1e-7, "relative", "part of a motion or force that may stay out of the actuators' or the tool's reach"

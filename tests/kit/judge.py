@@ -84,6 +84,7 @@ def equations(chain: Any, motion: Motion, acceleration: Array) -> dict[str, floa
     entries = np.abs(p.loop_rows) @ np.abs(p.tree)  # before anything cancels
     rates = entries @ (np.abs(flat) + _falling(state) * p._velocity_scale)
     rates = rates + np.abs(state.constraint_drift[len(p.tree_rows) :])
+    rates = rates + 1e-6 * float(np.abs(twists).max(initial=0.0))  # where the cuts' frames stand still
     return {
         "Newton's equation": relative(left, np.zeros_like(left), float(terms.max(initial=1e-300))),
         "K a + gamma": relative(rows, np.zeros_like(rows), float(rates.max(initial=1e-300))),

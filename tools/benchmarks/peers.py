@@ -172,7 +172,7 @@ def constraint_dynamics(chain: ClosedChain, *, baumgarte: bool = False) -> Any:
     from cutjoint.chain.rigid import RigidConstraints
 
     kinematics = Kinematics(chain.description)
-    rigid = RigidConstraints(kinematics)
+    rigid = RigidConstraints(kinematics, np.array(chain.home.q_full))
     if baumgarte:
         for constraint in rigid.models:
             constraint.m_baumgarte_parameters.Kp, constraint.m_baumgarte_parameters.Kd = 100.0, 20.0

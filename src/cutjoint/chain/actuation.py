@@ -44,29 +44,30 @@ def actuator_efforts(
         ActuationError: the actuators cannot produce the motion.
     """
     k = kinematics
-    needed = k.forces(q, v, a)
     scale = k.column_scale
-    motions = scale[:, None] * null_space(k.at(q).scaled)
-    acting = motions[actuated].T
-    size = np.abs(acting).max(initial=0.0) or 1.0
-    split = Split.of(acting / size)
-    wanted = motions.T @ needed
-    effort = split.solve(wanted / size)
+    motions = null_space(k.at(q).scaled)
+    mass = scale[:, None] * k.mass(q) * scale
+    inertial, bias = mass @ (a / scale), scale * k.forces(q, v, np.zeros(k.model.nv))
+    split = Split.of(motions[actuated].T)
+    wanted = motions.T @ (inertial + bias)
     out_of_reach = Split.of(split.left.T).null
     missing = out_of_reach.T @ wanted
     size = float(np.abs(missing).max(initial=0.0))
-    terms = np.abs(motions.T) @ np.abs(needed)
-    if size > tolerances.REACHED.value * float(terms.max(initial=0.0)):
-        joints = joints_of(k.model, (motions @ (out_of_reach @ missing))[:, None] / scale[:, None] / size)
+    terms = np.abs(motions.T) @ (np.abs(inertial) + np.abs(bias))
+    if size > tolerances.REACHED.value * float(terms.max(initial=0.0)) + tolerances.ROUNDED.value * k.load(mass, v, a):
+        joints = joints_of(k.model, (motions @ (out_of_reach @ missing))[:, None] / size)
         raise ActuationError(
             f"the actuators of {name} cannot produce this motion: they act on {split.rank} of its {motions.shape[1]} "
-            f"degrees of freedom, and the rest would need a generalised force of {size:.3g} along the joint motion of "
-            f"{', '.join(joints)}",
+            f"degrees of freedom, and the rest would need a generalised force of {size:.3g} (dimensionless) "
+            f"along the joint motion of {', '.join(joints)}",
             mobility=motions.shape[1],
             actuators=len(actuated),
             free=joints,
         )
-    return ActuatorEfforts(readonly(effort), readonly(split.null))
+    own = scale[actuated]
+    preload = np.linalg.qr(split.null / own[:, None])[0]
+    effort = split.solve(wanted) / own
+    return ActuatorEfforts(readonly(effort - preload @ (preload.T @ effort)), readonly(preload))
 
 
 def motion_of_tool(

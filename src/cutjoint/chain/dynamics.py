@@ -72,7 +72,7 @@ class Motions:
         _, basis = coordinates_of(allowed)
         energy = basis.T @ mass @ basis
         size = np.sqrt(np.maximum(np.diag(energy), 0.0))
-        moves = size > MASSLESS * size.max(initial=0.0)
+        moves = size > MASSLESS * np.sqrt(np.abs(mass).max(initial=0.0))
         size = np.where(moves, size, 1.0)
         values, vectors = np.linalg.eigh(np.where(np.outer(moves, moves), energy, 0.0) / size[:, None] / size)
         heavy = values > MASSLESS
@@ -89,13 +89,17 @@ ROUNDED = 1e-13
 
 
 class FullDynamics:
-    """Constrained forward dynamics of one robot."""
+    """Constrained forward dynamics of one robot.
 
-    def __init__(self, kinematics: Kinematics) -> None:
+    Args:
+        q: a closed configuration, shape (nq,).
+    """
+
+    def __init__(self, kinematics: Kinematics, q: Array) -> None:
         self._k = kinematics
         closure = kinematics.closure
-        rigid = is_rigid(closure) and not has_massless_joint(kinematics)
-        self.rigid = RigidConstraints(kinematics) if rigid else None
+        rigid = RigidConstraints(kinematics, q) if is_rigid(closure) and not has_massless_joint(kinematics) else None
+        self.rigid = rigid if rigid is not None and rigid.usable else None
 
     def acceleration(self, q: Array, v: Array, effort: Array) -> Array:
         """Acceleration of all joints, shape (nv,), for inner loops: by Pinocchio where its iteration converged, else
@@ -138,7 +142,8 @@ class FullDynamics:
         inertial = mass @ least
         motions = Motions.of(split.null, mass)
         load = motions.basis.T @ (push - bias - inertial)
-        self._refuse_massless(motions, load, np.abs(push) + np.abs(bias) + np.abs(inertial))
+        floor = tolerances.ROUNDED.value * (k.load(mass, v, scale * least) + float(np.abs(push).max(initial=0.0)))
+        self._refuse_massless(motions, load, np.abs(push) + np.abs(bias) + np.abs(inertial), floor)
         moved = motions.factor @ (motions.factor.T @ load)
         scaled = least + motions.basis @ moved
         pull = mass @ scaled + bias - push
@@ -147,11 +152,10 @@ class FullDynamics:
         residual = self._check(placed, split, acceleration, multipliers, (mass @ scaled, bias, push), gamma)
         return acceleration, k.row_scale * multipliers, residual
 
-    def _refuse_massless(self, motions: Motions, load: Array, acting: Array) -> None:
+    def _refuse_massless(self, motions: Motions, load: Array, acting: Array, floor: float) -> None:
         terms = np.abs(motions.basis).T @ acting
         pushed = np.abs(motions.idle.T @ (load / motions.size))
         bound = np.abs(motions.idle).T @ (terms / motions.size)
-        floor = 1e-12 * float(acting.max(initial=0.0))
         if (pushed > tolerances.DYNAMICS.value * bound + floor).any():
             joints = joints_of(self._k.model, motions.basis @ (motions.idle / motions.size[:, None]))
             raise DynamicsError(

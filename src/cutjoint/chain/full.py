@@ -58,11 +58,11 @@ class FullChain:
         if trusted is not None:
             self._k = Kinematics(description, trusted)
         self._assembler = Assembler(self._k)
-        self._dynamics = FullDynamics(self._k)
         self._home_name = home
         self._known: tuple[Posture, Placed]
         self._home = self.assemble(rough, keep_actuators=keep)
         self._at_home: Placed = self._known[1]
+        self._dynamics = FullDynamics(self._k, np.array(self._home.q_full))
         check_rounding(self.name, self._k, self._home.q_full)
 
     # ---- names and sizes -------------------------------------------------------------------------------------------

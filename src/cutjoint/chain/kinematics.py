@@ -235,6 +235,20 @@ class Kinematics:
         """Generalised forces that make the tree move so: M a + C v + g, shape (nv,)."""
         return np.array(pin.rnea(self.model, self.data, q, v, a))
 
+    def load(self, mass: Array, v: Array, a: Array) -> float:
+        """How large the loads of a motion are that inverse dynamics adds up, dimensionless in the motions: what its
+        rounding is relative to.
+
+        Args:
+            mass: mass matrix, dimensionless in the motions, shape (nv, nv).
+            v, a: velocity and acceleration, shape (nv,).
+        """
+        speed = float(np.abs(v / self.column_scale).max(initial=0.0))
+        change = float(np.abs(a / self.column_scale).max(initial=0.0))
+        weight = float(sum(inertia.mass for inertia in list(self.model.inertias)[1:])) * self.length
+        pull = float(np.linalg.norm(self.model.gravity.linear))
+        return float(np.abs(mass).max(initial=0.0)) * (speed**2 + change) + weight * pull
+
     def gravity(self, q: Array) -> Array:
         """Generalised gravity, shape (nv,)."""
         return np.array(pin.computeGeneralizedGravity(self.model, self.data, q))

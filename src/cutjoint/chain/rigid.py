@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 import pinocchio as pin
@@ -20,6 +21,9 @@ from cutjoint.description.model import CutType
 _RIGID = (CutType.FIXED, CutType.SPHERICAL, CutType.REVOLUTE)
 ITERATIONS = 4
 CONVERGED_SQUARED = tolerances.CONVERGED.value**2
+
+HARDLY = 1e-6
+"""Rows that are smaller than this, dimensionless, or that yield less than this part of the others hardly move."""
 
 
 def is_rigid(closure: Closure) -> bool:
@@ -38,9 +42,13 @@ class Workspace:
 
 
 class RigidConstraints:
-    """Pinocchio's constraint models of the cuts."""
+    """Pinocchio's constraint models of the cuts.
 
-    def __init__(self, kinematics: Kinematics) -> None:
+    Args:
+        q: a closed configuration, shape (nq,).
+    """
+
+    def __init__(self, kinematics: Kinematics, q: Array) -> None:
         self._model = model = kinematics.model
         length = kinematics.length
         self._scale = 1.0 / kinematics.column_scale
@@ -65,7 +73,12 @@ class RigidConstraints:
         self._row_scale = np.concatenate([np.where(np.arange(size) < 3, 1.0 / length, 1.0) for size in sizes])
         self._own = threading.local()
         # relative accuracy, so that a robot of grams and one of tonnes are solved alike
-        self._regularisation = tolerances.REGULARISATION.value * self._compliance()
+        self._regularisation = tolerances.REGULARISATION.value * self._compliance(q)
+
+    @property
+    def usable(self) -> bool:
+        """Whether its rows do anything: those of a hinge beside a hinge are rounding alone."""
+        return self._regularisation > 0.0
 
     def acceleration(self, q: Array, v: Array, effort: Array) -> Array | None:
         """`pin.constraintDynamics`: acceleration of all joints (nv,); None where its iteration did not converge: what
@@ -78,7 +91,7 @@ class RigidConstraints:
         left = moved * self._row_scale - wanted
         scaled = found * self._scale
         allowed = CONVERGED_SQUARED * (scaled.dot(scaled) + wanted.dot(wanted)) + self._floor
-        return np.asarray(found) if left.dot(left) <= allowed else None  # None for a NaN too
+        return np.asarray(found) if left.dot(left) <= allowed < inf else None  # None for a NaN too
 
     @property
     def workspace(self) -> Workspace:
@@ -95,24 +108,25 @@ class RigidConstraints:
             found = self._own.workspace = Workspace(data, datas, settings)
         return found
 
-    def _compliance(self) -> float:
-        """Smallest acceleration that a unit force on a row causes at that row, at the neutral posture.
+    def _compliance(self, q: Array) -> float:
+        """Smallest acceleration that a unit force on a row causes at that row, at `q` (nq,); 0 where no row does
+        anything.
 
         Rows that hardly move are left out: those of a planar robot that point out of its plane.
         """
         model, data, datas = self._model, self._model.createData(), pin.StdVec_RigidConstraintData()
         for constraint in self.models:
             datas.append(constraint.createData())
-        neutral = pin.neutral(model)
-        pin.computeJointJacobians(model, data, neutral)
+        pin.computeJointJacobians(model, data, q)
         for constraint, one in zip(self.models, datas, strict=True):
             constraint.calc(model, data, one)
         jacobian = np.reshape(pin.getConstraintsJacobian(model, data, self.models, datas), (-1, model.nv))
-        mass = np.triu(np.reshape(pin.crba(model, data, neutral), (model.nv, model.nv)))
+        mass = np.triu(np.reshape(pin.crba(model, data, q), (model.nv, model.nv)))
         try:
             moved = np.linalg.solve(mass + np.triu(mass, 1).T, jacobian.T)
         except np.linalg.LinAlgError:
-            return 1.0
-        own = np.einsum("ij,ji->i", jacobian, moved)
+            return 0.0
+        moves = np.linalg.norm(self._row_scale[:, None] * jacobian / self._scale, axis=1) > HARDLY
+        own = np.einsum("ij,ji->i", jacobian, moved)[moves]
         largest = float(own.max(initial=0.0))
-        return float(own[own > 1e-6 * largest].min()) if np.isfinite(own).all() and largest > 0.0 else 1.0
+        return float(own[own > HARDLY * largest].min()) if np.isfinite(own).all() and largest > 0.0 else 0.0
