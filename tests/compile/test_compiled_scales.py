@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from cutjoint.compile.program import Program
 from cutjoint.compile.reduction import STRAIN_LIMIT
 from cutjoint.compile.verify import checker
 from cutjoint.control import PD
-from cutjoint.description.model import Inertial, JointType, Limits, RobotDescription
+from cutjoint.description.model import Inertial, Joint, JointType, Limits, Link, RobotDescription
 from cutjoint.description.transforms import placement
 
 LENGTHS: Mapping[JointType, tuple[int, ...]] = {
@@ -205,11 +206,36 @@ def test_a_base_far_away_costs_no_digits(kit: Any, name: str) -> None:
     assert far.source.content != near.source.content
 
 
+@pytest.mark.parametrize("name", ["fivebar", pytest.param("cpm", marks=pytest.mark.slow)])
+def test_a_robot_on_a_base_far_away_is_the_same_robot(kit: Any, name: str) -> None:
+    description = kit.model(name).description
+    mount = placement((8e3, -5e3, 3e3), (0.3, -0.4, 1.0))
+    stand = Joint("stand", JointType.FIXED, "ground", description.root, mount)
+    away = replace(
+        description,
+        links=(Link("ground"), *description.links),
+        joints=(stand, *description.joints),
+        gravity=mount[:3, :3] @ description.gravity,
+        variants=(),
+    )
+    far, near = compiled(ClosedChain(away), cached=False), kit.machine(name)
+    if not any(far.source.origin):
+        pytest.skip("this chain computes with its base where it is")
+    v, q = np.full(near.n, 0.3), near.home.q + 0.01
+    here, there = near.close(q), far.close(q)
+    assert max(there.gap) < 1e-14
+    wanted = near.inverse_dynamics(here, v, v)
+    np.testing.assert_allclose(far.inverse_dynamics(there, v, v), wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
+    place = mount @ np.append(near.tool(here).position, 1.0)
+    np.testing.assert_allclose(far.tool(there).position, place[:3], rtol=0, atol=4e-12)
+    np.testing.assert_allclose(far.batch.tool(there.q_full[None])[0][0], far.tool(there).position, rtol=1e-15)
+
+
 class Away:
     """A chain whose model stands at `origin` in the world."""
 
     def __init__(self, chain: Any, origin: np.ndarray) -> None:
-        self._chain, self.origin = chain, origin
+        self._chain, self._k = chain, SimpleNamespace(model=chain.model, origin=origin)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._chain, name)

@@ -279,7 +279,7 @@ class ChainSource:
     @once
     def content(self) -> str:
         """Everything that the expressions depend on."""
-        model, description = self.chain.local_model, self.chain.description
+        model, description = self.model, self.chain.description
         closure = self._closure
         parts: dict[str, object] = {
             "joints": [
@@ -305,7 +305,7 @@ class ChainSource:
         return json.dumps(parts)
 
     def _axes(self) -> list[Array]:
-        return [motion_subspace(self.chain.local_model, joint) for joint in range(1, self.chain.local_model.njoints)]
+        return [motion_subspace(self.model, joint) for joint in range(1, self.model.njoints)]
 
     def _link(self, name: str) -> list[object]:
         inertial = self.chain.description.link(name).inertial
@@ -342,7 +342,7 @@ class ChainSource:
         tool = self.chain.description.tool
         if tool is None:
             raise InputError(f"{self.name} has no tool frame; name one under [tool] in its loops.toml")
-        joint, placement = bind_frame(self.chain.local_model, tool)
+        joint, placement = bind_frame(self.model, tool)
         return self.tree.point(joint, np.asarray(placement.translation))
 
     def _body(self, name: str, mass: Number) -> Body:
