@@ -31,7 +31,7 @@ from cutjoint.compile.tree import (
     motion_subspace,
 )
 from cutjoint.description.model import Inertial
-from cutjoint.errors import CompileError, CutjointError, InputError, UnknownNameError
+from cutjoint.errors import ActuationError, CompileError, CutjointError, InputError, UnknownNameError
 from cutjoint.mechanism import Posture
 
 if TYPE_CHECKING:
@@ -98,8 +98,8 @@ class ChainSource:
 
         It is asked at home, and where home may be singular on a regular posture near by.
         """
-        if self.nv == 0:
-            return 0
+        if self.chain.n == 0:
+            return None
         at_home = self._idle_at(self.chain.home)
         if at_home is not None or not len(self.loops.names):
             return at_home
@@ -122,12 +122,9 @@ class ChainSource:
         self._need_all_rows()
         return Projection(self)
 
-    def _nothing_moves(self) -> CompileError:
-        return CompileError(f"{self.name} cannot move and has no actuators: there is nothing to compile")
-
     def _need_all_rows(self) -> None:
         if self.nv == 0:
-            raise self._nothing_moves()
+            raise CompileError(f"{self.name} has no joint that moves: there is nothing to compile")
         if len(self.chain.constraint_jacobian(self.chain.home.q_full)) != len(self.row_is_length):
             raise CompileError(
                 f"{self.name} cannot be compiled: its loops close only when some of their rows are left out, and what "
@@ -227,8 +224,6 @@ class ChainSource:
         if self.idle is None:
             return plan
         n = self.chain.n
-        if n == 0:
-            raise self._nothing_moves()
         if plan.independent[:n] != self.actuated_rates or len(plan.independent) != n + self.idle:
             raise CompileError(
                 f"no fixed order of elimination keeps the actuators of {self.name} around its home posture: it is "
@@ -266,6 +261,25 @@ class ChainSource:
     def _survey(self) -> Survey:
         self._need_all_rows()
         return Survey(self.tree, self.loops, self.chain.length)
+
+    def need_actuated(self) -> None:
+        """Check that there is anything in actuated coordinates.
+
+        Raises:
+            ActuationError: the actuators do not determine the motion.
+        """
+        if self.determined:
+            return
+        report = self.chain.mobility(self.chain.home)
+        moving = ", ".join(report.free)
+        raise ActuationError(
+            f"the {self.chain.n} actuators of {self.name} do not determine its motion, of mobility {report.mobility}; "
+            f"{f'with all of them locked these joints still move: {moving}' if moving else 'some depend on others'}. "
+            "Only full_forward can be compiled",
+            mobility=report.mobility,
+            actuators=self.chain.n,
+            free=report.free,
+        )
 
     @once
     def position_scale(self) -> tuple[float, ...]:

@@ -27,7 +27,7 @@ from cutjoint.compile.paper_trace import PaperModel, PaperSource
 from cutjoint.compile.reduction import STRAIN_LIMIT
 from cutjoint.compile.verify import checker
 from cutjoint.description.model import Inertial
-from cutjoint.errors import ActuationError, InputError, UnknownNameError
+from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Actuator, Mechanism, Posture, Terms, Tool
 
 NOTHING: Array = readonly(np.zeros(0))
@@ -452,14 +452,7 @@ class CompiledChain(CompiledMechanism):
         return super()._call(what, at, *arguments)
 
     def _derivatives(self, what: str, at: Posture, v: npt.ArrayLike, x: npt.ArrayLike) -> Derivatives:
-        if not self.source.determined:
-            report = self.chain.mobility(self.chain.home)
-            raise ActuationError(
-                f"the actuators of {self.chain.name} do not determine its motion, so there are no derivatives in them",
-                mobility=report.mobility,
-                actuators=report.actuators,
-                free=report.free,
-            )
+        self.source.need_actuated()
         return super()._derivatives(what, at, v, x)
 
 

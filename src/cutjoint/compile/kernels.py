@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TypeAlias
 
 from cutjoint.compile.chain_state import ChainState
+from cutjoint.compile.chain_trace import ChainSource
 from cutjoint.compile.derivative import tangent
 from cutjoint.compile.graph import Expression, Graph, Number
 from cutjoint.compile.paper_trace import PaperSource
@@ -196,7 +197,11 @@ def trace(source: Source, what: str, *, fused: bool) -> Program:
 
     Raises:
         InputError: the model does not have it.
+        ActuationError: it is in actuated coordinates, which do not determine the motion.
+        CompileError: no order of elimination is good, or a motion moves no mass.
     """
+    if isinstance(source, ChainSource) and what not in ("full_forward", *PAPER_ONLY):
+        source.need_actuated()
     call = _Call(source)
     results, strain = BUILDERS[what](call)
     return call.program(what, results, strain, fused)
