@@ -186,7 +186,9 @@ class Numbers:
         ahead = [self.constraints(pin.integrate(self.model, q, k * h * v)) for k in (-3, -2, -1, 1, 2, 3)]
         rate = sum(w * one for w, one in zip((-1, 9, -45, 45, -9, 1), ahead, strict=True)) / (60.0 * h)
         matrix = self.constraints(q)
-        return self.scale * np.linalg.lstsq(matrix, -rate @ (v / self.scale), rcond=1e-7)[0]
+        left, values, right = np.linalg.svd(matrix, full_matrices=False)
+        rank = int(np.sum(values > 1e-7 * max(values.max(initial=0.0), 1.0)))
+        return -self.scale * (right[:rank].T @ (left[:, :rank].T @ (rate @ (v / self.scale)) / values[:rank]))
 
     def tangent(self, q: np.ndarray) -> np.ndarray:
         """(nv, n): by Kelvin's principle."""

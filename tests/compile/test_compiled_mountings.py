@@ -210,3 +210,28 @@ def test_many_motors_share_the_work_of_one(kit: Any) -> None:
     effort = numbers.effort(chain.home.q_full, v, a)
     np.testing.assert_allclose(machine.inverse_dynamics(chain.home, v, a), effort, rtol=1e-9)
     np.testing.assert_allclose(machine.forward_dynamics(chain.home, v, effort), a, rtol=1e-9)
+
+
+def test_a_ball_at_the_centre_of_a_limb_takes_no_freedom(kit: Any) -> None:
+    """All rows of its cut are rounding, and the largest of them is no measure of the others."""
+    mount = placement((0.1, -0.2, 0.3), mounting(5))
+    made = Builder(np.random.default_rng(5), mount)
+    made.join("centre", "spherical", (("base", np.eye(4)), made.limb("limb", 3, "spherical")), "spherical")
+    names = tuple(made.home)
+    description = RobotDescription(
+        name="ball at the centre",
+        links=tuple(made.links),
+        joints=tuple(made.joints),
+        cuts=tuple(made.cuts),
+        actuators=names,
+        homes=(Home("default", made.home),),
+    )
+    chain = ClosedChain(description)
+    machine, numbers = compiled(chain, cached=False), kit.numbers(chain)
+    assert machine.source.idle == 0
+    assert len(machine.source.plan.redundant) == 3
+    v, a, q = np.array([1.0, -2.0, 0.5]), np.array([3.0, 4.0, -1.0]), chain.home.q_full
+    effort = numbers.forces(q, v, a)
+    np.testing.assert_allclose(machine.inverse_dynamics(chain.home, v, a), effort, rtol=1e-12)
+    np.testing.assert_allclose(machine.forward_dynamics(chain.home, v, effort), a, rtol=1e-12)
+    np.testing.assert_allclose(machine.full_acceleration(q, v, effort), a, rtol=1e-12)

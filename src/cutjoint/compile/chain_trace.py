@@ -15,14 +15,14 @@ from cutjoint.arrays import Array
 from cutjoint.compile import space
 from cutjoint.compile.carried import idle_masses, supports, weighed
 from cutjoint.compile.chain_state import ChainState
-from cutjoint.compile.cloud import Survey, rate_scale
+from cutjoint.compile.cloud import Survey, null_space, rate_scale
 from cutjoint.compile.graph import Expression, Graph, Number
 from cutjoint.compile.idle import idle_freedoms
 from cutjoint.compile.inertia import Body, Kind
 from cutjoint.compile.loops import CutFrames, Gear, Loops
 from cutjoint.compile.once import once
 from cutjoint.compile.pivots import Idle, Plan, choose
-from cutjoint.compile.projection import Projection, null_space
+from cutjoint.compile.projection import Projection
 from cutjoint.compile.reduction import Reduction
 from cutjoint.compile.tree import (
     PointMass,

@@ -25,7 +25,8 @@ CLOUD = 24
 STRIDE = 0.15
 """Length of the steps that make it [rad or robot lengths]."""
 RANK = 1e-7
-"""Singular values below this part of the largest are none: what closing leaves is a millionth of it."""
+"""Singular values below this are none, and below this part of the largest where that is more than 1: what closing
+leaves is a millionth of it, and a matrix whose entries all are rounding has rank 0."""
 CLOSED = 1e-10
 """A posture is closed where Newton's method has come to rest on rounding; this only tells rounding from a gap."""
 REGULAR = 0.02
@@ -93,7 +94,7 @@ class Survey:
                 best, least = q, size
             if size == 0.0:
                 break
-            u = np.asarray(np.linalg.lstsq(jacobian, -residual, rcond=RANK)[0], dtype=np.float64)
+            u = least_solution(jacobian, -residual)
             if np.abs(u).max(initial=0.0) > 0.5:
                 return None
             q = self.moved(q, u)
@@ -108,8 +109,7 @@ class Survey:
             if len(found) == CLOUD:
                 break
             jacobian, _ = self.system(q)
-            _, values, basis = np.linalg.svd(jacobian)
-            free = basis[int(np.sum(values > RANK * max(values.max(initial=0.0), 1e-300))) :]
+            free = null_space(jacobian).T
             if not len(free):
                 break
             direction = chance.normal(size=len(free)) @ free
@@ -129,11 +129,33 @@ class Survey:
         measure = np.ones(len(cloud))
         for columns in (np.arange(self.shape[1]), dependent):
             values = [np.linalg.svd(self.system(q)[0][:, columns], compute_uv=False) for q in cloud]
-            rank = max(int(np.sum(one > RANK * max(one.max(initial=0.0), 1e-300))) for one in values)
+            rank = max(rank_of(np.asarray(one)) for one in values)
             if rank:
                 last = np.array([one[rank - 1] for one in values])
                 measure = np.minimum(measure, last / np.median(last[last > RANK]))
         return np.asarray(cloud[measure >= REGULAR])
+
+
+def rank_of(values: Array) -> int:
+    """How many of the singular values of a dimensionless matrix count."""
+    return int(np.sum(values > RANK * max(float(values.max(initial=0.0)), 1.0)))
+
+
+def null_space(matrix: Array) -> Array:
+    """Orthonormal basis of the motions that a dimensionless matrix takes to zero, shape (columns, nullity)."""
+    if not matrix.size:
+        return np.eye(matrix.shape[1])
+    _, values, basis = np.linalg.svd(matrix)
+    return np.asarray(basis[rank_of(values) :].T)
+
+
+def least_solution(matrix: Array, right: Array) -> Array:
+    """The least x for which a dimensionless matrix times x is as near to `right` as can be, shape (columns,)."""
+    if not matrix.size:
+        return np.zeros(matrix.shape[1])
+    left, values, basis = np.linalg.svd(matrix, full_matrices=False)
+    rank = rank_of(values)
+    return np.asarray(basis[:rank].T @ (left[:, :rank].T @ right / values[:rank]))
 
 
 def run(program: Program, inputs: Array) -> Array:

@@ -11,7 +11,8 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain.closure import Cut, bind_frame
-from cutjoint.compile.projection import Projection, null_space
+from cutjoint.compile.cloud import null_space
+from cutjoint.compile.projection import Projection
 
 
 def idle_freedoms(numbers: Projection, cuts: tuple[Cut, ...], q: Array) -> int | None:

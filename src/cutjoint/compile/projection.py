@@ -16,7 +16,7 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.compile.carried import NO_MASS, joint_inertia
-from cutjoint.compile.cloud import RANK
+from cutjoint.compile.cloud import least_solution, null_space
 
 if TYPE_CHECKING:
     from cutjoint.compile.chain_trace import ChainSource
@@ -134,7 +134,7 @@ class Projection:
         """Acceleration of all joints, shape (nv,), in a basis of the motions that the loops allow."""
         jacobian, mass = self.jacobian(q), self.mass(q)
         motions = self.scale[:, None] * null_space(jacobian)
-        start = -self.scale * np.linalg.lstsq(jacobian, self.bent(q, v_full), rcond=RANK)[0]
+        start = -self.scale * least_solution(jacobian, self.bent(q, v_full))
         force = motions.T @ (effort - self.forces(q, v_full, start))
         return np.asarray(start + motions @ np.linalg.solve(motions.T @ mass @ motions, force))
 
@@ -170,12 +170,3 @@ class Projection:
         mass = sum(float(inertia.mass) for inertia in list(self.model.inertias)[1:])
         own = float(pin.computePotentialEnergy(self.model, self.data, q))
         return own - mass * float(gravity @ np.array(self.source.origin))
-
-
-def null_space(matrix: Array) -> Array:
-    """Orthonormal basis of the motions that a dimensionless matrix takes to zero, shape (columns, nullity)."""
-    columns = matrix.shape[1]
-    if not matrix.size:
-        return np.eye(columns)
-    _, values, basis = np.linalg.svd(matrix)
-    return np.asarray(basis[int(np.sum(values > RANK * max(values.max(), 1e-300))) :].T)

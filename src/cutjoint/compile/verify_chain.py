@@ -8,8 +8,9 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.compile.agreement import AGREEMENT, BESIDE, DIFFERENCE, Checker, Compared
 from cutjoint.compile.chain_trace import ChainSource
+from cutjoint.compile.cloud import null_space
 from cutjoint.compile.native import Kernel
-from cutjoint.compile.projection import Reduced, null_space
+from cutjoint.compile.projection import Reduced
 from cutjoint.errors import CutjointError
 
 WELL_POSED = 1e-3
