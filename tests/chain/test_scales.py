@@ -414,3 +414,18 @@ def test_projecting_closes_the_loops_of_every_named_robot(name: str) -> None:
             rates = chain._k.row_scale * (chain.constraint_jacobian(closed) @ v)
             # a row that is dependent but for 1e-10, as in the feet of cassie, is not met more exactly than that
             assert np.abs(rates).max(initial=0.0) < 1e-10 * np.abs(v / tree_units(chain)).max()
+
+
+@pytest.mark.parametrize("name", ["fourbar", "fivebar"])
+def test_a_tool_on_a_curve_or_in_a_plane_reaches_rounded_points_far_away(name: str) -> None:
+    """In the world a point 10 km off is rounded by more than counts as closed, so it lies beside curve and plane."""
+    rng = np.random.default_rng(12)
+    for _ in range(10):
+        size = Size(1e-2, rotation=random_rotation(rng), offset=1e4 * random_rotation(rng)[0])
+        chain = ClosedChain(size.of(description(name)))
+        there = chain.close(chain.home.q + 0.1 * rng.uniform(-1.0, 1.0, chain.n))
+        target = chain.tool(there).position
+        found = chain.reach(target)
+        assert off(chain.tool(found).position, target, 1e4) < 1e-15
+        assert max(found.gap) < 1e-12
+        np.testing.assert_allclose(found.q, there.q, rtol=0.0, atol=1e-8)
