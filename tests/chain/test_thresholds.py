@@ -55,7 +55,7 @@ def test_a_gap_is_by_how_much_a_cut_was_opened(kind: str, kit: Any) -> None:
                 moved[j, i], moved[i, j] = np.sin(size), -np.sin(size)
             b = axes @ moved
             there = replace(frames, axes_b=b[None, :3, :3], at_b=b[None, :3, 3])
-            _, distance, angle = closure.gaps(there, np.zeros(1))[0]
+            (distance,), (angle,) = closure.gaps(closure.residual(there, np.zeros(1)))
             wanted = (0.0, 0.0) if (axis, how) in free else (abs(size), 0.0) if how == "shift" else (0.0, abs(size))
             assert (distance, angle) == (pytest.approx(wanted[0], abs=1e-12), pytest.approx(wanted[1], abs=1e-12))
 

@@ -167,7 +167,7 @@ def test_unknown_names_come_with_the_nearest_known_one() -> None:
         assert f"did you mean '{nearest}'" in str(error)
     error = fails("crosscheck", "fivebar")
     assert isinstance(error, UnknownNameError)
-    assert "cpm, omega3" in str(error)
+    assert "cpm, cpm_rotary, omega3" in str(error)
 
 
 def test_files_that_are_wrong_are_errors_of_their_own(tmp_path: Path) -> None:

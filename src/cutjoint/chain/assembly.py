@@ -46,6 +46,10 @@ class Driver(Protocol):
         """Derivative of the error, shape (rows, nv)."""
         ...
 
+    def put(self, q: Array, fraction: float) -> None:
+        """Write the coordinates that are prescribed themselves into a configuration that nearly has them."""
+        ...
+
 
 class ActuatedDriver:
     """Prescribes the actuated coordinates, on a straight line from `start` to `target`, shape (n,)."""
@@ -55,11 +59,16 @@ class ActuatedDriver:
         self._start, self._target = start, target
 
     def error(self, placed: Placed, fraction: float) -> Array:
-        wanted = self._target if fraction == 1.0 else self._start + fraction * (self._target - self._start)
-        return np.asarray(placed.q[self._q_index] - wanted)
+        return np.asarray(placed.q[self._q_index] - self._wanted(fraction))
 
     def jacobian(self, placed: Placed) -> Array:
         return self._selection
+
+    def put(self, q: Array, fraction: float) -> None:
+        q[self._q_index] = self._wanted(fraction)
+
+    def _wanted(self, fraction: float) -> Array:
+        return self._target if fraction == 1.0 else self._start + fraction * (self._target - self._start)
 
 
 class ToolDriver:
@@ -75,6 +84,9 @@ class ToolDriver:
 
     def jacobian(self, placed: Placed) -> Array:
         return placed.tool_jacobian[:3]
+
+    def put(self, q: Array, fraction: float) -> None:
+        """No coordinate is prescribed."""
 
 
 class PoseDriver:
@@ -92,6 +104,9 @@ class PoseDriver:
 
     def jacobian(self, placed: Placed) -> Array:
         return placed.tool_jacobian
+
+    def put(self, q: Array, fraction: float) -> None:
+        """No coordinate is prescribed."""
 
 
 UNBOUND = "the joints would have to move without bound"
@@ -347,6 +362,8 @@ class Assembler:
             if moved > reach:
                 return None
             q = k.integrate(q, motion * k.column_scale)
+            if system.driver is not None:
+                system.driver.put(q, fraction)
         return None
 
 

@@ -25,7 +25,7 @@ from cutjoint.chain.modes import MOST_STARTS, Held, Modes, Robot, assembly_modes
 from cutjoint.chain.nearby import Nearby
 from cutjoint.chain.rank import null_space
 from cutjoint.chain.rounding import check_rounding, trusted_rows
-from cutjoint.chain.structure import AROUND, SHIFT, Structure
+from cutjoint.chain.structure import AROUND, SHIFT, Structure, is_steady
 from cutjoint.chain.tangent import TangentMap, tangent_map
 from cutjoint.description.model import JointType, RobotDescription
 from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError
@@ -404,7 +404,10 @@ class FullChain:
     def _nearby(self) -> Nearby | None:
         if not self._is_determined or self._structure.idle or not (self.n and len(self._passive)):
             return None
-        regular = max(self._regular, key=lambda one: tangent_map(self._k, self._v_index, self._passive, one, 0).type2)
+        steady = [placed for placed in self._regular if is_steady(self._k, placed)]
+        if not steady:
+            return None
+        regular = max(steady, key=lambda one: tangent_map(self._k, self._v_index, self._passive, one, 0).type2)
         return Nearby(self._k, self._v_index, self._passive, regular)
 
     def _map(self, placed: Placed) -> TangentMap:

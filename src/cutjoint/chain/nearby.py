@@ -93,7 +93,7 @@ class Nearby:
         here = system.at(placed)
         last, start, factors, pivots = np.inf, 0.0, None, None
         for step in range(NEWTON_STEPS):
-            if here.openness < 1e-2 and (step == 0 or last < SMALL):
+            if here.openness < 1e-2 and (last < SMALL if step else not here.error[k.closure.rows :].any()):
                 return here.placed
             if factors is None or last > SMALL:
                 factors, pivots, solved, failed = dgesv(here.matrix[rows], here.error[rows])
@@ -109,7 +109,9 @@ class Nearby:
             if size > min(tolerances.STRIDE.value, 0.3 * last):
                 return here.placed if here.openness < 1.0 else None
             last = size
-            here = system.at(k.at(k.integrate(here.placed.q, -k.column_scale * solved)))
+            q = k.integrate(here.placed.q, -k.column_scale * solved)
+            driver.put(q, 1.0)
+            here = system.at(k.at(q))
         return here.placed if here.openness < 1.0 else None
 
     def _rows_of(self, system: System) -> npt.NDArray[np.intp] | None:

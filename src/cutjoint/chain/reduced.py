@@ -11,13 +11,14 @@ from functools import cached_property
 
 import numpy as np
 
+from cutjoint import tolerances
 from cutjoint.arrays import Array, readonly
 from cutjoint.chain.closure import cross
 from cutjoint.chain.dynamics import Motions
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.nearby import QuickTangent
 from cutjoint.chain.tangent import TangentMap
-from cutjoint.errors import DynamicsError
+from cutjoint.errors import DynamicsError, SingularError
 from cutjoint.mechanism import Posture
 
 
@@ -41,11 +42,15 @@ class Reduced:
         self.idle = found.idle if isinstance(found, TangentMap) else self.map[:, :0]
 
     def drift(self, v_full: Array) -> Array:
-        """d with a_full = T a + d, shape (nv,), the idle motions at rest, for a velocity T v of all joints."""
+        """d with a_full = T a + d, shape (nv,), the idle motions at rest, for a velocity T v of all joints.
+
+        Raises:
+            SingularError: the velocity opens the loops in the next moment, whatever the accelerations.
+        """
         k, closure = self._k, self._k.closure
         twists, rates = k.rates(k.data, self.posture.q_full, v_full)
         moving = closure.support[:, 0] * v_full
-        if closure.holds_points:
+        if closure.holds_points and isinstance(self._found, QuickTangent):
             drift: Array = self._from_rates @ moving.dot(rates.T).ravel()
             if closure.turns:
                 speeds = self._speeds @ v_full
@@ -55,8 +60,26 @@ class Reduced:
             return drift
         drift = np.zeros(k.model.nv)
         placed = self.placed
-        drift[self._passive] = self._back @ closure.drift(placed.frames, placed.gather, twists, rates, v_full)
+        gamma = closure.drift(placed.frames, placed.gather, twists, rates, v_full)
+        drift[self._passive] = self._back @ gamma
+        if isinstance(self._found, TangentMap):
+            self._check(v_full, drift, gamma)
         return drift
+
+    def _check(self, v_full: Array, drift: Array, gamma: Array) -> None:
+        k = self._k
+        speed = float(np.abs(v_full / k.column_scale).max(initial=0.0))
+        scaled, wanted = drift / k.column_scale, k.row_scale * gamma
+        left = float(np.abs(self.placed.scaled @ scaled + wanted).max(initial=0.0))
+        terms = speed**2 + float((np.abs(self.placed.scaled) @ np.abs(scaled) + np.abs(wanted)).max(initial=0.0))
+        if left > tolerances.REACHED.value * terms:
+            raise SingularError(
+                f"{k.description.name} moves here only for a moment: at this velocity the loops open, whatever the "
+                f"accelerations (by {left:.2g} of terms of {terms:.2g}, dimensionless)",
+                kind="type-2",
+                measure=0.0,
+                limit=tolerances.REACHED.value,
+            )
 
     @cached_property
     def inverse_mass(self) -> Array:

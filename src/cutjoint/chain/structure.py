@@ -16,9 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.kinematics import Kinematics, Placed
-from cutjoint.chain.rank import null_space, rank_of
+from cutjoint.chain.rank import Split, null_space, rank_of
 
 SHIFT = 0.1
 """How far around home is looked, in radians or characteristic lengths."""
@@ -53,6 +54,18 @@ class Structure:
             idle.append(idle_motions(kinematics, actuated, placed, free).shape[1])
             directions.append(_directions(kinematics, placed))
         return Structure(max(rank), min(locked), min(min(idle), min(locked)), max(directions))
+
+
+def is_steady(kinematics: Kinematics, placed: Placed) -> bool:
+    """Whether rows that depend on others do so in the next moment too: a shaky structure moves, but only just."""
+    k, split = kinematics, Split.of(placed.scaled)
+    motions = split.null
+    for speed in np.random.default_rng(0).normal(size=(2, motions.shape[1])):
+        gamma = k.row_scale * k.moving(placed.q, k.column_scale * (motions @ speed)).drift
+        left = gamma - split.left @ (split.left.T @ gamma)
+        if not np.abs(left).max(initial=0.0) <= tolerances.REACHED.value * float(speed @ speed):
+            return False
+    return True
 
 
 def locked_motions(kinematics: Kinematics, actuated: Array, placed: Placed) -> Array:

@@ -70,6 +70,9 @@ class TiltDriver:
         jacobian[3:] = self._flat @ jacobian[3:]
         return jacobian
 
+    def put(self, q: Array, fraction: float) -> None:
+        """No coordinate is prescribed."""
+
 
 class Both:
     """Prescribes what two drivers prescribe."""
@@ -83,6 +86,10 @@ class Both:
 
     def jacobian(self, placed: Placed) -> Array:
         return np.concatenate([self._one.jacobian(placed), self._two.jacobian(placed)])
+
+    def put(self, q: Array, fraction: float) -> None:
+        self._one.put(q, fraction)
+        self._two.put(q, fraction)
 
 
 def holding(held: Held, axes: Array, at: Placed) -> tuple[Driver, Driver]:
