@@ -74,9 +74,10 @@ class ActuatedDriver:
 class ToolDriver:
     """Prescribes the tool point in the model, on a straight line from `start` to `target`, shape (3,) [m]."""
 
+    is_length = np.ones(3, dtype=bool)
+
     def __init__(self, start: Array, target: Array) -> None:
         self._start, self._target = start, target
-        self.is_length = np.ones(3, dtype=bool)
 
     def error(self, placed: Placed, fraction: float) -> Array:
         wanted = self._target if fraction == 1.0 else self._start + fraction * (self._target - self._start)
@@ -92,9 +93,10 @@ class ToolDriver:
 class PoseDriver:
     """Prescribes the tool's placement in the model; on the way the position runs straight, the rotation at once."""
 
+    is_length = np.array([True] * 3 + [False] * 3)
+
     def __init__(self, start: pin.SE3, target: pin.SE3) -> None:
         self._start, self._target = start, target
-        self.is_length = np.array([True] * 3 + [False] * 3)
 
     def error(self, placed: Placed, fraction: float) -> Array:
         wanted = self._target if fraction == 1.0 else pin.SE3.Interpolate(self._start, self._target, fraction)
@@ -131,37 +133,60 @@ class Stopped:
     measure: float = 0.0
 
 
-class System:
-    """The rows of closure and driver as one system of equations.
+class Scales(NamedTuple):
+    """What all systems of equations with a kind of driver have in common.
 
     Attributes:
+        is_length: whether each row is a length (else an angle), shape (rows,).
         scale: factor per row that makes errors dimensionless, shape (rows,).
+        driven: the same for the driver's rows, and for the velocities of its Jacobian, shape (driver's rows, nv).
+        rounded: distance [m] to which the driver's lengths are rounded.
+        closed: one over what counts as closed, of every row, where that is the same everywhere.
     """
 
+    is_length: Array
+    scale: Array
+    driven: Array
+    rounded: Array
+    closed: Array | None
+
+    @staticmethod
+    def of(kinematics: Kinematics, driver: Driver | None) -> Scales:
+        """Of a driver; made once for each kind."""
+        k = kinematics
+        kind = None if driver is None else (type(driver), driver.is_length.tobytes())
+        found: Scales | None = k.scales.get(kind)
+        if found is None:
+            lengths = k.closure.is_length if driver is None else np.concatenate([k.closure.is_length, driver.is_length])
+            scale = np.where(lengths, 1.0 / k.length, 1.0)
+            driven = scale[k.closure.rows :, None] * k.column_scale
+            rounded = k.rounded if isinstance(driver, ToolDriver) else 0.0
+            far = np.where(np.arange(len(lengths)) >= k.closure.rows, rounded, 0.0)
+            found = Scales(lengths, scale, driven, far, None)
+            if not k.travels:
+                found = found._replace(closed=found.closed_by(k.closed_length))
+            k.scales[kind] = found
+        return found
+
+    def closed_by(self, length: float) -> Array:
+        """One over what counts as closed, of every row, for a length."""
+        return np.asarray(1.0 / (np.where(self.is_length, length, tolerances.CLOSURE.value) + self.rounded))
+
+
+class System:
+    """The rows of closure and driver as one system of equations."""
+
     def __init__(self, kinematics: Kinematics, driver: Driver | None) -> None:
-        k = self.k = kinematics
-        self.driver, self.scale, self._is_length = driver, k.row_scale, k.closure.is_length
-        if driver is not None:
-            self.scale = np.concatenate([k.row_scale, np.where(driver.is_length, 1.0 / k.length, 1.0)])
-            self._is_length = np.concatenate([k.closure.is_length, driver.is_length])
-        self.driven_scale = self.scale[k.closure.rows :, None] * k.column_scale
-        self._closed: Array | None = None if k.travels else self._closed_by(k.closed_length)
+        self.k, self.driver, self.scales = kinematics, driver, Scales.of(kinematics, driver)
 
     def at(self, placed: Placed, fraction: float = 1.0) -> Equations:
         """The equations at one configuration, this fraction of the driver's way."""
-        raw = placed.residual
+        raw, scales = placed.residual, self.scales
         if self.driver is not None:
             raw = np.concatenate([raw, self.driver.error(placed, fraction)])
-        closed = self._closed_by(self.k.closed_within(placed.q)) if self._closed is None else self._closed
+        closed = scales.closed_by(self.k.closed_within(placed.q)) if scales.closed is None else scales.closed
         left = raw * closed
-        return Equations(self, placed, self.scale * raw, sqrt(left.dot(left)))
-
-    def _closed_by(self, length: float) -> Array:
-        """One over what counts as closed, of every row."""
-        bound = np.where(self._is_length, length, tolerances.CLOSURE.value)
-        if isinstance(self.driver, ToolDriver):
-            bound[self.k.closure.rows :] += self.k.rounded
-        return np.asarray(1.0 / bound)
+        return Equations(self, placed, scales.scale * raw, sqrt(left.dot(left)))
 
 
 class Equations(NamedTuple):
@@ -183,7 +208,7 @@ class Equations(NamedTuple):
         """Derivative of the error, dimensionless, shape (rows, nv)."""
         if self.system.driver is None:
             return self.placed.scaled
-        driven = self.system.driver.jacobian(self.placed) * self.system.driven_scale
+        driven = self.system.driver.jacobian(self.placed) * self.system.scales.driven
         return np.concatenate([self.placed.scaled, driven])
 
 

@@ -195,11 +195,10 @@ class ClosedChain(FullChain):
             InputError, ActuationError, SingularError: as `tangent`.
         """
         tangent = self._tangent(at)
-        v_full = tangent.map @ as_vector("v", v, self.n)
-        full = tangent.map @ as_vector("a", a, self.n) + tangent.drift(v_full)
+        v_full = tangent.map.dot(as_vector("v", v, self.n))
+        full = tangent.map.dot(as_vector("a", a, self.n)) + tangent.drift(v_full)
         k = self._k
-        found: Array = tangent.transposed @ pin.rnea(k.model, k.data, at.q_full, v_full, full)
-        return found
+        return np.asarray(tangent.transposed.dot(pin.rnea(k.model, k.data, at.q_full, v_full, full)))
 
     def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
         """Acceleration that `effort` gives, shape (n,): (T' M T)^-1 (effort - T' rnea(q, T v, d)).
@@ -208,11 +207,11 @@ class ClosedChain(FullChain):
             InputError, ActuationError, SingularError: as `tangent`.
         """
         tangent = self._tangent(at)
-        v_full = tangent.map @ as_vector("v", v, self.n)
+        v_full = tangent.map.dot(as_vector("v", v, self.n))
         k = self._k
         held = pin.rnea(k.model, k.data, at.q_full, v_full, tangent.drift(v_full))
-        found: Array = tangent.inverse_mass @ (as_vector("effort", effort, self.n) - tangent.transposed @ held)
-        return found
+        push = as_vector("effort", effort, self.n) - tangent.transposed.dot(held)
+        return np.asarray(tangent.inverse_mass.dot(push))
 
     def with_payload(self, mass: float) -> ClosedChain:
         """The same robot with a further point mass [kg] at the tool point.

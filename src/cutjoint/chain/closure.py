@@ -115,6 +115,7 @@ class Closure:
         self._is_sine[[row for cut, row, _, _ in self._layout.dots if self.cuts[cut].type is CutType.UNIVERSAL]] = True
         self.support = np.array([cut.support_a for cut in self.cuts] + [cut.support_b for cut in self.cuts])
         self.support = self.support.reshape(2 * len(self.cuts), 1, self.nv)
+        self.moved = self.support[:, 0]
         self.turns = any(cut.type is not CutType.FIXED for cut in self.cuts)
         self.holds_points = all(cut.type in (CutType.FIXED, CutType.SPHERICAL) for cut in self.cuts)
         self._has_sines = bool(self._is_sine.any())
@@ -139,7 +140,7 @@ class Closure:
         rows = self._layout
         residual = np.empty(self.all_rows)
         apart = frames.at_b - frames.at_a
-        residual[rows.point_rows] = apart[rows.point_cuts].ravel()
+        residual[rows.point_rows] = (apart if rows.all_points else apart.take(rows.point_cuts, 0)).ravel()
         if rows.locks:
             residual[rows.lock_rows] = _rotation_vectors(frames.axes_a[rows.lock_cuts], frames.axes_b[rows.lock_cuts])
         for cut, row, i in rows.slides:
@@ -179,7 +180,7 @@ class Closure:
 
     def jacobian(self, gather: Array, twists: Array) -> Array:
         """Time derivative of the residual per velocity, shape (rows, nv), from G and the joint Jacobians (6, nv)."""
-        of_cuts = gather @ (self.support * twists).reshape(12 * len(self.cuts), self.nv)
+        of_cuts = gather.dot((self.support * twists).reshape(12 * len(self.cuts), self.nv))
         return self.kept(np.concatenate([of_cuts, self._ratio_rows]) if self.ratios else of_cuts)
 
     def drift(self, frames: CutFrames, gather: Array, twists: Array, rates: Array, v: Array) -> Array:
@@ -189,8 +190,8 @@ class Closure:
             twists, rates: joint Jacobians and their time derivatives, shape (6, nv).
             v: velocity, shape (nv,), with which the loops stay closed.
         """
-        moving = self.support[:, 0] * v
-        of_cuts = gather @ (moving @ rates.T).ravel()
+        moving = self.moved * v
+        of_cuts = gather.dot(moving.dot(rates.T).ravel())
         self._add_turning(of_cuts, frames, moving @ twists.T)
         return self.kept(np.concatenate([of_cuts, np.zeros(len(self.ratios))]) if self.ratios else of_cuts)
 
@@ -249,6 +250,7 @@ class _Layout:
         points = [i for i, cut in enumerate(cuts) if cut.type is not CutType.PRISMATIC]
         self.points = [(i, starts[i]) for i in points]
         self.point_cuts = np.array(points, dtype=int)
+        self.all_points = len(points) == len(cuts)
         self.point_rows = np.array([starts[i] + k for i in points for k in range(3)], dtype=int)
         self.locks = [(i, starts[i] + cut.rows - 3) for i, cut in enumerate(cuts) if cut.type in _LOCKED]
         self.lock_cuts = np.array([i for i, _ in self.locks], dtype=int)
@@ -334,16 +336,15 @@ def _turned(sines: Array, cosine: float) -> Array:
 
 _LOWER, _UPPER = np.array([7, 2, 3]), np.array([5, 6, 1])
 _TRACE = np.eye(3).ravel()
-_THIRDS = np.full(3, 1.0 / 48.0)
 
 
 def _rotation_vectors(a: Array, b: Array) -> Array:
     """Rotation vectors in world axes that turn the axes a into b, shape (k, 3, 3) each, one after another, (3 k,)."""
     turn = b @ a.transpose(0, 2, 1)
     entries = turn.reshape(-1, 9)
-    twice = entries[:, _LOWER] - entries[:, _UPPER]
-    if np.vdot(twice, twice) < 1e-8 and min(entries.dot(_TRACE).tolist()) > 0.0:  # small angles, as a rule
-        return np.asarray(twice * (0.5 + (twice * twice).dot(_THIRDS)[:, None])).ravel()
+    twice = entries.take(_LOWER, 1) - entries.take(_UPPER, 1)
+    if np.vdot(twice, twice) < 1e-8 and min(entries.dot(_TRACE).tolist()) > 0.0:
+        return np.asarray(0.5 * twice.ravel())  # sines of small angles, right to 1e-14, as a rule
     return np.concatenate([pin.log3(one) for one in turn])
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import threading
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -99,8 +100,7 @@ class Placed:
         shift = _UNIT.copy()
         shift[0, 4], shift[0, 5], shift[1, 5] = z, -y, x
         shift[1, 3], shift[2, 3], shift[2, 4] = -z, y, -x
-        moved: Array = shift @ (self.twists * self._k.tool_support)
-        return moved
+        return np.asarray(shift.dot(self.twists * self._k.tool_support))
 
 
 _UNIT = np.eye(6)
@@ -147,6 +147,7 @@ class Kinematics:
         tool_joint: the joint that moves the tool's body, 0 for the base.
         tool_support: 1 for every velocity that moves the tool, shape (nv,); None where there is no tool.
         row_scale, column_scale: factors per row and per velocity that make the constraint Jacobian dimensionless.
+        scales: what systems of equations have in common, by the kind of their driver; filled as they are met.
         travels: whether bodies of it may be anywhere.
         rounded: distance [m] to which a point in the world is rounded, where the base stands far from its origin.
         closed_length: distance [m] below which a cut counts as closed; `tolerances.CLOSURE` is the same for angles.
@@ -186,6 +187,7 @@ class Kinematics:
         self.column_scale = velocity_scale(self.model, self.length)
         self.scale = self.row_scale[:, None] * self.column_scale
         self._own = threading.local()
+        self.scales: dict[object, Any] = {}
 
     @property
     def data(self) -> pin.Data:
@@ -201,30 +203,36 @@ class Kinematics:
         self._refuse_far(q)
         data = self.data
         pin.computeJointJacobians(self.model, data, q)
-        return Placed(self, q, self._placements(data), self._matrix(data.J))
+        return Placed(self, q, self._placements(data), self.twists(data))
 
     def moving(self, q: Array, v: Array) -> Moving:
         """The tree at `q` (nq,) and `v` (nv,)."""
         self._refuse_far(q)
         data = self.data
-        twists, rates = self.rates(data, q, v)
-        return Moving(self, q, v, self._placements(data), twists, rates)
+        rates = self.rates(data, q, v)
+        return Moving(self, q, v, self._placements(data), self.twists(data), rates)
 
-    def rates(self, data: pin.Data, q: Array, v: Array) -> tuple[Array, Array]:
-        """Joint Jacobians and their time derivatives, shape (6, nv) each.
+    def rates(self, data: pin.Data, q: Array, v: Array) -> Array:
+        """Time derivatives of the joint Jacobians, shape (6, nv); `twists` are the Jacobians then.
 
         Pinocchio 4.1 leaves out that the first axis of a universal joint turns with the parent alone; that column is
         set right here.
         """
         pin.computeJointJacobiansTimeVariation(self.model, data, q, v)
-        twists, rates = self._matrix(data.J), self._matrix(data.dJ)
-        for column, below in self._first_axes:
-            axis = twists[:, column]
-            carrier = twists @ (below * v)
-            w, u = carrier[3:], carrier[:3]
-            rates[:3, column] = np.cross(w, axis[:3]) + np.cross(u, axis[3:])
-            rates[3:, column] = np.cross(w, axis[3:])
-        return twists, rates
+        rates = self._matrix(data.dJ)
+        if self._first_axes:
+            twists = self.twists(data)
+            for column, below in self._first_axes:
+                axis = twists[:, column]
+                carrier = twists @ (below * v)
+                w, u = carrier[3:], carrier[:3]
+                rates[:3, column] = np.cross(w, axis[:3]) + np.cross(u, axis[3:])
+                rates[3:, column] = np.cross(w, axis[3:])
+        return rates
+
+    def twists(self, data: pin.Data) -> Array:
+        """The joint Jacobians of the last call of Pinocchio that made them, shape (6, nv)."""
+        return self._matrix(data.J)
 
     def mass(self, q: Array) -> Array:
         """Mass matrix of the tree, symmetric, shape (nv, nv)."""
@@ -285,8 +293,9 @@ class Kinematics:
 
     def _placements(self, data: pin.Data) -> Array:
         """Placements of the frames a and b of all cuts and of the tool, shape (frames, 4, 4)."""
-        placed = np.array([data.oMi[joint].homogeneous for joint in self._joints])
-        found: Array = placed[self._frame_joint] @ self._frame_place
+        placed = data.oMi
+        joints = np.array([placed[joint].homogeneous for joint in self._joints])
+        found: Array = joints.take(self._frame_joint, 0) @ self._frame_place
         return found
 
     def _matrix(self, values: Array) -> Array:

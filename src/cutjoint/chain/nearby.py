@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import count
-from math import prod
+from math import prod, sqrt
 from operator import ne
 
 import numpy as np
@@ -74,7 +74,11 @@ class Nearby:
         n = len(self._actuated)
         right = np.concatenate([actuated[self._rows], np.eye(len(chosen))], axis=1)
         factors, _, solved, failed = dgesv(chosen, right)
-        if failed or not _trusted(factors) or np.abs(actuated - passive @ solved[:, :n]).max(initial=0.0) > MET:
+        if (
+            failed
+            or not _trusted(factors.diagonal().tolist())
+            or np.abs(actuated - passive @ solved[:, :n]).max(initial=0.0) > MET
+        ):
             return None
         scale = k.column_scale
         tangent = np.zeros((len(scale), n))
@@ -96,16 +100,17 @@ class Nearby:
             if here.openness < 1e-2 and (last < SMALL if step else not here.error[k.closure.rows :].any()):
                 return here.placed
             if factors is None or last > SMALL:
-                factors, pivots, solved, failed = dgesv(here.matrix[rows], here.error[rows])
-                if failed or not _trusted(factors):
+                factors, pivots, solved, failed = dgesv(here.matrix.take(rows, 0), here.error.take(rows))
+                diagonal = factors.diagonal().tolist()
+                if failed or not _trusted(diagonal):
                     return None
-                determinant = _determinant(factors, pivots)
+                determinant = _determinant(diagonal, pivots)
                 start = determinant if step == 0 else start
                 if not 1.0 / LARGEST_CHANGE < determinant / start < LARGEST_CHANGE:
                     return None
             else:  # so near the end the last factors are as good as new ones
-                solved, failed = dgetrs(factors, pivots, here.error[rows])
-            size = float(np.abs(solved).max(initial=0.0))
+                solved, failed = dgetrs(factors, pivots, here.error.take(rows))
+            size = sqrt(solved.dot(solved))
             if size > min(tolerances.STRIDE.value, 0.3 * last):
                 return here.placed if here.openness < 1.0 else None
             last = size
@@ -123,16 +128,16 @@ class Nearby:
         tangent = self.tangent(self._regular)
         if tangent is None:
             return None
-        driven = system.scale[self._k.closure.rows :, None] * driver.jacobian(self._regular)
+        driven = system.scales.driven * driver.jacobian(self._regular) / self._k.column_scale
         order = qr((driven @ tangent.map).T, mode="r", pivoting=True)[1]
         return np.sort(order[:wanted])
 
 
-def _trusted(factors: Array) -> bool:
-    pivots = [abs(pivot) for pivot in factors.diagonal().tolist()]
+def _trusted(diagonal: list[float]) -> bool:
+    pivots = list(map(abs, diagonal))
     return min(pivots, default=1.0) > SMALLEST_PIVOT * max(pivots, default=0.0)
 
 
-def _determinant(factors: Array, pivots: Array) -> float:
-    product: float = prod(factors.diagonal().tolist())
+def _determinant(diagonal: list[float], pivots: Array) -> float:
+    product: float = prod(diagonal)
     return -product if sum(map(ne, pivots.tolist(), count())) % 2 else product

@@ -48,16 +48,17 @@ class Reduced:
             SingularError: the velocity opens the loops in the next moment, whatever the accelerations.
         """
         k, closure = self._k, self._k.closure
-        twists, rates = k.rates(k.data, self.posture.q_full, v_full)
-        moving = closure.support[:, 0] * v_full
+        data, q = k.data, self.posture.q_full
+        moving = closure.moved * v_full
         if closure.holds_points and isinstance(self._found, QuickTangent):
-            drift: Array = self._from_rates @ moving.dot(rates.T).ravel()
+            drift: Array = self._from_rates.dot(moving.dot(k.rates(data, q, v_full).T).ravel())
             if closure.turns:
-                speeds = self._speeds @ v_full
+                speeds = self._speeds.dot(v_full)
                 half = speeds.size // 2
                 inward = cross(speeds[:half].reshape(-1, 3), speeds[half:].reshape(-1, 3))
-                drift += self._from_inward @ inward.ravel()
+                drift += self._from_inward.dot(inward.ravel())
             return drift
+        rates, twists = k.rates(data, q, v_full), k.twists(data)
         drift = np.zeros(k.model.nv)
         placed = self.placed
         gamma = closure.drift(placed.frames, placed.gather, twists, rates, v_full)
