@@ -17,7 +17,6 @@ from cutjoint.compile.carried import idle_masses, supports, weighed
 from cutjoint.compile.chain_state import ChainState
 from cutjoint.compile.cloud import Survey, null_space, rate_scale
 from cutjoint.compile.graph import Expression, Graph, Number
-from cutjoint.compile.idle import idle_freedoms
 from cutjoint.compile.inertia import Body, Kind
 from cutjoint.compile.loops import CutFrames, Gear, Loops
 from cutjoint.compile.once import once
@@ -112,9 +111,7 @@ class ChainSource:
 
     def _idle_at(self, at: Posture) -> int | None:
         report = self.chain.mobility(at)
-        if report.determined:
-            return int(report.mobility) - self.chain.n
-        return idle_freedoms(self.numbers, self._closure.cuts, at.q_full)
+        return report.idle_mobility if report.determined else None
 
     @once
     def numbers(self) -> Projection:
