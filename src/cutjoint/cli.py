@@ -4,6 +4,7 @@ which imports what is heavy only when it runs, so that `cutjoint --help` is quic
 from __future__ import annotations
 
 import sys
+import warnings
 from importlib import import_module
 from typing import Annotated
 
@@ -35,8 +36,14 @@ def _options(
     """Robots whose links form closed loops: a URDF of the open tree plus the cut joints, closed with Pinocchio."""
 
 
+def _say(message: Warning | str, *_: object, **__: object) -> None:
+    """A warning as a line on its own, without the place in the code."""
+    print(f"warning: {message}", file=sys.stderr)
+
+
 def main() -> None:
     """Entry point of `cutjoint`.  Exit status: 0 done, 1 a check did not hold, 2 bad input."""
+    warnings.showwarning = _say
     try:
         app()
     except CutjointError as error:

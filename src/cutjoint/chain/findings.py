@@ -83,7 +83,7 @@ def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
     massless = massless_joints(chain)
     if massless:
         yield Problem(
-            found=f"these joints move no mass: {', '.join(massless)}; dynamics is not defined for them",
+            found=f"these joints move no mass: {', '.join(massless)}; they stay at rest, and a force on them has no answer",
             expected="an inertia on every link at the end of a limb",
             mend="add <inertial> to the links they move; kinematics works without",
             file=file,
@@ -92,19 +92,22 @@ def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
 
 
 def _actuation(report: MobilityReport, file: str) -> Iterator[Problem]:
-    if report.free:
-        idle = f" ({', '.join(report.idle)} without moving the tool)" if report.idle else ""
+    moving = [joint for joint in report.free if joint not in report.idle]
+    needed = report.mobility - report.idle_mobility
+    if moving:
         yield Problem(
-            found=f"with all actuators locked these joints still move: {', '.join(report.free)}{idle}",
-            expected=f"as many independent actuators as the mobility, which is {report.mobility}",
+            found=f"with all actuators locked these joints still move: {', '.join(moving)}",
+            expected=f"as many independent actuators as the mobility, which is {needed} without idle motions"
+            if report.idle
+            else f"as many independent actuators as the mobility, which is {needed}",
             mend="name further actuators, or add the cut that is missing; full coordinates work all the same",
             file=file,
             severity="warning",
         )
-    surplus = report.actuators - report.mobility
-    if surplus > 0 and not report.free:
+    surplus = report.actuators - needed
+    if surplus > 0 and not moving:
         yield Problem(
-            found=f"the actuators depend on each other: {report.actuators} of them for a mobility of {report.mobility}",
+            found=f"the actuators depend on each other: {report.actuators} of them for a mobility of {needed}",
             mend="that is redundant actuation if it is meant; efforts are then not unique",
             file=file,
             severity="warning",

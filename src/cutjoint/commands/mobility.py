@@ -20,6 +20,8 @@ def show_mobility(report: MobilityReport) -> None:
     redundant = ", ".join(report.redundant_rows)
     facts.add_row("redundant rows", str(len(report.redundant_rows)), f"[dim]{redundant}[/]")
     facts.add_row("mobility", f"[bold]{report.mobility}[/]", "")
+    if report.idle:
+        facts.add_row("of it idle", str(report.idle_mobility), f"[dim]{', '.join(report.idle)}: the tool stays[/]")
     facts.add_row("actuators", str(report.actuators), _verdict(report))
     if math.isfinite(report.type2):
         facts.add_row("distance to a type-2 singularity", f"{report.type2:.4f}", "0 = moves with the actuators locked")
@@ -57,6 +59,8 @@ def find_assembly_modes(chain: ClosedChain) -> Modes | None:
 def _verdict(report: MobilityReport) -> str:
     if report.determined:
         return "[green]they determine the motion[/]"
-    if report.free:
-        return f"[yellow]locked, these still move: {', '.join(report.free)}[/]"
-    return f"[yellow]{report.actuators - report.mobility} more than the mobility (redundant actuation)[/]"
+    moving = [joint for joint in report.free if joint not in report.idle]
+    if moving:
+        return f"[yellow]locked, these still move: {', '.join(moving)}[/]"
+    surplus = report.actuators - report.mobility + report.idle_mobility
+    return f"[yellow]{surplus} more than the mobility (redundant actuation)[/]"
