@@ -83,7 +83,7 @@ def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
     massless = massless_joints(chain)
     if massless:
         yield Problem(
-            found=f"these joints move no mass: {', '.join(massless)}; they stay at rest, and a force on them has no answer",
+            found=f"these joints move no mass: {', '.join(massless)}; they rest, and a force on them has no answer",
             expected="an inertia on every link at the end of a limb",
             mend="add <inertial> to the links they move; kinematics works without",
             file=file,
