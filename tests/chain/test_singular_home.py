@@ -156,3 +156,24 @@ def test_mobility_and_inverse_dynamics_agree_at_every_posture(name: str, tmp_pat
             assert report.determined is works, report
         seen += works
     assert seen > 20
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_shaky_structure_moves_only_for_a_moment(seed: int, tmp_path: Path) -> None:
+    """Two links stretched between two hinges: by its rank it can move, and any speed opens it in the next moment."""
+    rng = np.random.default_rng(seed)
+    plan, tilt = Blueprint("arch", rng), random_rotation(rng)
+    first, second = rng.uniform(0.2, 0.5, 2)
+    along, axis = tilt @ on_circle(1.0, 0.0), tilt @ Z
+    limb(plan, "a", "base", [("continuous", np.zeros(3), axis), ("continuous", first * along, axis)])
+    plan.cut("end", "revolute", "a_link2", "base", (first + second) * along, axis)
+    plan.actuators = ["a1"]
+    chain, _ = built(plan, tmp_path, random_mounting(rng))
+    assert chain.mobility().mobility == 1
+    chain.inverse_dynamics(chain.home, [0.0], [0.0])
+    for call in (chain.inverse_dynamics, chain.forward_dynamics):
+        with pytest.raises(SingularError, match="only for a moment"):
+            call(chain.home, [0.7], [0.0])
+    v = np.array(chain.full_velocity(chain.home, [0.7]))
+    with pytest.raises(CutjointError):
+        chain.full_forward_dynamics(chain.home.q_full, v, np.zeros(chain.nv))

@@ -217,7 +217,9 @@ def test_ten_thousand_states(kit: Any, name: str) -> None:
             if forward[-1] > WELL_POSED:
                 continue
             inverse = machine.kernel("inverse")(machine.positions(at), v, x, np.zeros(0))
-            assert error_of(forward[:-1], model.forward_dynamics(at, v, x)) < 1e-12
+            # where effort and load cancel, digits are left of what the effort alone would do
+            alone = float(np.abs(np.linalg.solve(model.terms(at).mass, x)).max())
+            assert error_of(forward[:-1], model.forward_dynamics(at, v, x), alone) < 1e-12
             assert error_of(inverse[:-1], model.inverse_dynamics(at, v, x)) < 1e-12
             compared += 1
 
