@@ -9,43 +9,36 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
 
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
+from cutjoint.description.cuts import CutType
+from cutjoint.description.joints import JointType
 from cutjoint.errors import InputError, UnknownNameError
+
+__all__ = [
+    "IDENTITY",
+    "ORIGIN",
+    "Coupling",
+    "CutJoint",
+    "CutType",
+    "Frame",
+    "Home",
+    "Inertial",
+    "Joint",
+    "JointType",
+    "Limits",
+    "Link",
+    "Place",
+    "RobotDescription",
+    "Shape",
+    "Variant",
+]
 
 IDENTITY: Array = readonly(np.eye(4))
 ORIGIN: Array = readonly(np.zeros(3))
-
-
-class JointType(StrEnum):
-    """Joints of the open tree."""
-
-    FIXED = "fixed"
-    REVOLUTE = "revolute"
-    CONTINUOUS = "continuous"
-    PRISMATIC = "prismatic"
-    UNIVERSAL = "universal"
-    SPHERICAL = "spherical"
-    PLANAR = "planar"
-    FLOATING = "floating"
-
-
-class CutType(StrEnum):
-    """Cut joints, by the motion that they leave free; `rows` is the number of independent constraints."""
-
-    FIXED = "fixed"
-    REVOLUTE = "revolute"
-    PRISMATIC = "prismatic"
-    UNIVERSAL = "universal"
-    SPHERICAL = "spherical"
-
-    @property
-    def rows(self) -> int:
-        return {"fixed": 6, "revolute": 5, "prismatic": 5, "universal": 4, "spherical": 3}[self.value]
 
 
 @dataclass(frozen=True)
@@ -169,6 +162,16 @@ class Coupling:
     ratio: float = 1.0
     offset: float = 0.0
     place: Place = Place()
+
+    @property
+    def weights(self) -> Mapping[str, float]:
+        """Joint -> weight: the weighted sum of these coordinates and `constant` is zero."""
+        return {self.joint: 1.0, self.driver: -self.ratio}
+
+    @property
+    def constant(self) -> float:
+        """What is added to the weighted sum, [m] or [rad]."""
+        return -self.offset
 
 
 @dataclass(frozen=True)

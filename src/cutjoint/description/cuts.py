@@ -1,0 +1,104 @@
+"""The types of cut joints.  Each member is a row of the table: the equations that hold, and how it is told.
+
+A cut joins frame A on one body to frame B on another.  What it holds is made of few kinds of equations, which every
+reader of them knows: the chain in numbers (`cutjoint.chain.closure`), the compiler in expressions
+(`cutjoint.compile.equations.cut_rows`), loop forces, exporters.  So a new type is a row here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, StrEnum
+from typing import Self
+
+
+class Kind(Enum):
+    """What an equation says."""
+
+    POINT = "p_B - p_A = 0"
+    SLIDE = "axis of A . (p_B - p_A) = 0"
+    LOCK = "rotation vector of R_A' R_B = 0"
+    HINGE = "z_A stays along z_B: x_A . z_B = y_A . z_B = 0, stretched from the sine to the angle between z_A and z_B"
+    DOT = "an axis of A stays perpendicular to one of B"
+
+
+@dataclass(frozen=True)
+class Equation:
+    """One or three scalar equations between frame A and frame B of a cut.
+
+    Attributes:
+        kind: what they say.
+        labels: of each row: a displacement along an axis, a rotation about it, or an angle between two axes.
+        axes: which axes (0, 1, 2) they are about: that of A (slide), those of A and B (dot).
+    """
+
+    kind: Kind
+    labels: tuple[str, ...]
+    axes: tuple[int, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """Number of scalar equations."""
+        return len(self.labels)
+
+    @property
+    def is_length(self) -> bool:
+        """Whether the residual is a length [m]; else an angle [rad]."""
+        return self.kind in (Kind.POINT, Kind.SLIDE)
+
+
+def slide(axis: int) -> Equation:
+    """No displacement along an axis of frame A."""
+    return Equation(Kind.SLIDE, ("xyz"[axis],), (axis,))
+
+
+def dot(a: int, b: int, label: str) -> Equation:
+    """Axis `a` of frame A stays perpendicular to axis `b` of frame B."""
+    return Equation(Kind.DOT, (label,), (a, b))
+
+
+POINT = Equation(Kind.POINT, ("x", "y", "z"))
+LOCK = Equation(Kind.LOCK, ("rx", "ry", "rz"))
+HINGE = Equation(Kind.HINGE, ("tilt_x", "tilt_y"))
+
+
+class CutType(StrEnum):
+    """Cut joints, by the motion that they leave free.
+
+    Attributes:
+        equations: what it holds, in the order of its rows.
+        axes: which axes of the frames it turns about or slides along: `z` that of both, `xy` the x axis of A and the y
+            axis of B, empty where none is special.
+        about: what it leaves free, in words.
+    """
+
+    equations: tuple[Equation, ...]
+    axes: str
+    about: str
+
+    def __new__(cls, name: str, equations: tuple[Equation, ...] = (), axes: str = "", about: str = "") -> Self:
+        member = str.__new__(cls, name)
+        member._value_ = name
+        member.equations, member.axes, member.about = equations, axes, about
+        return member
+
+    FIXED = "fixed", (POINT, LOCK), "", "nothing moves"
+    REVOLUTE = "revolute", (POINT, HINGE), "z", "turns about z"
+    PRISMATIC = "prismatic", (slide(0), slide(1), LOCK), "z", "slides along z"
+    UNIVERSAL = "universal", (POINT, dot(0, 1, "twist")), "xy", "turns about x of A and y of B"
+    SPHERICAL = "spherical", (POINT,), "", "turns about a point"
+
+    @property
+    def rows(self) -> int:
+        """Number of independent constraints."""
+        return sum(one.rows for one in self.equations)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What each row holds."""
+        return tuple(label for one in self.equations for label in one.labels)
+
+    @property
+    def kinds(self) -> tuple[Kind, ...]:
+        """The kinds of its equations."""
+        return tuple(one.kind for one in self.equations)
