@@ -1,0 +1,104 @@
+"""Checks the house: sizes, names and loose types of the source; `--page` writes docs/house.md, the map of it.
+
+    python tools/house.py [SOURCE]         exit status 1 and a line per offence
+    python tools/house.py --page           writes the map
+
+What is larger than the limits says why, in a comment `# long: ...` right above the class or function (above its
+decorators), or for a module in its first lines.  Rules about who may import whom are in tools/layers.py.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import layers
+
+MODULE_LINES = 350
+CLASS_METHODS = 15
+FUNCTION_LINES = 60
+ANY_USES = 59
+TOTAL_LINES = 29_770
+REASON = re.compile(r"\s*# long: \S")
+HEAD = 40
+"""Lines of a module among which its reason may stand."""
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def offences(source: Path) -> list[str]:
+    """Every broken rule of the package at `source`, a line each."""
+    lines: list[str] = []
+    classes: dict[str, list[str]] = defaultdict(list)
+    uses: dict[str, int] = {}
+    total = 0
+    for file in sorted(source.rglob("*.py")):
+        where = str(file.relative_to(source.parent))
+        text = file.read_text(encoding="utf-8")
+        rows, tree = text.splitlines(), ast.parse(text)
+        total += len(rows)
+        if len(rows) > MODULE_LINES and not any(REASON.match(row) for row in rows[:HEAD]):
+            lines.append(f"{where}: {len(rows)} lines, more than {MODULE_LINES}")
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef):
+                classes[node.name].append(f"{where}:{node.lineno}")
+            lines += [f"{where}:{node.lineno}: {what}" for what in _too_long(node) if not _explained(node, rows)]
+        if count := sum(_is_any(node) for node in ast.walk(tree)):
+            uses[where] = count
+    lines += [f"class {name} stands {len(at)} times: {', '.join(at)}" for name, at in classes.items() if len(at) > 1]
+    if sum(uses.values()) > ANY_USES:
+        most = sorted(uses, key=lambda where: -uses[where])
+        told = ", ".join(f"{where} {uses[where]}" for where in most[:12])
+        lines.append(f"`Any` is used {sum(uses.values())} times, more than {ANY_USES}: {told}, ...")
+    if total > TOTAL_LINES:
+        lines.append(f"the source has {total} lines, more than {TOTAL_LINES}: what can go?")
+    return lines
+
+
+def _too_long(node: ast.AST) -> Iterator[str]:
+    """What is too long about a class or function."""
+    if isinstance(node, ast.ClassDef):
+        methods = sum(isinstance(one, Function) for one in node.body)
+        if methods > CLASS_METHODS:
+            yield f"class {node.name} has {methods} methods, more than {CLASS_METHODS}"
+    elif isinstance(node, Function):
+        assert node.end_lineno is not None
+        length = node.end_lineno - node.lineno + 1
+        if length > FUNCTION_LINES:
+            yield f"{node.name}() has {length} lines, more than {FUNCTION_LINES}"
+
+
+def _explained(node: ast.AST, rows: Sequence[str]) -> bool:
+    """Whether the reason stands above a class or function, in a comment of any number of lines."""
+    assert isinstance(node, ast.ClassDef | Function)
+    above = min([node.lineno, *(one.lineno for one in node.decorator_list)]) - 2
+    while above >= 0 and rows[above].lstrip().startswith("#"):
+        if REASON.match(rows[above]):
+            return True
+        above -= 1
+    return False
+
+
+def _is_any(node: ast.AST) -> bool:
+    return (
+        isinstance(node, ast.Name | ast.Attribute) and (node.id if isinstance(node, ast.Name) else node.attr) == "Any"
+    )
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Check the package at the path given, or cutjoint's own source; the exit status."""
+    lines = offences(Path(arguments[0]) if arguments else layers.SOURCE)
+    for line in lines:
+        print(line)
+    print(f"house: {len(lines)} offence{'' if len(lines) == 1 else 's'}")
+    return 1 if lines else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
