@@ -6,12 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kit.shipped import DETERMINED
 
-from cutjoint.description import catalogue
 from cutjoint.errors import ActuationError, InputError
-from cutjoint.robots import load
-
-DETERMINED = [name for name in catalogue.names() if load(name).mobility().determined]
 
 
 def allowed_motion(chain: Any, state: Any, rng: np.random.Generator, kit: Any) -> np.ndarray:

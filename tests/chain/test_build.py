@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yourdfpy
+from kit.shipped import SHIPPED
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
@@ -19,7 +20,6 @@ from cutjoint.description.model import Home, Joint, JointType, Link, RobotDescri
 from cutjoint.description.transforms import placement
 from cutjoint.errors import CutjointError, DynamicsError
 
-SHIPPED = catalogue.names()
 EXAMPLES = ("ur5", "panda") if catalogue.example_names() else ()
 
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kit.shipped import DETERMINED, SHIPPED
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.assembly import _Linear, _same_branch
-from cutjoint.description import catalogue
 from cutjoint.description.model import CutJoint, CutType, Frame, Inertial, Joint, JointType, Link, RobotDescription
 from cutjoint.description.transforms import placement
 from cutjoint.errors import (
@@ -25,10 +25,7 @@ from cutjoint.errors import (
     UnreachableError,
 )
 from cutjoint.mechanism import Posture
-from cutjoint.robots import load
 
-SHIPPED = catalogue.names()
-DETERMINED = [name for name in SHIPPED if load(name).mobility().determined]
 SPATIAL = ("cpm", "omega3")
 
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from kit.shipped import SHIPPED
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
-from cutjoint.description import catalogue
 from cutjoint.description.model import (
     Coupling,
     CutJoint,
@@ -27,7 +27,6 @@ from cutjoint.description.model import (
 from cutjoint.description.transforms import frame_along, placement
 
 KINDS = [kind.value for kind in CutType]
-SHIPPED = catalogue.names()
 H = 1e-5
 
 

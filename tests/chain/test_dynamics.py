@@ -8,28 +8,21 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from kit.shipped import DETERMINED, OTHERS, SHIPPED, VARIANTS
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
-from cutjoint.description import catalogue
 from cutjoint.description.model import CutJoint, CutType, Frame, Home, Joint, JointType, Link, RobotDescription
 from cutjoint.description.transforms import placement
 from cutjoint.errors import ActuationError, DynamicsError
 from cutjoint.mechanism import Mechanism, Posture, kinetic_energy
-from cutjoint.robots import load
 
-SHIPPED = catalogue.names()
-DETERMINED = [name for name in SHIPPED if load(name).mobility().determined]
-OTHERS = [name for name in SHIPPED if name not in DETERMINED]
-VARIANTS = [(name, variant.name) for name in DETERMINED for variant in load(name).description.variants]
-RIGID = [name for name in SHIPPED if load(name)._dynamics.rigid is not None]
 H = 1e-4
 
 
 def test_the_lists_are_not_empty() -> None:
     assert {"cpm", "omega3", "stewart", "fourbar", "fivebar"} <= set(DETERMINED)
     assert {"redundant", "underactuated"} <= set(OTHERS)
-    assert set(RIGID) >= {"cpm", "omega3", "fourbar"}
 
 
 # ---- full coordinates ------------------------------------------------------------------------------------------------
@@ -90,7 +83,7 @@ def test_loop_forces_of_every_cut_type(kind: str, kit: Any) -> None:
         check_forces(chain, q, free @ rng.normal(size=free.shape[1]), rng.normal(size=chain.nv))
 
 
-@pytest.mark.parametrize("name", RIGID)
+@pytest.mark.parametrize("name", SHIPPED)
 def test_pinocchios_constraint_dynamics_against_the_equations_in_numpy(name: str, kit: Any) -> None:
     """A revolute cut is two points there and five rows of its own here."""
     chain = kit.robot(name)
@@ -104,7 +97,7 @@ def test_pinocchios_constraint_dynamics_against_the_equations_in_numpy(name: str
 
 
 @pytest.mark.parametrize("factor", [1e-6, 1e6])
-@pytest.mark.parametrize("name", RIGID)
+@pytest.mark.parametrize("name", SHIPPED)
 def test_dynamics_do_not_depend_on_the_unit_of_mass(name: str, factor: float, kit: Any) -> None:
     chain = kit.robot(name)
     other = ClosedChain(kit.scaled_masses(chain.description, factor))

@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from kit.shipped import DETERMINED
 
 from cutjoint.chain import ClosedChain
 from cutjoint.description import catalogue
 from cutjoint.errors import ClosureError, InputError
-from cutjoint.robots import load
 
-DETERMINED = [name for name in catalogue.names() if load(name).mobility().determined]
 H = 1e-5
 
 
