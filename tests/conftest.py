@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from hypothesis import settings
 # Reproducible, and not failed by a busy machine: hypothesis would count an example of 0.2 s as a failure.
 settings.register_profile("cutjoint", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("cutjoint")
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))  # what rooms share is in tests/kit and tests/oracles
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 

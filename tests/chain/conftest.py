@@ -6,10 +6,10 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from kit.two_bodies import body, two_bodies
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
@@ -28,8 +28,6 @@ from cutjoint.description.transforms import placement
 from cutjoint.errors import ClosureError
 from cutjoint.mechanism import Posture
 from cutjoint.robots import load
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # the builders of tests/kit
 
 
 @cache
@@ -86,14 +84,6 @@ def random_states(chain: ClosedChain, count: int, seed: int = 0, reach: float = 
     return made
 
 
-def body(mass: float = 1.5, com: tuple[float, ...] = (0.05, -0.02, 0.03), seed: int = 1) -> Inertial:
-    """A body with all six moments, which can exist."""
-    points = np.random.default_rng(seed).normal(size=(8, 3)) * 0.1
-    points -= points.mean(axis=0)
-    inertia = mass / 8 * sum((p @ p) * np.eye(3) - np.outer(p, p) for p in points)
-    return Inertial(mass, np.array(com), inertia)
-
-
 def planar_fourbar(
     lengths: tuple[float, float, float], ground: float, home: tuple[float, float, float], cut: str = "revolute"
 ) -> RobotDescription:
@@ -117,21 +107,6 @@ def planar_fourbar(
         tool=Frame("B", placement((b / 2, 0.05, 0))),
         gravity=readonly([0.0, -9.81, 0.0]),
         homes=(Home("default", {"a": home[0]}, {"b": home[1], "c": home[2]}),),
-    )
-
-
-FRAME_A = placement((0.2, -0.1, 0.15), (0.4, -0.7, 1.1))
-FRAME_B = placement((-0.1, 0.12, 0.05), (-0.9, 0.3, 0.6))
-
-
-def two_bodies(kind: str) -> RobotDescription:
-    """Two free bodies, a cut of the given type between oblique frames of both."""
-    return RobotDescription(
-        name=f"two bodies, {kind}",
-        links=(Link("base"), Link("one", body(1.5)), Link("two", body(0.8, (0.0, 0.06, -0.03), 2))),
-        joints=(Joint("f1", JointType.FLOATING, "base", "one"), Joint("f2", JointType.FLOATING, "base", "two")),
-        cuts=(CutJoint("cut", CutType(kind), Frame("one", FRAME_A), Frame("two", FRAME_B)),),
-        homes=(Home("default", {}, {"f1": (0.0, 0.0, 0.0, 0.1, 0.2, 0.3), "f2": (0.3, 0.1, 0.2, -0.2, 0.5, 0.1)}),),
     )
 
 

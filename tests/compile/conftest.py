@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from kit.two_bodies import FRAME_A, FRAME_B, body, two_bodies
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
@@ -19,7 +20,6 @@ from cutjoint.description.model import (
     CutType,
     Frame,
     Home,
-    Inertial,
     Joint,
     JointType,
     Link,
@@ -29,9 +29,6 @@ from cutjoint.description.transforms import placement
 from cutjoint.errors import ClosureError
 from cutjoint.mechanism import Mechanism, Posture
 from cutjoint.robots import load, published
-
-FRAME_A = placement((0.2, -0.1, 0.15), (0.4, -0.7, 1.1))
-FRAME_B = placement((-0.1, 0.12, 0.05), (-0.9, 0.3, 0.6))
 
 
 @cache
@@ -61,28 +58,6 @@ def allowed_velocity(chain: ClosedChain, q_full: np.ndarray, rng: np.random.Gene
     jacobian = chain.constraint_jacobian(q_full)
     v = rng.normal(size=chain.nv)
     return v - np.linalg.lstsq(jacobian, jacobian @ v, rcond=1e-9)[0]
-
-
-def body(mass: float, com: tuple[float, ...], seed: int) -> Inertial:
-    """A body with all six moments, which can exist."""
-    points = np.random.default_rng(seed).normal(size=(8, 3)) * 0.1
-    points -= points.mean(axis=0)
-    return Inertial(mass, np.array(com), mass / 8 * sum((p @ p) * np.eye(3) - np.outer(p, p) for p in points))
-
-
-def two_bodies(kind: str) -> RobotDescription:
-    """Two free bodies, a cut of the given type between oblique frames of both."""
-    return RobotDescription(
-        name=f"two bodies, {kind}",
-        links=(
-            Link("base"),
-            Link("one", body(1.5, (0.05, -0.02, 0.03), 1)),
-            Link("two", body(0.8, (0.0, 0.06, -0.03), 2)),
-        ),
-        joints=(Joint("f1", JointType.FLOATING, "base", "one"), Joint("f2", JointType.FLOATING, "base", "two")),
-        cuts=(CutJoint("cut", CutType(kind), Frame("one", FRAME_A), Frame("two", FRAME_B)),),
-        homes=(Home("default", {}, {"f1": (0.0, 0.0, 0.0, 0.1, 0.2, 0.3), "f2": (0.3, 0.1, 0.2, -0.2, 0.5, 0.1)}),),
-    )
 
 
 def limb_and_body(kind: str) -> RobotDescription:
