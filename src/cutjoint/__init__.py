@@ -14,7 +14,8 @@ from cutjoint.mechanism import Actuator, Mechanism, Posture, Terms, Tool, kineti
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, FullMotion, MobilityReport
-    from cutjoint.compile.compiled import CompiledChain, CompiledPaper, compiled
+    from cutjoint.compile import CompiledChain, CompiledPaper
+    from cutjoint.compile.compiler import compiled
     from cutjoint.description import RobotDescription, check, load_description
     from cutjoint.robots import load, published
 
@@ -22,13 +23,13 @@ __version__ = "0.1.0"
 
 _LAZY = {
     "ClosedChain": "cutjoint.chain",
-    "CompiledChain": "cutjoint.compile.compiled",
-    "CompiledPaper": "cutjoint.compile.compiled",
+    "CompiledChain": "cutjoint.compile",
+    "CompiledPaper": "cutjoint.compile",
     "FullMotion": "cutjoint.chain",
     "MobilityReport": "cutjoint.chain",
     "RobotDescription": "cutjoint.description",
     "check": "cutjoint.description",
-    "compiled": "cutjoint.compile.compiled",
+    "compiled": "cutjoint.compile",
     "load_description": "cutjoint.description",
     "load": "cutjoint.robots",
     "published": "cutjoint.robots",

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cutjoint.compile import Made, cache, compiled
-from cutjoint.compile.program import Program
+from cutjoint.compile import Made, compiled
+from cutjoint.compile.expressions.program import Program
+from cutjoint.compile.functions import cache
 
 CALL = ([0.1, -0.2], [1.0, 2.0])
 

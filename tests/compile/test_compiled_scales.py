@@ -15,10 +15,10 @@ import pytest
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, compiled
-from cutjoint.compile.native import Kernel
-from cutjoint.compile.program import Program
-from cutjoint.compile.reduction import STRAIN_LIMIT
-from cutjoint.compile.verify import checker
+from cutjoint.compile.equations.reduction import STRAIN_LIMIT
+from cutjoint.compile.expressions.program import Program
+from cutjoint.compile.functions.verify import checker
+from cutjoint.compile.machine.llvm.native import Kernel
 from cutjoint.control import PD
 from cutjoint.description.model import Inertial, Joint, JointType, Limits, Link, RobotDescription
 from cutjoint.description.transforms import placement

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cutjoint.compile import emit
-from cutjoint.compile.derivative import tangent
-from cutjoint.compile.elementary import LARGEST
-from cutjoint.compile.graph import Expression, Functions, Graph, Op, maximum, minimum
-from cutjoint.compile.native import Kernel
-from cutjoint.compile.program import assemble, interpret
-from cutjoint.compile.schedule import scheduled
+from cutjoint.compile.expressions.derivative import tangent
+from cutjoint.compile.expressions.graph import Expression, Functions, Graph, Op, maximum, minimum
+from cutjoint.compile.expressions.program import assemble, interpret
+from cutjoint.compile.machine.llvm import text
+from cutjoint.compile.machine.llvm.native import Kernel
+from cutjoint.compile.machine.llvm.sine_cosine import LARGEST
+from cutjoint.compile.machine.schedule import scheduled
 from cutjoint.errors import InputError
 
 TREES = st.recursive(
@@ -182,8 +182,8 @@ def test_one_state_and_many_give_the_same_digits() -> None:
 
 def test_pieces_of_a_long_program_give_the_same_digits(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = kernel_of_everything()
-    monkeypatch.setattr(emit, "WHOLE", 5)
-    monkeypatch.setattr(emit, "PIECE", 4)
+    monkeypatch.setattr(text, "WHOLE", 5)
+    monkeypatch.setattr(text, "PIECE", 4)
     pieces = kernel_of_everything()
     rng = np.random.default_rng(1)
     a, b = rng.normal(size=(20, 2)), rng.normal(size=(20, 4))

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cutjoint.compile.graph import Functions, Graph, Op
-from cutjoint.compile.program import Program, ProgramError, assemble, interpret
+from cutjoint.compile.expressions.graph import Functions, Graph, Op
+from cutjoint.compile.expressions.program import Program, ProgramError, assemble, interpret
 
 
 @pytest.fixture

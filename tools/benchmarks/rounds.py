@@ -85,7 +85,7 @@ def machine() -> str:
     except (OSError, StopIteration):
         pass
     from cutjoint.compile.batch import cores
-    from cutjoint.compile.native import host
+    from cutjoint.compile.machine.llvm.native import host
 
     versions = ", ".join(
         f"{name} {version(name)}" for name in ("pin", "mujoco", "drake", "pybullet", "llvmlite", "numpy") if _has(name)

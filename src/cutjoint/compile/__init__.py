@@ -5,18 +5,13 @@ derivatives, a `batch` for many states at once, and `simulate_many` for many run
 """
 
 from cutjoint.compile.batch import Batch
-from cutjoint.compile.compiled import (
-    Compiled,
-    CompiledChain,
-    CompiledMechanism,
-    CompiledPaper,
-    Derivatives,
-    Options,
-    compiled,
-    functions_of,
-)
-from cutjoint.compile.library import Made
-from cutjoint.compile.many import ClosedLoop, Many, simulate_many
+from cutjoint.compile.compiled_chain import CompiledChain
+from cutjoint.compile.compiled_paper import CompiledPaper
+from cutjoint.compile.compiler import Compiled, compiled, functions_of
+from cutjoint.compile.functions.library import Made
+from cutjoint.compile.many import ClosedLoop, simulate_many
+from cutjoint.compile.many_results import Many
+from cutjoint.compile.mechanism import CompiledMechanism, Derivatives, Options
 
 __all__ = [
     "Batch",

@@ -1,8 +1,8 @@
 """Compiled mechanisms on many states at once: arrays of shape (N, n) in, arrays out.
 
 States stand side by side in the vector registers, and blocks of them go to all cores.  Rows whose compiled evaluation
-must not be trusted (see `cutjoint.compile.compiled`) are asked of the model one by one, so an error is the model's own;
-it carries a note that names the row.
+must not be trusted (see `cutjoint.compile.mechanism`) are asked of the model one by one, so an error is the model's
+own; it carries a note that names the row.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import numpy.typing as npt
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.compile.reduction import STRAIN_LIMIT
+from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import Posture
 
 if TYPE_CHECKING:
-    from cutjoint.compile.compiled import CompiledMechanism
+    from cutjoint.compile.mechanism import CompiledMechanism
 
 NEWTON_STEPS = 8
 

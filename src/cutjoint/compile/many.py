@@ -13,36 +13,35 @@ import math
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, as_vector, positive, readonly
+from cutjoint.arrays import Array, positive
 from cutjoint.compile.batch import cores
-from cutjoint.compile.chain_trace import ChainSource
-from cutjoint.compile.compiled import Compiled
-from cutjoint.compile.emit import declarations, flat_function
-from cutjoint.compile.graph import Graph, Number, absolute, maximum
-from cutjoint.compile.kernels import accelerations
-from cutjoint.compile.law_trace import Table, TracedDesired, trace_law
-from cutjoint.compile.native import PREAMBLE, Machine, host
+from cutjoint.compile.compiler import Compiled
+from cutjoint.compile.equations.reduction import STRAIN_LIMIT
+from cutjoint.compile.expressions.graph import Graph, Number, absolute, maximum
+from cutjoint.compile.expressions.program import Program, assemble
+from cutjoint.compile.functions.table import accelerations
+from cutjoint.compile.machine.llvm.native import PREAMBLE, Machine, host
+from cutjoint.compile.machine.llvm.run_loop import Sizes, run_loop
+from cutjoint.compile.machine.llvm.text import declarations, flat_function
+from cutjoint.compile.machine.schedule import scheduled
+from cutjoint.compile.many_results import Many, Outcome
+from cutjoint.compile.many_variations import Variation
 from cutjoint.compile.once import once
-from cutjoint.compile.program import Program, assemble
-from cutjoint.compile.reduction import STRAIN_LIMIT
-from cutjoint.compile.run_emit import Sizes, run_loop
-from cutjoint.compile.schedule import scheduled
+from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.compile.sources.law import Table, TracedDesired, trace_law
 from cutjoint.control import Law
-from cutjoint.errors import CutjointError, InputError
+from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired, Reference
 from cutjoint.simulation import ReducedPlant
 
 LARGEST_RECORD = 2**31
 """Records beyond this many bytes are refused; a larger `every` makes them smaller."""
-RESIDUAL_LIMIT = 1e-6
-"""A run whose loops were open by more than this before any settling step is not trusted [rad, or robot lengths]."""
 _CALL = ctypes.CFUNCTYPE(
     None,
     ctypes.c_int64,
@@ -53,40 +52,6 @@ _CALL = ctypes.CFUNCTYPE(
     ctypes.c_double,
     ctypes.c_void_p,
 )
-
-
-@dataclass(frozen=True, eq=False)
-class Many:
-    """N runs of a robot with n actuators, m samples each.
-
-    Attributes:
-        time: of the samples, shape (m,) [s].
-        q, v, effort: actuated coordinates, velocities and efforts, shape (N, m, n).
-        positions: all position variables, shape (N, m, positions).
-        error_rms: root mean square of desired minus actual coordinate over all steps, shape (N, n).
-        error_max: largest of it, shape (N, n).
-        effort_max: largest |effort|, shape (N, n).
-        failed: run -> why it could not be simulated to its end.  Its numbers are NaN.
-        slow: runs that left what is compiled for and were done by the model itself.
-    """
-
-    time: Array
-    q: Array
-    v: Array
-    effort: Array
-    positions: Array
-    error_rms: Array
-    error_max: Array
-    effort_max: Array
-    failed: Mapping[int, str]
-    slow: tuple[int, ...]
-
-    def __post_init__(self) -> None:
-        for name in ("time", "q", "v", "effort", "positions", "error_rms", "error_max", "effort_max"):
-            getattr(self, name).setflags(write=False)
-
-    def __reduce__(self) -> Any:
-        return Many, tuple(getattr(self, field.name) for field in fields(self))
 
 
 class ClosedLoop:
@@ -226,7 +191,7 @@ class ClosedLoop:
             steps = (len(rows) - 1) // 2
         stride = steps if every is None else max(1, round(positive("every", every, "s") / size))
         q0 = rows[:1, 1 : 1 + self.n] if start is None else start
-        variation = _Variation(self, gains or {}, parameters or {}, q0, start_velocity)
+        variation = Variation(self, gains or {}, parameters or {}, q0, start_velocity)
         count, samples = variation.count, -(-steps // stride) + 1
         width = self.sizes.state + self.sizes.watched
         if count * samples * width * 8 > LARGEST_RECORD:
@@ -236,11 +201,11 @@ class ClosedLoop:
                 f"often: every={size * stride} s now"
             )
         records, sums = self._simulate(variation, rows, steps, stride, size, samples, threads, progress)
-        return _Outcome(self, variation, rows, records, sums, steps, stride, size, progress).many(reference)
+        return Outcome(self, variation, rows, records, sums, steps, stride, size, progress).many(reference)
 
     def _simulate(
         self,
-        variation: _Variation,
+        variation: Variation,
         rows: Array,
         steps: int,
         stride: int,
@@ -285,161 +250,6 @@ def _loop(
     plant: Compiled, law: Law, mechanism: Mechanism, gains: tuple[str, ...], limits: npt.ArrayLike | None
 ) -> ClosedLoop:
     return ClosedLoop(plant, law, mechanism, gains=gains, limits=limits)
-
-
-class _Variation:
-    """What varies: initial states and per-run arguments of all runs."""
-
-    def __init__(
-        self,
-        loop: ClosedLoop,
-        gains: Mapping[str, npt.ArrayLike],
-        parameters: Mapping[str, npt.ArrayLike],
-        start: npt.ArrayLike,
-        start_velocity: npt.ArrayLike | None,
-    ) -> None:
-        n, plant = loop.n, loop.plant
-        if set(gains) != set(loop.gains):
-            raise InputError(f"gains must be given for {', '.join(loop.gains) or 'none'}; found {', '.join(gains)}")
-        names = plant.options.parameters
-        for name in parameters:
-            if name not in names:
-                raise InputError(
-                    f"'{name}' is not an argument of the compiled plant ({', '.join(names) or 'it has none'}); name "
-                    "it when "
-                    "compiling"
-                )
-        columns: list[Array] = [_rows(name, gains[name], n) for name in loop.gains]
-        masses = {**plant.parameters, **parameters}
-        columns += [_column(masses[name]) for name in names]
-        q, v = _rows("start", start, n), _rows("start_velocity", 0.0 if start_velocity is None else start_velocity, n)
-        counts = {len(x) for x in (*columns, q, v)} - {1}
-        if len(counts) > 1:
-            raise InputError(f"what varies must agree in the number of runs, found {sorted(counts)}")
-        self.count = counts.pop() if counts else 1
-        self.gains = {name: self._all(_rows(name, gains[name], n)) for name in loop.gains}
-        self.parameters = {
-            name: self._all(np.atleast_1d(np.asarray(masses[name], float))[:, None])[:, 0] for name in names
-        }
-        closed = plant.batch.close(q)
-        self.start = self._all(q)
-        self.velocity = self._all(v)
-        memory = np.zeros((self.count, loop.memory))
-        self.state = np.concatenate([self._all(closed), self.velocity, memory], axis=1)
-        wide = [self._all(column) for column in columns]
-        self.given = np.concatenate(wide, axis=1) if wide else np.zeros((self.count, 0))
-        if not (np.isfinite(self.state).all() and np.isfinite(self.given).all()):
-            raise InputError("gains, parameters and initial states must be finite")
-
-    def _all(self, values: Array) -> Array:
-        return np.broadcast_to(values, (self.count, values.shape[1]))
-
-
-class _Outcome:
-    """Turns what the compiled loop left into a `Many`, and does again by the model what it could not do."""
-
-    def __init__(
-        self,
-        loop: ClosedLoop,
-        variation: _Variation,
-        rows: Array,
-        records: Array,
-        sums: Array,
-        steps: int,
-        stride: int,
-        step: float,
-        progress: Callable[[float], None] | None,
-    ) -> None:
-        n, p = loop.n, loop.positions
-        self.loop, self.variation, self.step, self.steps, self.stride = loop, variation, step, steps, stride
-        self.time = step * np.array([*range(0, steps, stride), steps], dtype=np.float64)
-        self.positions = records[:, :, :p]
-        source = loop.plant.source
-        self.q = records[:, :, list(source.actuated)] if isinstance(source, ChainSource) else self.positions
-        self.v = records[:, :, p : p + n]
-        self.effort = records[:, :, loop.sizes.state : loop.sizes.state + n]
-        self.effort_max = sums[:, 0 : 2 * n : 2]
-        self.error_max = sums[:, 2 * n : 4 * n : 2]
-        self.error_rms = np.sqrt(sums[:, 2 * n + 1 : 4 * n + 1 : 2] / (steps + 1))
-        broken = (sums[:, 4 * n] <= steps) | (sums[:, 4 * n + 1] > RESIDUAL_LIMIT) | ~np.isfinite(sums).all(axis=1)
-        self.broken = np.flatnonzero(broken | ~np.isfinite(records[:, -1]).all(axis=1)).tolist()
-
-    def many(self, reference: Reference | Array) -> Many:
-        """The result."""
-        arrays: dict[str, Array] = {
-            "q": np.array(self.q),
-            "v": np.array(self.v),
-            "effort": np.array(self.effort),
-            "positions": np.array(self.positions),
-            "error_rms": np.array(self.error_rms),
-            "error_max": np.array(self.error_max),
-            "effort_max": np.array(self.effort_max),
-        }
-        failed: dict[int, str] = {}
-        for run in self.broken:
-            for array in arrays.values():
-                array[run] = np.nan
-            try:
-                found = self._by_model(run, reference)
-            except CutjointError as error:
-                failed[run] = str(error)
-                continue
-            for name, values in found.items():
-                arrays[name][run] = values
-        slow = tuple(run for run in self.broken if run not in failed)
-        return Many(time=readonly(self.time), failed=failed, slow=slow, **arrays)
-
-    def _by_model(self, run: int, reference: Reference | Array) -> dict[str, Array]:
-        """One run by the model that is not compiled, with the same integrator.
-
-        Raises:
-            SimulationError: it cannot be simulated to its end.
-        """
-        from cutjoint.simulation import RungeKutta4
-        from cutjoint.simulation import run as simulate
-
-        loop, variation = self.loop, self.variation
-        if not isinstance(reference, Reference):
-            raise InputError(
-                "the run left what is compiled for; give the reference itself to have it done by the model"
-            )
-        values = {name: float(column[run]) for name, column in variation.parameters.items()}
-        model = loop.plant.with_parameters(**values).plain
-        gains = {name: column[run] for name, column in variation.gains.items()}
-        result = simulate(
-            ReducedPlant(model),
-            _with_gains(loop.law, gains),
-            reference,
-            integrator=RungeKutta4(self.step),
-            duration=self.step * self.steps,
-            limits=loop.limits,
-            start=model.close(variation.start[run]),
-            start_velocity=variation.velocity[run],
-        )
-        chosen = [*range(0, self.steps, self.stride), self.steps]
-        error = result.desired_q - result.q
-        places = result.q if loop.positions == loop.n else result.q_full
-        return {
-            "q": result.q[chosen],
-            "v": result.v[chosen],
-            "effort": result.effort[chosen],
-            "positions": places[chosen],
-            "error_rms": np.sqrt(np.mean(error**2, axis=0)),
-            "error_max": np.abs(error).max(axis=0),
-            "effort_max": np.abs(result.effort).max(axis=0),
-        }
-
-
-def _with_gains(law: Law, gains: Mapping[str, Array]) -> Law:
-    """A copy of a law with other gains."""
-    import copy
-
-    from cutjoint.control.law import Gain
-
-    other = copy.copy(law)
-    for name, value in gains.items():
-        setattr(other, name, Gain(name, value))
-    return other
 
 
 def simulate_many(
@@ -497,25 +307,6 @@ def simulate_many(
         threads=threads,
         progress=progress,
     )
-
-
-def _rows(name: str, values: npt.ArrayLike, n: int) -> Array:
-    """A scalar, (n,), (N,) for gains, or (N, n), as (1 or N, n)."""
-    array = np.asarray(values, dtype=np.float64)
-    if array.ndim == 0:
-        return np.full((1, n), float(array))
-    if array.ndim == 1 and name in ("start", "start_velocity"):
-        return as_vector(name, array, n)[None, :]
-    if array.ndim == 1:
-        return np.repeat(array[:, None], n, axis=1)
-    if array.ndim != 2 or array.shape[1] != n:
-        raise InputError(f"{name} must have shape (N,) or (N, {n}), found {array.shape}")
-    return array
-
-
-def _column(values: npt.ArrayLike) -> Array:
-    """A number or (N,) as (1 or N, 1)."""
-    return np.atleast_1d(np.asarray(values, dtype=np.float64))[:, None]
 
 
 def _grouped(values: Array, groups: int, lanes: int) -> Array:

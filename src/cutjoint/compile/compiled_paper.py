@@ -1,0 +1,98 @@
+"""Published models, compiled."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array
+from cutjoint.compile.functions.library import Library
+from cutjoint.compile.functions.verify import checker
+from cutjoint.compile.mechanism import CompiledMechanism, Options
+from cutjoint.compile.sources.chain import PAYLOAD
+from cutjoint.compile.sources.paper import PaperModel, PaperSource
+from cutjoint.mechanism import Mechanism, Posture
+
+
+class CompiledPaper(CompiledMechanism):
+    """A published model, compiled from its own equations.  Each branch is compiled when first used.
+
+    Args:
+        model: the published model.
+        options: how to compile.
+
+    Raises:
+        UnknownNameError: parameters that the model does not have.
+    """
+
+    def __init__(self, model: PaperModel, options: Options | None = None) -> None:
+        options = Options() if options is None else options
+        nominal = np.array(
+            [0.0 if name == PAYLOAD else getattr(model.parameters, name, 0.0) for name in options.parameters],
+            dtype=np.float64,
+        )
+        super().__init__(model, options, nominal, nominal)
+        self.paper = model
+        self.source = PaperSource(model, options.parameters)
+        self._libraries: dict[Any, Library] = {}
+        self._making = threading.Lock()
+
+    def library(self, at: Posture | None = None) -> Library:
+        """The compiled functions for the branch of `at` (default: of home)."""
+        branch = self.source.branch if at is None else self.paper.branch(at)
+        found = self._libraries.get(branch)
+        if found is not None:
+            return found
+        with self._making:
+            found = self._libraries.get(branch)
+            if found is not None:
+                return found
+            source = PaperSource(self.paper, self.options.parameters, branch)
+            on_branch = self.paper
+            if branch != self.source.branch:
+                signs: Any = getattr(branch, "signs", branch)
+                on_branch = self._made(self.paper.parameters, signs)
+            found = self._libraries[branch] = Library(
+                source,
+                checker(source, on_branch, self._nominal),
+                fast=self.options.fast,
+                cached=self.options.cached,
+                report=self.options.report,
+            )
+        return found
+
+    def positions(self, at: Posture) -> Array:
+        """The actuated coordinates."""
+        return at.q
+
+    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+        """See the published model; closed form, so there is nothing to compile."""
+        return self.plain.close(q, near)
+
+    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+        """See the published model; closed form, so there is nothing to compile."""
+        return self.plain.reach(p, near)
+
+    def _made(self, parameters: Any, signs: Sequence[int]) -> PaperModel:
+        """A model of the same kind."""
+        kind: Any = type(self.paper)
+        made: PaperModel = kind(parameters, signs)
+        return made
+
+    def _rebuilt(self, parameters: Mapping[str, float]) -> Mechanism:
+        own: Any = self.paper.parameters
+        changed = replace(own, **{name: value for name, value in parameters.items() if name != PAYLOAD})
+        made = self._made(changed, self.paper.signs)
+        return made.with_payload(parameters[PAYLOAD]) if parameters.get(PAYLOAD) else made
+
+    def with_payload(self, mass: float) -> CompiledPaper:
+        """The same robot carrying `mass` [kg] more.  Compiled anew unless `payload` is an argument."""
+        if PAYLOAD in self.options.parameters:
+            self.paper.with_payload(mass)
+            return self.with_parameters(**{PAYLOAD: self.parameters[PAYLOAD] + mass})
+        return CompiledPaper(self.paper.with_payload(mass), self.options)

@@ -1,0 +1,164 @@
+"""A cloud of closed postures around home, on which everything that a compiled robot fixes for ever is decided.
+
+The constraints are asked in numbers, from their expressions, and dimensionless: rows that are lengths are divided by
+the robot's length, rates that are lengths multiplied by it.  So nothing here depends on how large the robot is.
+
+Home may be singular (a flat parallelogram).  What is decided for ever must not be decided there: `regular` keeps the
+postures of the cloud at which the rank is what it is almost everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.compile.equations.cut_rows import Loops
+from cutjoint.compile.equations.inertia import Kind
+from cutjoint.compile.equations.tree import Pose, Tree, moved
+from cutjoint.compile.expressions.graph import Graph
+from cutjoint.compile.expressions.program import Program, assemble, interpret
+
+CLOUD = 24
+"""Postures in the cloud."""
+STRIDE = 0.15
+"""Length of the steps that make it [rad or robot lengths]."""
+RANK = 1e-7
+"""Singular values below this are none, and below this part of the largest where that is more than 1: what closing
+leaves is a millionth of it, and a matrix whose entries all are rounding has rank 0."""
+CLOSED = 1e-10
+"""A posture is closed where Newton's method has come to rest on rounding; this only tells rounding from a gap."""
+REGULAR = 0.02
+"""Postures whose smallest singular value is below this part of the usual one are near a singularity."""
+
+
+def rate_scale(tree: Tree, length: float) -> Array:
+    """Factor per rate that makes it dimensionless, shape (nv,)."""
+    scale = np.ones(tree.nv)
+    for step in tree.steps[1:]:
+        count = {Kind.SLIDE: 1, Kind.SHIFT: 3, Kind.FLAT: 2}.get(step.kind, 0)
+        scale[step.u : step.u + count] = length
+    return scale
+
+
+class Survey:
+    """Numeric Jacobian, residual and motion of a tree with loops, from their expressions."""
+
+    def __init__(self, tree: Tree, loops: Loops, length: float) -> None:
+        graph = Graph()
+        q = graph.symbols(tree.nq)
+        u = graph.symbols(tree.nv)
+        pose = Pose(tree, q)
+        rows = loops.rows(pose)
+        self.pattern = [set(row.coefficients) for row in rows]
+        self._constant = [
+            {k for k, c in row.coefficients.items() if graph.constant_of(graph.reference(c)) is not None}
+            for row in rows
+        ]
+        entries = [row.coefficients.get(k, 0.0) for row in rows for k in range(tree.nv)]
+        self._system = assemble(
+            graph, "rows", {"q": q}, {"jacobian": entries, "residual": [row.residual for row in rows]}
+        )
+        self._moved = assemble(graph, "moved", {"q": q, "u": u}, {"q": moved(pose, u)})
+        self.shape = (len(rows), tree.nv)
+        self.row_scale = np.array([1.0 / length if row.is_length else 1.0 for row in rows])
+        self.rate_scale = rate_scale(tree, length)
+
+    def is_constant(self, row: int, rate: int) -> bool:
+        """Whether an entry of the Jacobian is the same in every posture."""
+        return rate in self._constant[row]
+
+    def system(self, q: Array) -> tuple[Array, Array]:
+        """Scaled Jacobian (rows, nv) and residual (rows,)."""
+        values = run(self._system, q)
+        rows, rates = self.shape
+        jacobian = values[: rows * rates].reshape(rows, rates)
+        return self.row_scale[:, None] * jacobian * self.rate_scale, self.row_scale * values[rows * rates :]
+
+    def moved(self, q: Array, u: Array) -> Array:
+        """Configuration after the scaled step `u`."""
+        return run(self._moved, np.concatenate([q, self.rate_scale * u]))
+
+    def closed(self, q: Array) -> Array | None:
+        """The closed configuration next to `q`, as exact as rounding lets Newton's method come, or None."""
+        best, least = q, np.inf
+        for _ in range(16):
+            jacobian, residual = self.system(q)
+            size = float(np.abs(residual).max(initial=0.0))
+            if not np.isfinite(size):
+                return None
+            if size > 0.5 * least and least < CLOSED:
+                break
+            if size < least:
+                best, least = q, size
+            if size == 0.0:
+                break
+            u = least_solution(jacobian, -residual)
+            if np.abs(u).max(initial=0.0) > 0.5:
+                return None
+            q = self.moved(q, u)
+        return best if least < CLOSED else None
+
+    def cloud(self, home: Array) -> Array:
+        """Closed configurations around `home`, itself first, shape (k, nq): random walks that start there."""
+        chance = np.random.default_rng(0)
+        found = [home]
+        q = home
+        for _ in range(4 * CLOUD):
+            if len(found) == CLOUD:
+                break
+            jacobian, _ = self.system(q)
+            free = null_space(jacobian).T
+            if not len(free):
+                break
+            direction = chance.normal(size=len(free)) @ free
+            step = self.closed(self.moved(q, STRIDE * direction / np.abs(direction).max()))
+            if step is not None:
+                found.append(step)
+            q = found[int(chance.integers(len(found)))]
+        return np.array(found)
+
+    def regular(self, cloud: Array, keep: Sequence[int]) -> Array:
+        """The postures of a cloud that are not near a singularity, shape (k, nq).
+
+        Regular is where the rank, of all constraints and of those on the rates beside `keep`, is the one that the cloud
+        has almost everywhere, by a margin: its smallest singular values are near what they are elsewhere.
+        """
+        dependent = np.setdiff1d(np.arange(self.shape[1]), np.asarray(keep, dtype=int))
+        measure = np.ones(len(cloud))
+        for columns in (np.arange(self.shape[1]), dependent):
+            values = [np.linalg.svd(self.system(q)[0][:, columns], compute_uv=False) for q in cloud]
+            rank = max(rank_of(np.asarray(one)) for one in values)
+            if rank:
+                last = np.array([one[rank - 1] for one in values])
+                measure = np.minimum(measure, last / np.median(last[last > RANK]))
+        return np.asarray(cloud[measure >= REGULAR])
+
+
+def rank_of(values: Array) -> int:
+    """How many of the singular values of a dimensionless matrix count."""
+    return int(np.sum(values > RANK * max(float(values.max(initial=0.0)), 1.0)))
+
+
+def null_space(matrix: Array) -> Array:
+    """Orthonormal basis of the motions that a dimensionless matrix takes to zero, shape (columns, nullity)."""
+    if not matrix.size:
+        return np.eye(matrix.shape[1])
+    _, values, basis = np.linalg.svd(matrix)
+    return np.asarray(basis[rank_of(values) :].T)
+
+
+def least_solution(matrix: Array, right: Array) -> Array:
+    """The least x for which a dimensionless matrix times x is as near to `right` as can be, shape (columns,)."""
+    if not matrix.size:
+        return np.zeros(matrix.shape[1])
+    left, values, basis = np.linalg.svd(matrix, full_matrices=False)
+    rank = rank_of(values)
+    return np.asarray(basis[:rank].T @ (left[:, :rank].T @ right / values[:rank]))
+
+
+def run(program: Program, inputs: Array) -> Array:
+    """Results of a program in plain numpy."""
+    with np.errstate(all="ignore"):
+        return np.array([float(x) for x in interpret(program, list(inputs))])

@@ -1,0 +1,214 @@
+"""The closed robot in its independent rates, as expressions.
+
+    u = T v                  rates of the tree from the n independent ones, by sparse elimination in a fixed order
+    du = T a + s             their derivatives; s is what the loops demand at constant v
+    M = T' M_tree T          from the kinetic energy of every body in the columns of T
+    effort = T' f            f from recursive Newton-Euler on the tree
+
+`strain` tells how far a posture is from those the order was chosen on: the largest of (size of the pivot then / size of
+the pivot now) and of the loss of digits in the mass matrix.  1 is as good as home; beyond STRAIN_LIMIT, or where it is
+not a number, the caller must not use the result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from cutjoint.compile.equations.cut_rows import Loops
+from cutjoint.compile.equations.elimination_order import Plan
+from cutjoint.compile.equations.tree import (
+    Motion,
+    Pose,
+    accelerations,
+    generalised_forces,
+    mass_matrix,
+    velocities,
+)
+from cutjoint.compile.expressions import vectors
+from cutjoint.compile.expressions.graph import Expression, Number, absolute, is_zero, maximum
+from cutjoint.compile.expressions.vectors import ZERO
+from cutjoint.errors import CompileError
+
+STRAIN_LIMIT = 1e3
+"""Largest strain that is accepted: pivots a thousandth of what they were cost three digits."""
+MASS_SHARE = 1e-3
+"""Part of the strain that a loss of digits in the mass matrix counts."""
+
+
+class Reduction:
+    """Elimination of the dependent rates at a pose.
+
+    Attributes:
+        tangent: T, a list of rows, shape (nv, n).
+        strain: see the module.
+    """
+
+    def __init__(self, pose: Pose, loops: Loops, plan: Plan) -> None:
+        self.pose, self.loops, self.plan = pose, loops, plan
+        self.n = len(plan.independent)
+        self._rows = loops.rows(pose)
+        self._factor()
+        nv = pose.tree.nv
+        self.tangent: list[list[Number]] = [[0.0] * self.n for _ in range(nv)]
+        support = () if plan.idle is None else plan.idle.support
+        everywhere = frozenset(range(nv))
+        moves = [*[everywhere] * (self.n - len(support)), *support]
+        for k, rate in enumerate(plan.independent):
+            self.tangent[rate][k] = 1.0
+            right = [row.coefficients.get(rate, 0.0) for row in self._rows]
+            for dependent, value in self._solve(right, moves[k]):
+                self.tangent[dependent][k] = -value
+
+    def _factor(self) -> None:
+        """Sparse elimination; remembers the multipliers."""
+        dependent = {rate for _, rate in self.plan.pivots}
+        work = [{k: c for k, c in row.coefficients.items() if k in dependent} for row in self._rows]
+        left = [row for row, _ in self.plan.pivots]
+        self.strain: Number = 1.0
+        self._inverse: list[Number] = []
+        self._multipliers: list[list[tuple[int, Number]]] = []
+        for (row, rate), size in zip(self.plan.pivots, self.plan.sizes, strict=True):
+            left.remove(row)
+            pivot = work[row][rate]
+            inverse = 1.0 / pivot
+            self._inverse.append(inverse)
+            if isinstance(inverse, Expression) and inverse.constant is None:
+                self.strain = maximum(self.strain, abs(inverse) * size)
+            multipliers: list[tuple[int, Number]] = []
+            for other in left:
+                entry = work[other].pop(rate, 0.0)
+                if is_zero(entry):
+                    continue
+                factor = entry * inverse
+                multipliers.append((other, factor))
+                for k, value in work[row].items():
+                    if k != rate:
+                        work[other][k] = work[other].get(k, 0.0) - factor * value
+            self._multipliers.append(multipliers)
+        self._work = work
+
+    def _solve(self, right: Sequence[Number], moves: Collection[int] | None = None) -> list[tuple[int, Number]]:
+        """(rate, value) of the dependent rates for a right-hand side of all rows; rates not in `moves` are known to
+        rest."""
+        values = list(right)
+        for (row, _), multipliers in zip(self.plan.pivots, self._multipliers, strict=True):
+            if not is_zero(values[row]):
+                for other, factor in multipliers:
+                    values[other] = values[other] - factor * values[row]
+        found: dict[int, Number] = {}
+        for (row, rate), inverse in zip(reversed(self.plan.pivots), reversed(self._inverse), strict=True):
+            if moves is not None and rate not in moves:
+                found[rate] = 0.0
+                continue
+            total = values[row]
+            for k, value in self._work[row].items():
+                if k != rate:
+                    total = total - value * found[k]
+            found[rate] = total * inverse
+        return list(found.items())
+
+    # -- kinematics --------------------------------------------------------------------------------------------------
+
+    def rates(self, v: Sequence[Number]) -> list[Number]:
+        """u = T v, length nv."""
+        return [vectors.dot(row, v) for row in self.tangent]
+
+    def drift(self, u: Sequence[Number], motion: Motion) -> list[Number]:
+        """s, length nv."""
+        tree = self.pose.tree
+        bias = accelerations(self.pose, u, motion, [0.0] * tree.nv)
+        result: list[Number] = [0.0] * tree.nv
+        for rate, value in self._solve([row.drift for row in self.loops.rows(self.pose, motion, bias)]):
+            result[rate] = -value
+        return result
+
+    def correction(self, change: Sequence[Number]) -> list[Number]:
+        """Newton's step, length nv: closes the loops while the independent coordinates change by `change`."""
+        result: list[Number] = [0.0] * self.pose.tree.nv
+        for rate, value in zip(self.plan.independent, change, strict=True):
+            result[rate] = value
+        right = [
+            row.residual + vectors.dot([row.coefficients.get(k, 0.0) for k in self.plan.independent], change)
+            for row in self._rows
+        ]
+        for rate, value in self._solve(right):
+            result[rate] = -value
+        return result
+
+    @property
+    def residuals(self) -> list[Number]:
+        """What every row is open by, redundant rows included."""
+        return [row.residual for row in self._rows]
+
+    # -- dynamics ----------------------------------------------------------------------------------------------------
+
+    def mass(self) -> list[list[Number]]:
+        """T' M T, shape (n, n)."""
+        columns = [velocities(self.pose, [self.tangent[i][k] for i in range(self.pose.tree.nv)]) for k in range(self.n)]
+        return mass_matrix(self.pose, columns)
+
+    def effort(self, u: Sequence[Number], motion: Motion, du: Sequence[Number], *, weight: bool = True) -> list[Number]:
+        """Effort in the independent rates for the rates `u` and their derivatives `du`, length n."""
+        base = vectors.scale(-1.0, self.pose.tree.gravity) if weight else ZERO
+        forces = generalised_forces(self.pose, motion, accelerations(self.pose, u, motion, du, base))
+        return self.reduced(forces)
+
+    def gravity(self) -> list[Number]:
+        """Effort that holds the robot at rest, length n."""
+        still: list[Number] = [0.0] * self.pose.tree.nv
+        return self.effort(still, velocities(self.pose, still), still)
+
+    def reduced(self, forces: Sequence[Number]) -> list[Number]:
+        """T' f, length n."""
+        return [vectors.dot([row[k] for row in self.tangent], forces) for k in range(self.n)]
+
+
+class MassFactor:
+    """A symmetric positive definite matrix as L D L'.
+
+    Args:
+        mass: the matrix, shape (n, n).
+        strain: of what it was made from.
+        sizes: usual pivots; default none, where only the loss of digits counts.
+
+    Attributes:
+        strain: the strain that was given, with what is lost here.
+    """
+
+    def __init__(self, mass: Sequence[Sequence[Number]], strain: Number, sizes: Sequence[float] | None = None) -> None:
+        n = len(mass)
+        work = [list(row) for row in mass]
+        self._inverse: list[Number] = []
+        self._factors: list[dict[int, Number]] = []
+        self._work = work
+        self.strain = strain
+        for j in range(n):
+            if is_zero(work[j][j]):
+                raise CompileError(
+                    "the robot has a motion that moves no mass: a body at the end of a limb has none, or none that "
+                    "its joint moves; give it an inertia"
+                )
+            inverse = 1.0 / work[j][j]
+            self._inverse.append(inverse)
+            if sizes is not None:
+                self.strain = maximum(self.strain, sizes[j] * absolute(inverse))
+            elif j > 0:
+                self.strain = maximum(self.strain, MASS_SHARE * mass[j][j] * inverse)
+            factors = {i: work[i][j] * inverse for i in range(j + 1, n) if not is_zero(work[i][j])}
+            for i, factor in factors.items():
+                for k in range(j + 1, i + 1):
+                    work[i][k] = work[i][k] - factor * work[k][j]
+            self._factors.append(factors)
+
+    def solve(self, right: Sequence[Number]) -> list[Number]:
+        """x with M x = right."""
+        n = len(right)
+        x = list(right)
+        for j in range(n):
+            for i, factor in self._factors[j].items():
+                x[i] = x[i] - factor * x[j]
+        x = [value * inverse for value, inverse in zip(x, self._inverse, strict=True)]
+        for j in reversed(range(n)):
+            for i, factor in self._factors[j].items():
+                x[j] = x[j] - factor * x[i]
+        return x

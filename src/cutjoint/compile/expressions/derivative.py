@@ -1,0 +1,75 @@
+"""Exact derivatives of traced expressions, by forward accumulation on the graph.
+
+A tangent is pushed through every node along with its value (chain rule), so the derivative is again a graph: it shares
+all sub-expressions with the value and is compiled with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from cutjoint.compile.expressions.graph import ARITY, Expression, Graph, Number, Op
+from cutjoint.errors import InputError
+
+
+def tangent(graph: Graph, outputs: Sequence[Number], seed: Mapping[int, Number]) -> list[Expression]:
+    """Directional derivative of `outputs`.
+
+    Args:
+        graph: where all expressions live.
+        outputs: the values to differentiate.
+        seed: node of an input -> its rate.  Rates may themselves be expressions; other inputs stand still.
+
+    Returns:
+        One expression an output.
+    """
+    zero = graph.constant(0.0)
+    references = [graph.reference(output) for output in outputs]
+    rate: dict[int, int] = {node: graph.reference(value) for node, value in seed.items()}
+
+    def of(ref: int) -> int:
+        found = rate.get(abs(ref), zero)
+        return found if ref > 0 else -found
+
+    for node in graph.ancestors(references):
+        if node in seed:
+            continue
+        op, a, b = graph.op[node], graph.a[node], graph.b[node]
+        count = ARITY.get(op, 2)
+        da = of(a) if count > 0 else zero
+        db = of(b) if count > 1 else zero
+        if da == zero and db == zero:
+            continue
+        rate[node] = _rule(graph, op, node, a, b, da, db)
+    return [Expression(graph, of(ref)) for ref in references]
+
+
+def _rule(g: Graph, op: Op, node: int, a: int, b: int, da: int, db: int) -> int:
+    """Tangent of one node."""
+    match op:
+        case Op.ADD:
+            return g.add(da, db)
+        case Op.SUB:
+            return g.add(da, -db)
+        case Op.MUL:
+            return g.add(g.mul(da, b), g.mul(a, db))
+        case Op.DIV:
+            return g.div(g.add(da, -g.mul(node, db)), b)
+        case Op.SQRT:
+            return g.div(g.mul(g.constant(0.5), da), node)
+        case Op.SIN:
+            return g.mul(g.cos(a), da)
+        case Op.COS:
+            return -g.mul(g.sin(a), da)
+        case Op.ATAN2:
+            square = g.add(g.mul(a, a), g.mul(b, b))
+            return g.div(g.add(g.mul(b, da), -g.mul(a, db)), square)
+        case Op.ACOS:
+            one = g.constant(1.0)
+            return -g.div(da, g.sqrt(g.mul(g.add(one, -a), g.add(one, a))))
+    raise InputError(f"{op.name} has no derivative; it may only be used to monitor quality")
+
+
+def gradient(graph: Graph, output: Number, inputs: Sequence[Expression]) -> list[Expression]:
+    """Derivative of one output with respect to each of `inputs`."""
+    return [tangent(graph, [output], {abs(x.ref): 1.0})[0] for x in inputs]

@@ -1,0 +1,1 @@
+"""The back end that compiles in memory with LLVM."""

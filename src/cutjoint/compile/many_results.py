@@ -1,0 +1,164 @@
+"""What many runs give, and runs that left what is compiled for done again by the model itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cutjoint.arrays import Array, readonly
+from cutjoint.compile.many_variations import Variation
+from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.control import Law
+from cutjoint.errors import CutjointError, InputError
+from cutjoint.motion import Reference
+from cutjoint.simulation import ReducedPlant
+
+if TYPE_CHECKING:
+    from cutjoint.compile.many import ClosedLoop
+
+RESIDUAL_LIMIT = 1e-6
+"""A run whose loops were open by more than this before any settling step is not trusted [rad, or robot lengths]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Many:
+    """N runs of a robot with n actuators, m samples each.
+
+    Attributes:
+        time: of the samples, shape (m,) [s].
+        q, v, effort: actuated coordinates, velocities and efforts, shape (N, m, n).
+        positions: all position variables, shape (N, m, positions).
+        error_rms: root mean square of desired minus actual coordinate over all steps, shape (N, n).
+        error_max: largest of it, shape (N, n).
+        effort_max: largest |effort|, shape (N, n).
+        failed: run -> why it could not be simulated to its end.  Its numbers are NaN.
+        slow: runs that left what is compiled for and were done by the model itself.
+    """
+
+    time: Array
+    q: Array
+    v: Array
+    effort: Array
+    positions: Array
+    error_rms: Array
+    error_max: Array
+    effort_max: Array
+    failed: Mapping[int, str]
+    slow: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        for name in ("time", "q", "v", "effort", "positions", "error_rms", "error_max", "effort_max"):
+            getattr(self, name).setflags(write=False)
+
+    def __reduce__(self) -> Any:
+        return Many, tuple(getattr(self, field.name) for field in fields(self))
+
+
+class Outcome:
+    """Turns what the compiled loop left into a `Many`, and does again by the model what it could not do."""
+
+    def __init__(
+        self,
+        loop: ClosedLoop,
+        variation: Variation,
+        rows: Array,
+        records: Array,
+        sums: Array,
+        steps: int,
+        stride: int,
+        step: float,
+        progress: Callable[[float], None] | None,
+    ) -> None:
+        n, p = loop.n, loop.positions
+        self.loop, self.variation, self.step, self.steps, self.stride = loop, variation, step, steps, stride
+        self.time = step * np.array([*range(0, steps, stride), steps], dtype=np.float64)
+        self.positions = records[:, :, :p]
+        source = loop.plant.source
+        self.q = records[:, :, list(source.actuated)] if isinstance(source, ChainSource) else self.positions
+        self.v = records[:, :, p : p + n]
+        self.effort = records[:, :, loop.sizes.state : loop.sizes.state + n]
+        self.effort_max = sums[:, 0 : 2 * n : 2]
+        self.error_max = sums[:, 2 * n : 4 * n : 2]
+        self.error_rms = np.sqrt(sums[:, 2 * n + 1 : 4 * n + 1 : 2] / (steps + 1))
+        broken = (sums[:, 4 * n] <= steps) | (sums[:, 4 * n + 1] > RESIDUAL_LIMIT) | ~np.isfinite(sums).all(axis=1)
+        self.broken = np.flatnonzero(broken | ~np.isfinite(records[:, -1]).all(axis=1)).tolist()
+
+    def many(self, reference: Reference | Array) -> Many:
+        """The result."""
+        arrays: dict[str, Array] = {
+            "q": np.array(self.q),
+            "v": np.array(self.v),
+            "effort": np.array(self.effort),
+            "positions": np.array(self.positions),
+            "error_rms": np.array(self.error_rms),
+            "error_max": np.array(self.error_max),
+            "effort_max": np.array(self.effort_max),
+        }
+        failed: dict[int, str] = {}
+        for run in self.broken:
+            for array in arrays.values():
+                array[run] = np.nan
+            try:
+                found = self._by_model(run, reference)
+            except CutjointError as error:
+                failed[run] = str(error)
+                continue
+            for name, values in found.items():
+                arrays[name][run] = values
+        slow = tuple(run for run in self.broken if run not in failed)
+        return Many(time=readonly(self.time), failed=failed, slow=slow, **arrays)
+
+    def _by_model(self, run: int, reference: Reference | Array) -> dict[str, Array]:
+        """One run by the model that is not compiled, with the same integrator.
+
+        Raises:
+            SimulationError: it cannot be simulated to its end.
+        """
+        from cutjoint.simulation import RungeKutta4
+        from cutjoint.simulation import run as simulate
+
+        loop, variation = self.loop, self.variation
+        if not isinstance(reference, Reference):
+            raise InputError(
+                "the run left what is compiled for; give the reference itself to have it done by the model"
+            )
+        values = {name: float(column[run]) for name, column in variation.parameters.items()}
+        model = loop.plant.with_parameters(**values).plain
+        gains = {name: column[run] for name, column in variation.gains.items()}
+        result = simulate(
+            ReducedPlant(model),
+            _with_gains(loop.law, gains),
+            reference,
+            integrator=RungeKutta4(self.step),
+            duration=self.step * self.steps,
+            limits=loop.limits,
+            start=model.close(variation.start[run]),
+            start_velocity=variation.velocity[run],
+        )
+        chosen = [*range(0, self.steps, self.stride), self.steps]
+        error = result.desired_q - result.q
+        places = result.q if loop.positions == loop.n else result.q_full
+        return {
+            "q": result.q[chosen],
+            "v": result.v[chosen],
+            "effort": result.effort[chosen],
+            "positions": places[chosen],
+            "error_rms": np.sqrt(np.mean(error**2, axis=0)),
+            "error_max": np.abs(error).max(axis=0),
+            "effort_max": np.abs(result.effort).max(axis=0),
+        }
+
+
+def _with_gains(law: Law, gains: Mapping[str, Array]) -> Law:
+    """A copy of a law with other gains."""
+    import copy
+
+    from cutjoint.control.law import Gain
+
+    other = copy.copy(law)
+    for name, value in gains.items():
+        setattr(other, name, Gain(name, value))
+    return other

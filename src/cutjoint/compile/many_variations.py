@@ -1,0 +1,82 @@
+"""What varies from run to run: initial states, gains and inertial parameters of all runs, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array, as_vector
+from cutjoint.errors import InputError
+
+if TYPE_CHECKING:
+    from cutjoint.compile.many import ClosedLoop
+
+
+class Variation:
+    """What varies: initial states and per-run arguments of all runs."""
+
+    def __init__(
+        self,
+        loop: ClosedLoop,
+        gains: Mapping[str, npt.ArrayLike],
+        parameters: Mapping[str, npt.ArrayLike],
+        start: npt.ArrayLike,
+        start_velocity: npt.ArrayLike | None,
+    ) -> None:
+        n, plant = loop.n, loop.plant
+        if set(gains) != set(loop.gains):
+            raise InputError(f"gains must be given for {', '.join(loop.gains) or 'none'}; found {', '.join(gains)}")
+        names = plant.options.parameters
+        for name in parameters:
+            if name not in names:
+                raise InputError(
+                    f"'{name}' is not an argument of the compiled plant ({', '.join(names) or 'it has none'}); name "
+                    "it when "
+                    "compiling"
+                )
+        columns: list[Array] = [_rows(name, gains[name], n) for name in loop.gains]
+        masses = {**plant.parameters, **parameters}
+        columns += [_column(masses[name]) for name in names]
+        q, v = _rows("start", start, n), _rows("start_velocity", 0.0 if start_velocity is None else start_velocity, n)
+        counts = {len(x) for x in (*columns, q, v)} - {1}
+        if len(counts) > 1:
+            raise InputError(f"what varies must agree in the number of runs, found {sorted(counts)}")
+        self.count = counts.pop() if counts else 1
+        self.gains = {name: self._all(_rows(name, gains[name], n)) for name in loop.gains}
+        self.parameters = {
+            name: self._all(np.atleast_1d(np.asarray(masses[name], float))[:, None])[:, 0] for name in names
+        }
+        closed = plant.batch.close(q)
+        self.start = self._all(q)
+        self.velocity = self._all(v)
+        memory = np.zeros((self.count, loop.memory))
+        self.state = np.concatenate([self._all(closed), self.velocity, memory], axis=1)
+        wide = [self._all(column) for column in columns]
+        self.given = np.concatenate(wide, axis=1) if wide else np.zeros((self.count, 0))
+        if not (np.isfinite(self.state).all() and np.isfinite(self.given).all()):
+            raise InputError("gains, parameters and initial states must be finite")
+
+    def _all(self, values: Array) -> Array:
+        return np.broadcast_to(values, (self.count, values.shape[1]))
+
+
+def _rows(name: str, values: npt.ArrayLike, n: int) -> Array:
+    """A scalar, (n,), (N,) for gains, or (N, n), as (1 or N, n)."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim == 0:
+        return np.full((1, n), float(array))
+    if array.ndim == 1 and name in ("start", "start_velocity"):
+        return as_vector(name, array, n)[None, :]
+    if array.ndim == 1:
+        return np.repeat(array[:, None], n, axis=1)
+    if array.ndim != 2 or array.shape[1] != n:
+        raise InputError(f"{name} must have shape (N,) or (N, {n}), found {array.shape}")
+    return array
+
+
+def _column(values: npt.ArrayLike) -> Array:
+    """A number or (N,) as (1 or N, 1)."""
+    return np.atleast_1d(np.asarray(values, dtype=np.float64))[:, None]

@@ -1,0 +1,1 @@
+"""Models that can be compiled, as sources of expressions."""

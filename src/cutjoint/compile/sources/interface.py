@@ -1,0 +1,97 @@
+"""What a model offers to the compiler: its quantities as expressions of one state.
+
+`TracedState` is to expressions what `Mechanism` is to floats.  There are two ways to get one: a closed chain, whose
+tree and loops are traced (`cutjoint.compile.sources.chain`), and a published model, whose own equations are run on
+expressions (`cutjoint.compile.sources.paper`).  Everything behind this interface is the same for both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from cutjoint.compile.expressions.graph import Expression, Graph, Number
+
+
+class TracedState(Protocol):
+    """A state: position variables, and the independent velocities `v` of length n."""
+
+    q: list[Expression]
+    """The position variables."""
+    strain: Number
+    """How badly conditioned the evaluation is; beyond STRAIN_LIMIT, or not a number, nothing here may be used."""
+
+    @property
+    def actuated(self) -> list[Number]:
+        """Actuated coordinates, length n."""
+        ...
+
+    def position_rate(self, v: Sequence[Number]) -> list[Number]:
+        """Time derivative of the position variables."""
+        ...
+
+    def mass(self) -> list[list[Number]]:
+        """Mass matrix, (n, n)."""
+        ...
+
+    def gravity(self) -> list[Number]:
+        """Effort that holds the posture."""
+        ...
+
+    def coriolis(self, v: Sequence[Number]) -> list[Number]:
+        """Coriolis vector."""
+        ...
+
+    def bias(self, v: Sequence[Number]) -> list[Number]:
+        """Coriolis vector plus gravity."""
+        ...
+
+    def inverse(self, v: Sequence[Number], a: Sequence[Number]) -> list[Number]:
+        """Effort for the acceleration `a`."""
+        ...
+
+    def potential(self) -> Number:
+        """Potential energy [J]."""
+        ...
+
+    def tool(self, v: Sequence[Number]) -> tuple[list[Number], list[list[Number]], list[Number]]:
+        """Position (3), Jacobian (3, n) and drift (3) of the tool point."""
+        ...
+
+    def settled(self, target: Sequence[Number] | None) -> tuple[list[Number], list[Number]]:
+        """Position variables after one Newton step towards closed loops with the actuators at `target` (None: where
+        they are), and what the loops are open by now."""
+        ...
+
+
+class Source(Protocol):
+    """A model that can be traced, with its arguments."""
+
+    @property
+    def name(self) -> str:
+        """Of the model."""
+        ...
+
+    @property
+    def n(self) -> int:
+        """Number of independent velocities."""
+        ...
+
+    @property
+    def positions(self) -> int:
+        """Number of position variables."""
+        ...
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of inertial parameters that stay arguments."""
+        ...
+
+    @property
+    def content(self) -> str:
+        """Everything that the traced expressions depend on, as text; sources with the same text trace the same."""
+        ...
+
+    def state(self, graph: Graph, q: Sequence[Expression], parameters: Sequence[Expression]) -> TracedState:
+        """The state at the position variables `q`."""
+        ...

@@ -1,0 +1,255 @@
+"""Control laws as expressions: a law's own `effort` is run on symbols.
+
+No law is written twice.  The law is given a desired motion, measured coordinates and gains that are expressions, and in
+place of its model one that answers with expressions:
+
+- what it asks of the desired posture alone (gravity, inverse dynamics of the desired motion) depends on time only, so
+  it becomes columns of the reference table, filled in by the law's model itself;
+- what it asks of the measured posture is traced, from the plant's own state if the model is the plant's, or from a
+  published model's equations.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array
+from cutjoint.compile.expressions.graph import Expression, Graph, Number
+from cutjoint.compile.mechanism import CompiledMechanism
+from cutjoint.compile.sources.interface import TracedState
+from cutjoint.compile.sources.paper import PaperModel, PaperSource
+from cutjoint.control import Law
+from cutjoint.control.law import Gain
+from cutjoint.errors import InputError
+from cutjoint.mechanism import Mechanism
+from cutjoint.motion import Desired
+
+Objects = npt.NDArray[np.object_]
+
+
+@dataclass
+class Table:
+    """Columns of the reference table: their symbols, and what fills them."""
+
+    graph: Graph
+    symbols: list[Expression] = field(default_factory=list)
+    fillers: list[Callable[[Desired], Array]] = field(default_factory=list)
+    _known: dict[tuple[str, int], Objects] = field(default_factory=dict)
+
+    def columns(self, name: str, size: int, filler: Callable[[Desired], Array], owner: int = 0) -> Objects:
+        """Symbols of `size` columns that `filler` computes; asked again, the same ones."""
+        key = (name, owner)
+        if key not in self._known:
+            made = self.graph.symbols(size)
+            self.symbols += made
+            self.fillers.append(filler)
+            self._known[key] = _objects(made)
+        return self._known[key]
+
+
+class _Place:
+    """A posture while tracing: the desired or the measured one."""
+
+    def __init__(self, q: Objects) -> None:
+        self.q = q
+
+
+class TracedDesired:
+    """The desired motion, as columns of the table."""
+
+    def __init__(self, table: Table, n: int, mechanism: Mechanism) -> None:
+        self.t = table.columns("t", 1, lambda desired: np.array([desired.t]))[0]
+        self.q = table.columns("q", n, lambda desired: desired.q)
+        self.v = table.columns("v", n, lambda desired: desired.v)
+        self.a = table.columns("a", n, lambda desired: desired.a)
+        self.mechanism = mechanism
+        self.posture = _Place(self.q)
+
+    def posture_of(self, model: Any) -> _Place:
+        """The desired posture."""
+        return self.posture
+
+
+class TracedModel:
+    """A law's model while tracing."""
+
+    def __init__(self, model: Mechanism, table: Table, desired: TracedDesired, state: TracedState | None) -> None:
+        self._model, self._table, self._desired, self._state = model, table, desired, state
+        self.n, self.name = model.n, model.name
+
+    def close(self, q: Any, near: Any = None) -> _Place:
+        """The posture at the measured or the desired coordinates."""
+        if q is self._desired.q:
+            return self._desired.posture
+        return _Place(q)
+
+    def terms(self, at: _Place, v: Any = None) -> Any:
+        """Mass, Coriolis and gravity."""
+        n, model = self.n, self._model
+        if at is self._desired.posture:
+            if v is not None and v is not self._desired.v:
+                raise InputError("a traced law may ask for terms of the desired posture at the desired velocity only")
+            return _DesiredTerms(model, self._table, n)
+        state = self._measured()
+        gravity_now = state.gravity()
+        still: Objects = _objects([0.0] * n)
+        moving = still if v is None else _objects(state.coriolis(list(v)))
+        rows = _objects([x for row in state.mass() for x in row]).reshape(n, n)
+        return _Terms(rows, moving, _objects(gravity_now))
+
+    def inverse_dynamics(self, at: _Place, v: Any, a: Any) -> Objects:
+        """Effort."""
+        desired, model = self._desired, self._model
+        if at is desired.posture:
+            if v is not desired.v or a is not desired.a:
+                raise InputError(
+                    "a traced law may ask for inverse dynamics of the desired motion or of the measured one"
+                )
+            return self._table.columns(
+                "inverse_dynamics",
+                self.n,
+                lambda one: model.inverse_dynamics(one.posture_of(model), one.v, one.a),
+                id(model),
+            )
+        return _objects(self._measured().inverse(list(v), list(a)))
+
+    def _measured(self) -> TracedState:
+        if self._state is None:
+            raise InputError(
+                f"the law's model {self._model.name} is asked about the measured posture; to be compiled it must be "
+                "the "
+                "plant's own model or a published one, whose posture follows from the actuators alone"
+            )
+        return self._state
+
+
+class _DesiredTerms:
+    """Terms of the desired motion; only those that are read become columns."""
+
+    def __init__(self, model: Mechanism, table: Table, n: int) -> None:
+        self._model, self._table, self._n = model, table, n
+
+    @property
+    def mass(self) -> Objects:
+        """(n, n)."""
+        n, model = self._n, self._model
+        made = self._table.columns(
+            "mass", n * n, lambda one: np.ravel(model.terms(one.posture_of(model)).mass), id(model)
+        )
+        return made.reshape(n, n)
+
+    @property
+    def coriolis(self) -> Objects:
+        """(n,)."""
+        model = self._model
+        return self._table.columns(
+            "coriolis", self._n, lambda one: model.terms(one.posture_of(model), one.v).coriolis, id(model)
+        )
+
+    @property
+    def gravity(self) -> Objects:
+        """(n,)."""
+        model = self._model
+        return self._table.columns(
+            "gravity", self._n, lambda one: model.terms(one.posture_of(model)).gravity, id(model)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Terms:
+    mass: Objects
+    coriolis: Objects
+    gravity: Objects
+
+
+@dataclass(frozen=True, eq=False)
+class TracedLaw:
+    """A law as expressions.
+
+    Attributes:
+        effort: after saturation, length n.
+        memory_rate: rate of the law's memory.
+    """
+
+    effort: list[Number]
+    memory_rate: list[Number]
+
+
+def trace_law(
+    law: Law,
+    table: Table,
+    desired: TracedDesired,
+    state: TracedState,
+    v: Sequence[Expression],
+    memory: Sequence[Expression],
+    gains: Mapping[str, Sequence[Expression]],
+    limits: Array | None,
+    plant: CompiledMechanism,
+) -> TracedLaw:
+    """Run a law on symbols.
+
+    Args:
+        law: the law.
+        table, desired: the reference.
+        state, v: the plant's state.
+        memory: the law's own.
+        gains: gains that are arguments, one number an actuator each; the others are constants.
+        limits: largest effort, or None.
+        plant: whose state it is.
+
+    Raises:
+        InputError: the law does something that cannot be traced, or has no such gain.
+    """
+    twin: Any = copy.copy(law)
+    for name, value in list(vars(law).items()):
+        if isinstance(value, Gain):
+            setattr(twin, name, _gain(gains.get(name), value))
+        elif isinstance(value, Mechanism):
+            setattr(twin, name, TracedModel(value, table, desired, _state_of(value, table.graph, state, plant)))
+    known = [name for name, value in vars(law).items() if isinstance(value, Gain)]
+    for name in gains:
+        if name not in known:
+            raise InputError(f"controller '{law.name}' has no gain {name} to vary; it has {', '.join(known) or 'none'}")
+    q, speed, own = _objects(state.actuated), _objects(v), _objects(memory)
+    try:
+        asked = np.asarray(twin.effort(desired, q, speed, own), dtype=object)
+        given = asked
+        if limits is not None:
+            from cutjoint.compile.expressions.graph import maximum, minimum
+
+            clipped = [maximum(-top, minimum(float(top), x)) for x, top in zip(asked, limits, strict=True)]
+            given = _objects(clipped)
+        rate = np.asarray(twin.memory_rate(desired, q, speed, asked, given), dtype=object)
+    except (TypeError, AttributeError, ValueError) as error:
+        raise InputError(f"controller '{law.name}' cannot be compiled: {error}") from error
+    return TracedLaw(list(given), list(rate))
+
+
+def _gain(symbols: Sequence[Expression] | None, gain: Gain) -> Any:
+    if symbols is None:
+        return gain
+    row = _objects(symbols)
+    return lambda error: row * error
+
+
+def _state_of(model: Mechanism, graph: Graph, state: TracedState, plant: CompiledMechanism) -> TracedState | None:
+    """The measured state as the law's model sees it, or None where that needs more than the actuated coordinates."""
+    own: Any = model.model if isinstance(model, CompiledMechanism) else model
+    if own is plant.model:
+        return state
+    if isinstance(own, PaperModel):
+        q = [x for x in state.actuated if isinstance(x, Expression)]
+        return PaperSource(own).state(graph, q, [])
+    return None
+
+
+def _objects(values: Sequence[Number]) -> Objects:
+    made = np.empty(len(values), dtype=object)
+    made[:] = list(values)
+    return made
