@@ -21,8 +21,8 @@ from cutjoint.description import (
     read_checked,
 )
 from cutjoint.description.catalogue import names
+from cutjoint.description.formats import write
 from cutjoint.description.transforms import rotation_from_quaternion, rpy_from_rotation
-from cutjoint.description.writers import write
 
 mujoco = pytest.importorskip("mujoco")
 

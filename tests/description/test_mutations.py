@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cutjoint.description import RobotDescription, check_description, load_description
-from cutjoint.description.writers import write
+from cutjoint.description.formats import write
 from cutjoint.errors import DescriptionError
 
 HOSTILE = [

@@ -27,8 +27,8 @@ from cutjoint.description import (
     load_description,
 )
 from cutjoint.description.catalogue import names
+from cutjoint.description.formats import WRITERS, write
 from cutjoint.description.transforms import placement
-from cutjoint.description.writers import WRITERS, write
 from cutjoint.errors import UnknownNameError
 
 FILES = {"loops": "loops.toml", "urdf": "robot.urdf", "mjcf": "robot.xml"}
@@ -213,7 +213,7 @@ def test_a_failed_write_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest
     def refuse(*_: object) -> None:
         raise OSError("no room")
 
-    monkeypatch.setattr("cutjoint.description.writers.files.os.replace", refuse)
+    monkeypatch.setattr("cutjoint.description.formats.common.files.os.replace", refuse)
     with pytest.raises(OSError, match="no room"):
         write(replace(robot, name="other"), tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

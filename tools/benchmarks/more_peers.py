@@ -16,8 +16,8 @@ import numpy as np
 
 from benchmarks.task import KD, KP, SAMPLE, Task
 from cutjoint.arrays import Array
+from cutjoint.description.formats import write
 from cutjoint.description.model import Frame
-from cutjoint.description.writers import write
 
 
 def tree_as_urdf(task: Task, folder: str) -> str:

@@ -21,7 +21,7 @@ import numpy as np
 from benchmarks.task import KD, KP, SAMPLE, Task
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.description.writers import write
+from cutjoint.description.formats import write
 
 
 def has_mujoco() -> bool:

@@ -7,8 +7,6 @@ from typing import Annotated
 
 import typer
 
-SUFFIXES = {"loops": "", "urdf": ".urdf", "mjcf": ".xml"}
-
 
 def command(
     robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")],
@@ -25,12 +23,12 @@ def command(
 ) -> None:
     """Write a robot in another format.  Reading the file back gives the same robot."""
     from cutjoint.description import load_description
-    from cutjoint.description.writers import WRITERS, write
+    from cutjoint.description.formats import WRITERS, write
     from cutjoint.errors import UnknownNameError
 
     if to not in WRITERS:
         raise UnknownNameError("format", to, tuple(WRITERS))
     description = load_description(robot, variant, lenient)
-    path = Path(f"{description.name}{SUFFIXES[to]}") if out is None else out
+    path = WRITERS[to].place(description.name) if out is None else out
     for written in write(description, path, to):
         typer.echo(str(written))

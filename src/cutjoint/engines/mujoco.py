@@ -22,8 +22,8 @@ import numpy as np
 
 from cutjoint.arrays import Array, Values
 from cutjoint.chain import ClosedChain
+from cutjoint.description.formats import write
 from cutjoint.description.model import JointType
-from cutjoint.description.writers import write
 from cutjoint.engines.natural import natural, units_of
 from cutjoint.errors import InputError
 

@@ -17,8 +17,8 @@ from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.crosscheck import Comparison, Reacher, Row, State
+from cutjoint.description.formats import write
 from cutjoint.description.model import JointType
-from cutjoint.description.writers import write
 
 _READ = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 

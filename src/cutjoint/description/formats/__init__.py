@@ -1,42 +1,75 @@
-"""The file formats that describe a robot: one module each, chosen by the name and the content of the file.
+"""The file formats that describe a robot: a folder each, and a row each in the table `FORMATS`.
 
-A new format is a module with `read(path) -> Reading` and a row in `FORMATS`.
+A new format is a folder with `read(path) -> Reading`, where it can be written a function that gives the texts of its
+files, and a row.  A dialect stands before what it extends; otherwise the order does not matter.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from cutjoint.description.files import LARGEST_FILE
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats import gepetto, loops_toml, mjcf, sdf, urdf, urdf_constraint, urdf_plus
-from cutjoint.description.formats.reading import Reading
+from cutjoint.description.formats import gepetto, loops_toml, mjcf, sdf
+from cutjoint.description.formats.common.files import write_files
+from cutjoint.description.formats.common.reading import Reading
+from cutjoint.description.formats.urdf import constraint, plain, plus
+from cutjoint.description.formats.urdf.writer import constraint_files
+from cutjoint.description.model import RobotDescription
+from cutjoint.errors import UnknownNameError
 
-__all__ = ["FORMATS", "Format", "Reading", "format_of", "read"]
+__all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "read", "write"]
+
+Texts = Callable[[RobotDescription, Path], Mapping[Path, bytes]]
+"""(description, path to write) -> the content of every file, the first being the one to read again."""
 
 
 @dataclass(frozen=True)
 class Format:
-    """A dialect: its name for messages, the suffixes of its files, text its files contain, and its reader."""
+    """A file format or a dialect of one.
+
+    Attributes:
+        name: for messages.
+        suffixes: of its files; the first is that of a file that is written.
+        marks: texts, one of which its files contain.
+        read: its reader.
+        write: its writer, None where there is none.
+        key: what `cutjoint export --to` calls it.
+        folder: whether what is written is a folder.
+    """
 
     name: str
     suffixes: tuple[str, ...]
     marks: tuple[bytes, ...]
     read: Callable[[Path], Reading]
+    write: Texts | None = None
+    key: str = ""
+    folder: bool = False
+
+    def place(self, name: str) -> Path:
+        """Where a robot called `name` is written unless one says where."""
+        return Path(name if self.folder else name + self.suffixes[0])
 
 
 FORMATS: tuple[Format, ...] = (
-    Format("loops.toml", (".toml",), (b"schema",), loops_toml.read),
+    Format("loops.toml", (".toml",), (b"schema",), loops_toml.read, loops_toml.native_files, "loops", folder=True),
     Format("Gepetto robot.yaml", (".yaml", ".yml"), (b"closed_loop", b"name_mot"), gepetto.read),
-    Format("URDF+", (".urdf", ".xml"), (b"<loop", b"<coupling", b"<predecessor", b"independent="), urdf_plus.read),
-    Format("URDF with <constraint>", (".urdf", ".xml"), (b"<constraint", b"<cutjoint"), urdf_constraint.read),
-    Format("MJCF", (".xml", ".mjcf"), (b"<mujoco",), mjcf.read),
+    Format("URDF+", (".urdf", ".xml"), (b"<loop", b"<coupling", b"<predecessor", b"independent="), plus.read),
+    Format(
+        "URDF with <constraint>", (".urdf", ".xml"), (b"<constraint", b"<cutjoint"), constraint.read,
+        constraint_files, "urdf",
+    ),
+    Format("MJCF", (".xml", ".mjcf"), (b"<mujoco",), mjcf.read, mjcf.mjcf_files, "mjcf"),
     Format("SDF", (".sdf", ".world", ".xml"), (b"<sdf",), sdf.read),
-    Format("URDF", (".urdf", ".xml"), (b"<robot",), urdf.read),
-)
-"""The first whose suffix and mark both fit is taken, then the last whose suffix fits."""
+    Format("URDF", (".urdf", ".xml"), (b"<robot",), plain.read),
+)  # fmt: skip
+"""The first whose suffix and mark both fit is taken; where no mark fits, URDF if the suffix may be one."""
+
+WRITERS: Mapping[str, Format] = {one.key: one for one in FORMATS if one.write is not None}
+"""What can be written, by the name that `write` and `cutjoint export --to` know."""
 
 
 def read(path: Path) -> Reading:
@@ -50,6 +83,27 @@ def read(path: Path) -> Reading:
     return format_of(path).read(path)
 
 
+def write(description: RobotDescription, path: str | os.PathLike[str], to: str = "loops") -> tuple[Path, ...]:
+    """Write a description to a file, or for `loops` to a folder or its loops.toml.
+
+    Args:
+        description: what to write; a variant that was chosen is written as the tree's own inertias.
+        path: where to; files there are replaced, each as a whole.
+        to: `loops` (loops.toml and robot.urdf), `urdf` (with `<constraint>`) or `mjcf`.
+
+    Returns:
+        The files, the one to read again first.
+
+    Raises:
+        UnknownNameError: there is no such format.
+        OSError: the place cannot be written to.
+    """
+    texts = WRITERS[to].write if to in WRITERS else None
+    if texts is None:
+        raise UnknownNameError("format", to, tuple(WRITERS))
+    return write_files(texts(description, Path(path)))
+
+
 def format_of(path: Path) -> Format:
     """The format of a file by suffix and content.  A file that cannot be read counts by its suffix alone."""
     try:
@@ -58,13 +112,13 @@ def format_of(path: Path) -> Format:
     except (OSError, ValueError):
         head = b""
     suffix = path.suffix.lower()
-    fitting = [one for one in FORMATS if suffix in one.suffixes]
-    for one in fitting or FORMATS:
-        if any(mark in head for mark in one.marks):
-            return one
-    return fitting[-1] if fitting else FORMATS[-1]
+    fitting = [one for one in FORMATS if suffix in one.suffixes] or list(FORMATS)
+    marked = [one for one in fitting if any(mark in head for mark in one.marks)]
+    plain_first = [one for one in fitting if one.read is plain.read]
+    return [*marked, *plain_first, *fitting][0]
 
 
 def _inside(path: Path) -> str:
-    found = sorted(one.name for one in path.iterdir() if one.suffix.lower() in {".urdf", ".xml", ".sdf", ".yaml"})
+    known = {suffix for one in FORMATS for suffix in one.suffixes}
+    found = sorted(one.name for one in path.iterdir() if one.suffix.lower() in known)
     return f"name one of its files: {', '.join(found[:5])}" if found else ""

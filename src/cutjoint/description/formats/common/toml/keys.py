@@ -14,10 +14,10 @@ import numpy as np
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.defaults import ONE_COORDINATE, actuated_by_default, tool_by_default
 from cutjoint.description.findings import Findings, nearest
-from cutjoint.description.formats.reading import Tree
-from cutjoint.description.formats.toml_table import Table, parse
-from cutjoint.description.formats.urdf_joint import unit_axis
-from cutjoint.description.formats.urdf_link import LARGEST_INERTIA, LARGEST_MASS
+from cutjoint.description.formats.common.reading import Tree
+from cutjoint.description.formats.common.toml.table import Table, parse
+from cutjoint.description.formats.urdf.joint import unit_axis
+from cutjoint.description.formats.urdf.link import LARGEST_INERTIA, LARGEST_MASS
 from cutjoint.description.model import (
     Coupling,
     CutJoint,

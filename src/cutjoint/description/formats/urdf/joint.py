@@ -8,7 +8,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
-from cutjoint.description.formats.urdf_link import read_origin
+from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import Coupling, Joint, JointType, Limits, Place
 from cutjoint.description.numbers import number_problem, parse_number, read_numbers
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child

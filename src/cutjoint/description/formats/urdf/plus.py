@@ -13,10 +13,10 @@ from pathlib import Path
 
 from cutjoint.description.defaults import ONE_COORDINATE, tool_by_default
 from cutjoint.description.findings import Findings, listing, nearest
-from cutjoint.description.formats import urdf
-from cutjoint.description.formats.reading import Reading, Tree
-from cutjoint.description.formats.urdf_joint import unit_axis
-from cutjoint.description.formats.urdf_link import read_origin
+from cutjoint.description.formats.common.reading import Reading, Tree
+from cutjoint.description.formats.urdf import plain
+from cutjoint.description.formats.urdf.joint import unit_axis
+from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, JointType, Place, RobotDescription
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.transforms import frame_along, turned
@@ -36,10 +36,10 @@ _NONE: frozenset[str] = frozenset()
 def read(path: Path) -> Reading:
     """A URDF+ file."""
     findings = Findings(str(path))
-    root = urdf.read_robot(path, findings)
+    root = plain.read_robot(path, findings)
     if root is None:
         return Reading(None, tuple(findings.problems))
-    tree = urdf.read_tree(root, path, findings, frozenset({"loop", "coupling", "constraint"}))
+    tree = plain.read_tree(root, path, findings, frozenset({"loop", "coupling", "constraint"}))
     rolling = [one for one in children(root, "constraint") if one.get("type") == "rolling"]
     loops = [one for one in children(root) if one.tag in ("loop", "constraint") and one not in rolling]
     cuts = [_loop(element, findings) for element in loops]

@@ -15,8 +15,8 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.mjcf_pose import Units, along, read_placement
-from cutjoint.description.formats.urdf_link import LARGEST_MASS
+from cutjoint.description.formats.mjcf.pose import Units, along, read_placement
+from cutjoint.description.formats.urdf.link import LARGEST_MASS
 from cutjoint.description.model import Inertial, Shape
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.transforms import from_rotation

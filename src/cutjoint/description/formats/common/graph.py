@@ -14,7 +14,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.reading import Tree
+from cutjoint.description.formats.common.reading import Tree
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Link, Place
 from cutjoint.description.transforms import frame_along, inverse, turned
 

@@ -13,10 +13,10 @@ import numpy as np
 from lxml import etree
 
 from cutjoint.arrays import Array
-from cutjoint.description.formats.urdf_constraint import TYPES as CONSTRAINTS
+from cutjoint.description.formats.common.toml.text import JointKeys, number, toml_text
+from cutjoint.description.formats.urdf.constraint import TYPES as CONSTRAINTS
 from cutjoint.description.model import Coupling, CutType, Inertial, Joint, JointType, Link, RobotDescription, Shape
 from cutjoint.description.transforms import rpy_from_rotation
-from cutjoint.description.writers.toml import JointKeys, number, toml_text
 from cutjoint.description.xml import Element
 
 _FOREIGN = (JointType.SPHERICAL, JointType.UNIVERSAL)

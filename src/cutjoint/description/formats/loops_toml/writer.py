@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from cutjoint.description.formats.common.toml.text import toml_text
+from cutjoint.description.formats.urdf.writer import couplings_without_mimic, foreign_joints, robot_element, serialised
 from cutjoint.description.model import RobotDescription
-from cutjoint.description.writers.toml import toml_text
-from cutjoint.description.writers.urdf import couplings_without_mimic, foreign_joints, robot_element, serialised
 
 
 def native_files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:

@@ -15,12 +15,12 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.mjcf_defaults import Defaults
-from cutjoint.description.formats.mjcf_geom import Geom, Mesh, inertia_of_geoms, read_geom
-from cutjoint.description.formats.mjcf_joint import MjcfJoint, merged, read_free, read_joint
-from cutjoint.description.formats.mjcf_pose import Units, read_placement
-from cutjoint.description.formats.reading import Tree
-from cutjoint.description.formats.urdf_link import LARGEST_INERTIA, LARGEST_MASS
+from cutjoint.description.formats.common.reading import Tree
+from cutjoint.description.formats.mjcf.defaults import Defaults
+from cutjoint.description.formats.mjcf.geom import Geom, Mesh, inertia_of_geoms, read_geom
+from cutjoint.description.formats.mjcf.joint import MjcfJoint, merged, read_free, read_joint
+from cutjoint.description.formats.mjcf.pose import Units, read_placement
+from cutjoint.description.formats.urdf.link import LARGEST_INERTIA, LARGEST_MASS
 from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointType, Link, Place
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.transforms import from_rotation, inverse

@@ -9,10 +9,10 @@ from pathlib import Path
 
 from cutjoint.description.files import read_text_file
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats import urdf
-from cutjoint.description.formats.extras import described, take_extras
-from cutjoint.description.formats.reading import Reading, Tree
-from cutjoint.description.formats.toml_table import Table, line_index, parse
+from cutjoint.description.formats.common.reading import Reading, Tree
+from cutjoint.description.formats.common.toml.keys import described, take_extras
+from cutjoint.description.formats.common.toml.table import Table, line_index, parse
+from cutjoint.description.formats.urdf import plain
 
 SCHEMA = 1
 
@@ -43,7 +43,7 @@ def _tree(top: Table, path: Path, findings: Findings) -> Tree | None:
         return None
     file = path.parent / name
     own = Findings(str(file))
-    root = urdf.read_robot(file, own)
-    tree = None if root is None else urdf.read_tree(root, file, own)
+    root = plain.read_robot(file, own)
+    tree = None if root is None else plain.read_tree(root, file, own)
     findings.problems.extend(own.problems)
     return tree

@@ -18,11 +18,11 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings, nearest
-from cutjoint.description.formats import urdf
-from cutjoint.description.formats.extras import described, read_extras
-from cutjoint.description.formats.reading import Reading
-from cutjoint.description.formats.urdf_joint import unit_axis
-from cutjoint.description.formats.urdf_link import read_origin
+from cutjoint.description.formats.common.reading import Reading
+from cutjoint.description.formats.common.toml.keys import described, read_extras
+from cutjoint.description.formats.urdf import plain
+from cutjoint.description.formats.urdf.joint import unit_axis
+from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import CutJoint, CutType, Frame, Place
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.transforms import frame_along, turned
@@ -42,10 +42,10 @@ _TAGS = frozenset({"parent", "parent_origin", "parent_axis", "child", "child_ori
 def read(path: Path) -> Reading:
     """A URDF with constraints."""
     findings = Findings(str(path))
-    root = urdf.read_robot(path, findings)
+    root = plain.read_robot(path, findings)
     if root is None:
         return Reading(None, tuple(findings.problems))
-    tree = urdf.read_tree(root, path, findings, frozenset({"constraint", "cutjoint"}))
+    tree = plain.read_tree(root, path, findings, frozenset({"constraint", "cutjoint"}))
     cuts = [_constraint(element, findings) for element in children(root, "constraint")]
     element = only_child(root, "cutjoint", findings)
     extras = None if element is None else read_extras(str(element.text or ""), findings, element.sourceline)

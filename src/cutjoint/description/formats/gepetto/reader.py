@@ -16,9 +16,9 @@ import numpy as np
 
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, listing, nearest
-from cutjoint.description.formats import urdf
-from cutjoint.description.formats.reading import Reading, Tree
-from cutjoint.description.formats.yaml_lists import Entry, read_yaml
+from cutjoint.description.formats.common.reading import Reading, Tree
+from cutjoint.description.formats.gepetto.yaml_lists import Entry, read_yaml
+from cutjoint.description.formats.urdf import plain
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Place, RobotDescription
 
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
@@ -64,8 +64,8 @@ def _tree(path: Path, findings: Findings) -> Tree | None:
             return None
         beside = others[0]
     own = Findings(str(beside))
-    root = urdf.read_robot(beside, own)
-    tree = None if root is None else urdf.read_tree(root, beside, own)
+    root = plain.read_robot(beside, own)
+    tree = None if root is None else plain.read_tree(root, beside, own)
     findings.problems.extend(own.problems)
     return tree
 

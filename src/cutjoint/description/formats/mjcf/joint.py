@@ -9,8 +9,8 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
-from cutjoint.description.formats.mjcf_pose import Units
-from cutjoint.description.formats.urdf_joint import unit_axis
+from cutjoint.description.formats.mjcf.pose import Units
+from cutjoint.description.formats.urdf.joint import unit_axis
 from cutjoint.description.model import Joint, JointType, Limits, Place
 from cutjoint.description.numbers import parse_number, read_numbers
 from cutjoint.description.xml import Element

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.graph import Body
-from cutjoint.description.formats.sdf_pose import Poses, read_pose, text_of
-from cutjoint.description.formats.urdf_link import LARGEST_INERTIA, LARGEST_MASS
+from cutjoint.description.formats.common.graph import Body
+from cutjoint.description.formats.sdf.pose import Poses, read_pose, text_of
+from cutjoint.description.formats.urdf.link import LARGEST_INERTIA, LARGEST_MASS
 from cutjoint.description.model import Inertial, Link, Place, Shape
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.packages import find_mesh

@@ -13,13 +13,13 @@ from pathlib import Path
 
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, nearest
-from cutjoint.description.formats.extras import Extras, described, read_extras
-from cutjoint.description.formats.mjcf_body import Bodies, Compiler
-from cutjoint.description.formats.mjcf_equality import read_equalities
-from cutjoint.description.formats.mjcf_geom import Mesh
-from cutjoint.description.formats.mjcf_keyframes import read_homes
-from cutjoint.description.formats.mjcf_pose import Units
-from cutjoint.description.formats.reading import Reading
+from cutjoint.description.formats.common.reading import Reading
+from cutjoint.description.formats.common.toml.keys import Extras, described, read_extras
+from cutjoint.description.formats.mjcf.body import Bodies, Compiler
+from cutjoint.description.formats.mjcf.equality import read_equalities
+from cutjoint.description.formats.mjcf.geom import Mesh
+from cutjoint.description.formats.mjcf.keyframes import read_homes
+from cutjoint.description.formats.mjcf.pose import Units
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.packages import find_mesh
 from cutjoint.description.xml import Element, children, read_xml

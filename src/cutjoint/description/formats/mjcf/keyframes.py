@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.mjcf_body import Bodies
+from cutjoint.description.formats.mjcf.body import Bodies
 from cutjoint.description.model import Home, JointType
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.transforms import rotation_from_quaternion, rpy_from_rotation

@@ -15,12 +15,12 @@ import numpy as np
 from lxml import etree
 
 from cutjoint.arrays import Array
-from cutjoint.description.formats.mjcf_body import OWN, WORLD
-from cutjoint.description.formats.mjcf_geom import plain_name
+from cutjoint.description.formats.common.toml.text import JointKeys, number, toml_text
+from cutjoint.description.formats.mjcf.body import OWN, WORLD
+from cutjoint.description.formats.mjcf.geom import plain_name
+from cutjoint.description.formats.urdf.writer import relative, serialised, words
 from cutjoint.description.model import CutJoint, CutType, Inertial, Joint, JointType, Link, RobotDescription, Shape
 from cutjoint.description.transforms import quaternion_from_rotation
-from cutjoint.description.writers.toml import JointKeys, number, toml_text
-from cutjoint.description.writers.urdf import relative, serialised, words
 from cutjoint.description.xml import Element
 
 FLOOR = 1e-12

@@ -13,7 +13,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
-from cutjoint.description.formats.mjcf_body import WORLD, Bodies
+from cutjoint.description.formats.mjcf.body import WORLD, Bodies
 from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Place
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.transforms import from_rotation, inverse, rotation_from_quaternion

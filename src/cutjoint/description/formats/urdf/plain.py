@@ -9,10 +9,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.extras import described
-from cutjoint.description.formats.reading import Reading, Tree
-from cutjoint.description.formats.urdf_joint import read_joint
-from cutjoint.description.formats.urdf_link import Colours, read_colours, read_link
+from cutjoint.description.formats.common.reading import Reading, Tree
+from cutjoint.description.formats.common.toml.keys import described
+from cutjoint.description.formats.urdf.joint import read_joint
+from cutjoint.description.formats.urdf.link import Colours, read_colours, read_link
 from cutjoint.description.xml import Element, check_known, children, read_xml, refuse_xacro
 
 ROBOT_ATTRIBUTES = frozenset({"name", "version"})

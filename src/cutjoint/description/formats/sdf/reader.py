@@ -13,12 +13,12 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, listing, nearest
-from cutjoint.description.formats.extras import Extras, described
-from cutjoint.description.formats.graph import Body, Edge, span
-from cutjoint.description.formats.reading import Reading
-from cutjoint.description.formats.sdf_link import read_body
-from cutjoint.description.formats.sdf_pose import Poses, text_of
-from cutjoint.description.formats.urdf_joint import unit_axis
+from cutjoint.description.formats.common.graph import Body, Edge, span
+from cutjoint.description.formats.common.reading import Reading
+from cutjoint.description.formats.common.toml.keys import Extras, described
+from cutjoint.description.formats.sdf.link import read_body
+from cutjoint.description.formats.sdf.pose import Poses, text_of
+from cutjoint.description.formats.urdf.joint import unit_axis
 from cutjoint.description.model import IDENTITY, Coupling, JointType, Limits, Link, Place
 from cutjoint.description.numbers import parse_number, read_numbers
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child, read_xml

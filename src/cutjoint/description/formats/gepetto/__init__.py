@@ -1,0 +1,5 @@
+"""The robot.yaml of Gepetto, beside a URDF."""
+
+from cutjoint.description.formats.gepetto.reader import read
+
+__all__ = ["read"]

@@ -1,0 +1,1 @@
+"""URDF, plain and in the two dialects that have loops."""
