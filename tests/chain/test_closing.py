@@ -12,7 +12,7 @@ from kit.shipped import DETERMINED, SHIPPED
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.assembly import _Linear, _same_branch
+from cutjoint.chain.closing.continuation import _Linear, _same_branch
 from cutjoint.description.model import CutJoint, CutType, Frame, Inertial, Joint, JointType, Link, RobotDescription
 from cutjoint.description.transforms import placement
 from cutjoint.errors import (

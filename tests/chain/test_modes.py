@@ -366,7 +366,7 @@ def test_robots_without_a_tool_have_assembly_modes_of_all_their_links(kit: Any) 
 
 def test_parts_are_the_limbs(kit: Any) -> None:
     """With the tool's pose held, the joints of different limbs do not know of each other."""
-    from cutjoint.chain.assembly import PoseDriver
+    from cutjoint.chain.closing.continuation import PoseDriver
 
     for name, sizes in (("cpm", [4, 4, 4]), ("omega3", [1, 4, 4, 4]), ("stewart", [1, 3, 3, 3, 3, 3, 3])):
         chain = kit.robot(name)

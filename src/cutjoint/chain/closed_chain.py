@@ -24,11 +24,11 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
-from cutjoint.chain.assembly import ActuatedDriver, Driver, Stopped, ToolDriver
-from cutjoint.chain.full import FullChain
+from cutjoint.chain.closing.closing import FullChain
+from cutjoint.chain.closing.continuation import ActuatedDriver, Driver, Stopped, ToolDriver
+from cutjoint.chain.closing.walking import Walker
 from cutjoint.chain.kinematics import Placed
 from cutjoint.chain.reduced import Reduced
-from cutjoint.chain.walking import Walker
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import ClosureError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture, Terms, Tool

@@ -13,10 +13,10 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, readonly
+from cutjoint.chain.closing.short_steps import QuickTangent
 from cutjoint.chain.closure import cross
 from cutjoint.chain.dynamics import Motions
 from cutjoint.chain.kinematics import Kinematics, Placed
-from cutjoint.chain.nearby import QuickTangent
 from cutjoint.chain.tangent import TangentMap
 from cutjoint.errors import DynamicsError, SingularError
 from cutjoint.mechanism import Posture

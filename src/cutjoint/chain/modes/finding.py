@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.chain.assembly import Assembler, Driver
+from cutjoint.chain.closing.continuation import Assembler, Driver
 from cutjoint.chain.kinematics import Kinematics, Placed, joints_of
 from cutjoint.chain.modes.limits import Limits
 from cutjoint.chain.modes.listing import Found, Listing

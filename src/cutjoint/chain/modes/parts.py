@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
-from cutjoint.chain.assembly import Driver
+from cutjoint.chain.closing.continuation import Driver
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import null_space
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.chain.assembly import Assembler, Driver, PoseDriver
+from cutjoint.chain.closing.continuation import Assembler, Driver, PoseDriver
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.modes.limits import Limits
 from cutjoint.chain.modes.parts import independent_parts, scaled_rows

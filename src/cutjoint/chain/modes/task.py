@@ -22,7 +22,7 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.assembly import Driver, PoseDriver, ToolDriver
+from cutjoint.chain.closing.continuation import Driver, PoseDriver, ToolDriver
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import null_space
 from cutjoint.chain.structure import scaled_tool

@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.assembly import UNBOUND, ActuatedDriver, Assembler, Driver, Stopped, System, ToolDriver
+from cutjoint.chain.closing.continuation import UNBOUND, ActuatedDriver, Assembler, Driver, Stopped, System, ToolDriver
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import Split
 

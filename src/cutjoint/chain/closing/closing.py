@@ -15,16 +15,16 @@ import pinocchio as pin
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
-from cutjoint.chain.assembly import ActuatedDriver, Assembler, System
 from cutjoint.chain.build import build_model, rough_home
+from cutjoint.chain.closing.continuation import ActuatedDriver, Assembler, System
+from cutjoint.chain.closing.rounding import check_rounding, trusted_rows
+from cutjoint.chain.closing.short_steps import Nearby
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.idle import is_cyclic
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.mobility import MobilityReport, mobility_report
 from cutjoint.chain.modes import MOST_STARTS, Held, Modes, Robot, assembly_modes, working_modes
-from cutjoint.chain.nearby import Nearby
 from cutjoint.chain.rank import null_space
-from cutjoint.chain.rounding import check_rounding, trusted_rows
 from cutjoint.chain.structure import AROUND, SHIFT, Structure, is_steady
 from cutjoint.chain.tangent import TangentMap, tangent_map
 from cutjoint.description.model import JointType, RobotDescription

@@ -18,7 +18,7 @@ from scipy.linalg import qr
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.assembly import Assembler, Driver
+from cutjoint.chain.closing.continuation import Assembler, Driver
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.rank import singular_values
 from cutjoint.errors import ClosureError, RoundingWarning

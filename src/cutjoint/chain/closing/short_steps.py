@@ -21,7 +21,7 @@ from scipy.linalg.lapack import dgesv, dgetrs
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.assembly import Driver, System
+from cutjoint.chain.closing.continuation import Driver, System
 from cutjoint.chain.kinematics import Kinematics, Placed
 
 SMALLEST_PIVOT = 1e-3

@@ -1,0 +1,1 @@
+"""Closing the loops: from any configuration, on one branch, in short steps, and up to rounding."""
