@@ -15,8 +15,8 @@ import pytest
 
 from cutjoint.chain import ClosedChain
 from cutjoint.robots import load
-from cutjoint.viewer.browser import find_browser, flags
-from cutjoint.viewer.keeper import make_folder
+from cutjoint.viewer.browser.camera import find_browser, flags
+from cutjoint.viewer.browser.keeper import make_folder
 
 ROBOTS = ("cpm", "omega3")
 

@@ -15,10 +15,10 @@ import tornado.httpclient
 import tornado.websocket
 
 from cutjoint.errors import ViewerError
-from cutjoint.viewer import bridge as room
-from cutjoint.viewer.addresses import PORTS_TRIED
-from cutjoint.viewer.bridge import Bridge, File
-from cutjoint.viewer.scene import Scene
+from cutjoint.viewer.picture.scene import Scene
+from cutjoint.viewer.server import bridge as room
+from cutjoint.viewer.server.addresses import PORTS_TRIED
+from cutjoint.viewer.server.bridge import Bridge, File
 
 SECONDS = 60.0
 """For an answer, on a machine that has much else to do."""

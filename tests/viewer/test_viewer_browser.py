@@ -19,8 +19,9 @@ import pytest
 from PIL import Image
 
 from cutjoint.errors import BrowserError, ViewerError
-from cutjoint.viewer import Document, browser, devtools, headless, keeper, show
-from cutjoint.viewer.browser import STARTS, photograph
+from cutjoint.viewer import Document, show
+from cutjoint.viewer.browser import camera, devtools, headless, keeper
+from cutjoint.viewer.browser.camera import STARTS, photograph
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the browser is steered over inherited pipes")
 
@@ -153,7 +154,7 @@ def script(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], P
         file = tmp_path / "fake"
         file.write_text(f"{first}\n{text}\n")
         file.chmod(0o755)
-        monkeypatch.setenv(browser.VARIABLE, str(file))
+        monkeypatch.setenv(camera.VARIABLE, str(file))
         return file
 
     return use
@@ -204,7 +205,7 @@ def test_one_that_always_dies_is_an_error_with_its_status_and_last_words(documen
 def test_whatever_goes_wrong_is_told_with_its_stage(
     document: Document, fake: Any, where: str, what: str, said: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(browser, "STARTS", 1)
+    monkeypatch.setattr(camera, "STARTS", 1)
     fake((where, what))
     with pytest.raises(BrowserError) as caught:
         photograph(document)
@@ -250,7 +251,7 @@ def test_a_file_that_cannot_be_run_says_so(document: Document, script: Any) -> N
 
 
 def test_without_a_browser_a_picture_says_what_to_install(document: Document, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(browser.VARIABLE, "no-such-browser")
+    monkeypatch.setenv(camera.VARIABLE, "no-such-browser")
     with pytest.raises(ViewerError, match="install Chromium"):
         photograph(document)
 
@@ -268,7 +269,7 @@ def test_one_that_hangs_at_its_start_is_ended_and_followed_by_another(
     real = headless.run
 
     def run(path: str, arguments: Sequence[str], seconds: float) -> Any:
-        assert seconds == browser.START_SECONDS
+        assert seconds == camera.START_SECONDS
         return real(path, arguments, 0.3 if len(started) < STARTS - 1 else seconds)
 
     started: list[object] = []
@@ -284,7 +285,7 @@ def test_one_that_hangs_at_its_start_is_ended_and_followed_by_another(
 def test_one_that_always_hangs_is_an_error(
     document: Document, script: Any, text: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(browser, "START_SECONDS", 0.3)
+    monkeypatch.setattr(camera, "START_SECONDS", 0.3)
     script(text)
     with pytest.raises(BrowserError, match=rf"was still starting after [\d.]+ s.*start {STARTS} of {STARTS}") as caught:
         photograph(document)
@@ -295,7 +296,7 @@ def test_one_that_always_hangs_is_an_error(
 def test_one_that_never_stops_talking_is_an_error(
     document: Document, script: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(browser, "STARTS", 1)
+    monkeypatch.setattr(camera, "STARTS", 1)
     monkeypatch.setattr(devtools, "ANSWER_BYTES", 1 << 16)
     script("exec yes >&4")
     with pytest.raises(BrowserError, match=r"does not speak the DevTools protocol while starting: .*y"):
@@ -306,7 +307,7 @@ def test_one_that_never_stops_talking_is_an_error(
 def test_one_that_closes_its_pipe_and_lives_on_has_no_status(
     document: Document, fake: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(browser, "STARTS", 1)
+    monkeypatch.setattr(camera, "STARTS", 1)
     fake(("Page.navigate", "close"))
     with pytest.raises(BrowserError, match=r"closed its pipe while opening the page$") as caught:
         photograph(document)
@@ -318,7 +319,7 @@ def test_one_that_closes_its_pipe_and_lives_on_has_no_status(
 def test_all_starts_together_have_a_limit(
     document: Document, fake: Any, monkeypatch: pytest.MonkeyPatch, what: str, where: str
 ) -> None:
-    monkeypatch.setattr(browser, "SECONDS", 1.5)
+    monkeypatch.setattr(camera, "SECONDS", 1.5)
     fake(*[(where, what)] * STARTS)
     began = monotonic()
     with pytest.raises(BrowserError, match=r"was still \w+.* after [\d.]+ s") as caught:
@@ -330,16 +331,16 @@ def test_all_starts_together_have_a_limit(
 def test_once_it_has_answered_a_browser_has_all_the_time_that_is_left(
     document: Document, fake: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    left, real = [], browser._picture
+    left, real = [], camera._picture
 
     def draw(tools: devtools.Devtools, *given: Any) -> bytes:
         left.append(tools.until - monotonic())
         return real(tools, *given)
 
-    monkeypatch.setattr(browser, "_picture", draw)
+    monkeypatch.setattr(camera, "_picture", draw)
     fake()
     assert photograph(document) == png()
-    assert browser.START_SECONDS < left[0] <= browser.SECONDS
+    assert camera.START_SECONDS < left[0] <= camera.SECONDS
 
 
 @pytest.mark.parametrize("length", [0, 1, 2, 3, 60, 120])
@@ -454,6 +455,6 @@ def test_a_picture_does_not_need_a_short_temporary_folder(
     deep.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(deep))
     monkeypatch.setenv("TMPDIR", str(deep))
-    monkeypatch.setattr(browser, "STARTS", 1)
+    monkeypatch.setattr(camera, "STARTS", 1)
     assert Image.open(BytesIO(photograph(document, width=320, height=200))).size == (320, 200)
     assert list(deep.iterdir()) == []

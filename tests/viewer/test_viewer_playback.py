@@ -18,8 +18,8 @@ from cutjoint.errors import InputError, ViewerError
 from cutjoint.robots import PUBLISHED
 from cutjoint.simulation import Result
 from cutjoint.viewer import Document, play, show
-from cutjoint.viewer.playback import _pose_tracks
-from cutjoint.viewer.recording import FRAMES, frame_times, from_result, from_trajectory
+from cutjoint.viewer.film.playback import _pose_tracks
+from cutjoint.viewer.film.recording import FRAMES, frame_times, from_result, from_trajectory
 
 LAG = np.array([0.0, 0.001, 0.0])
 

@@ -176,10 +176,11 @@ def test_a_simulation_is_saved_and_played_into_one_file(tmp_path: Path) -> None:
 SHOOTER = """
 import sys
 from cutjoint.robots import load
-from cutjoint.viewer import browser, devtools, show
+from cutjoint.viewer import show
+from cutjoint.viewer.browser import camera, devtools
 
 # a page that is never ready, and a word when it is there
-browser.READY = "false"
+camera.READY = "false"
 rest = devtools.Devtools.rest
 def tell(self, seconds):
     print("drawing", flush=True)

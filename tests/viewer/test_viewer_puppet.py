@@ -8,10 +8,10 @@ import pytest
 
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import InputError
-from cutjoint.viewer.figure import Figure
-from cutjoint.viewer.live import parse
-from cutjoint.viewer.puppet import Puppet
-from cutjoint.viewer.walk import NEAR_SINGULAR
+from cutjoint.viewer.hand.live import parse
+from cutjoint.viewer.hand.puppet import Puppet
+from cutjoint.viewer.hand.walk import NEAR_SINGULAR
+from cutjoint.viewer.picture.figure import Figure
 
 STEPS = 3
 

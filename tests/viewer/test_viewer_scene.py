@@ -8,7 +8,7 @@ import umsgpack
 from meshcat import geometry as g
 
 from cutjoint.errors import InputError
-from cutjoint.viewer.scene import Scene
+from cutjoint.viewer.picture.scene import Scene
 
 BOX = g.Mesh(g.Box([1.0, 1.0, 1.0]))
 

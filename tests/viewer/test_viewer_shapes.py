@@ -8,8 +8,8 @@ import trimesh
 
 from cutjoint.description.model import Shape
 from cutjoint.errors import InputError
-from cutjoint.viewer import shapes
-from cutjoint.viewer.figure import along, css, turn_down
+from cutjoint.viewer.picture import shapes
+from cutjoint.viewer.picture.figure import along, css, turn_down
 
 RED = (1.0, 0.0, 0.0, 1.0)
 TURNED = np.array([[0.0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cutjoint.viewer.bridge import Bridge
-from cutjoint.viewer.document import Document
-from cutjoint.viewer.live import LiveView
-from cutjoint.viewer.playback import playback
-from cutjoint.viewer.recording import Recording, from_result, from_trajectory, still
+from cutjoint.viewer.film.document import Document
+from cutjoint.viewer.film.playback import playback
+from cutjoint.viewer.film.recording import Recording, from_result, from_trajectory, still
+from cutjoint.viewer.hand.live import LiveView
+from cutjoint.viewer.server.bridge import Bridge
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain

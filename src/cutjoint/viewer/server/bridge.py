@@ -22,8 +22,8 @@ from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from cutjoint.errors import ViewerError
-from cutjoint.viewer.addresses import LOOPBACK, PORT, bind, is_address, is_loopback, own_names, url_of
-from cutjoint.viewer.scene import Scene
+from cutjoint.viewer.picture.scene import Scene
+from cutjoint.viewer.server.addresses import LOOPBACK, PORT, bind, is_address, is_loopback, own_names, url_of
 
 TABS = 16
 MESSAGE_BYTES = 2048

@@ -6,7 +6,7 @@ from functools import cache
 from importlib import resources
 
 from cutjoint.errors import ViewerError
-from cutjoint.viewer.bridge import File
+from cutjoint.viewer.server.bridge import File
 
 LIVE_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "

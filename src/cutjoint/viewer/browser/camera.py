@@ -14,10 +14,10 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from cutjoint.errors import BrowserError, InputError, ViewerError
-from cutjoint.viewer.devtools import Devtools, LostError
+from cutjoint.viewer.browser.devtools import Devtools, LostError
 
 if TYPE_CHECKING:
-    from cutjoint.viewer.document import Document
+    from cutjoint.viewer.film.document import Document
 
 VARIABLE = "CUTJOINT_BROWSER"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge", "msedge")
@@ -91,8 +91,8 @@ def photograph(document: Document, *, time: float = 0.0, width: int = 1280, heig
 
 
 def _with_fresh_starts(path: str, document: Document, time: float, width: int, height: int) -> bytes:
-    from cutjoint.viewer.bridge import Bridge
-    from cutjoint.viewer.headless import LostRunError, run
+    from cutjoint.viewer.browser.headless import LostRunError, run
+    from cutjoint.viewer.server.bridge import Bridge
 
     until = monotonic() + SECONDS
     arguments = [*flags(), f"--window-size={width},{height}"]

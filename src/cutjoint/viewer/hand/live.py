@@ -17,11 +17,11 @@ from typing import Any, Literal, TypeGuard
 
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import CutjointError
-from cutjoint.viewer.addresses import LOOPBACK, PORT
-from cutjoint.viewer.assets import live_files
-from cutjoint.viewer.bridge import Bridge
-from cutjoint.viewer.figure import Figure
-from cutjoint.viewer.puppet import Puppet
+from cutjoint.viewer.hand.puppet import Puppet
+from cutjoint.viewer.picture.figure import Figure
+from cutjoint.viewer.server.addresses import LOOPBACK, PORT
+from cutjoint.viewer.server.assets import live_files
+from cutjoint.viewer.server.bridge import Bridge
 
 Kind = Literal["actuated", "tool", "mode", "modes", "home"]
 WORKSPACE = "Workspace box"

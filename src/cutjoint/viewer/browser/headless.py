@@ -1,7 +1,7 @@
 """One run of a headless browser: started by a keeper, spoken to over pipes, gone with its folder afterwards.
 
 The pipes open no port, and the browser ends by itself when they break.  Should it not, or should this program be
-killed, `cutjoint.viewer.keeper` ends it and removes what it wrote.
+killed, `cutjoint.viewer.browser.keeper` ends it and removes what it wrote.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import IO
 
-from cutjoint.viewer import keeper
-from cutjoint.viewer.devtools import Devtools, LostError
+from cutjoint.viewer.browser import keeper
+from cutjoint.viewer.browser.devtools import Devtools, LostError
 
 PIPE = "--remote-debugging-pipe"
 GRACE = 2.0

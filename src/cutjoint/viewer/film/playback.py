@@ -17,11 +17,11 @@ from meshcat.transformations import quaternion_from_matrix
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.viewer import shapes
-from cutjoint.viewer.document import Document
-from cutjoint.viewer.figure import ROOT, Figure, along, css
-from cutjoint.viewer.recording import Recording
-from cutjoint.viewer.shapes import Colour
+from cutjoint.viewer.film.document import Document
+from cutjoint.viewer.film.recording import Recording
+from cutjoint.viewer.picture import shapes
+from cutjoint.viewer.picture.figure import ROOT, Figure, along, css
+from cutjoint.viewer.picture.shapes import Colour
 
 DESIRED: Colour = (0.35, 0.36, 0.4, 0.35)
 ACTUAL: Colour = (0.55, 0.1, 0.7, 1.0)

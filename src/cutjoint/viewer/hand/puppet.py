@@ -19,8 +19,8 @@ from cutjoint.chain import ClosedChain
 from cutjoint.description.model import JointType
 from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture
-from cutjoint.viewer.figure import Figure, css, limb_of
-from cutjoint.viewer.walk import Go, Stop, Walker
+from cutjoint.viewer.hand.walk import Go, Stop, Walker
+from cutjoint.viewer.picture.figure import Figure, css, limb_of
 
 WORKSPACE_SAMPLES = 24
 FREE_TURN = math.pi

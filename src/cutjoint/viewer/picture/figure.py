@@ -21,9 +21,9 @@ from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.description.model import Joint, Link, RobotDescription, Shape
 from cutjoint.mechanism import Posture
-from cutjoint.viewer import shapes
-from cutjoint.viewer.scene import Scene
-from cutjoint.viewer.shapes import Colour
+from cutjoint.viewer.picture import shapes
+from cutjoint.viewer.picture.scene import Scene
+from cutjoint.viewer.picture.shapes import Colour
 
 ROOT = "robot"
 PALETTE: tuple[Colour, ...] = (

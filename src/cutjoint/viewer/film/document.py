@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from cutjoint.errors import ViewerError
-from cutjoint.viewer.assets import bundle, page
-from cutjoint.viewer.bridge import File, pack
-from cutjoint.viewer.scene import Scene
+from cutjoint.viewer.picture.scene import Scene
+from cutjoint.viewer.server.assets import bundle, page
+from cutjoint.viewer.server.bridge import File, pack
 
 
 class Document:
@@ -77,7 +77,7 @@ class Document:
         Raises:
             ViewerError: no browser is found, it does not answer in time, or the file cannot be written.
         """
-        from cutjoint.viewer.browser import photograph
+        from cutjoint.viewer.browser.camera import photograph
 
         return write_whole(Path(path), photograph(self, time=time, width=width, height=height))
 

@@ -1,0 +1,1 @@
+"""The viewer's server: addresses, the bridge to the tabs, and the files that it answers with."""
