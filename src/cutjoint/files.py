@@ -4,9 +4,39 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from cutjoint.errors import InputError
+
+
+def write_files(contents: Mapping[Path, bytes], *, private: bool = False) -> tuple[Path, ...]:
+    """Write each content to its path; the old files stay until all new ones are there.  Returns the paths.
+
+    `private` makes files that only their owner can read and that need not outlive a power cut, as in a cache.
+
+    Raises:
+        OSError: a folder does not exist, or a file cannot be written.
+    """
+    waiting: list[tuple[str, Path]] = []
+    try:
+        for path, content in contents.items():
+            handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+            waiting.append((name, path))
+            with os.fdopen(handle, "wb") as file:
+                file.write(content)
+                if not private:
+                    file.flush()
+                    os.fsync(file.fileno())
+            if not private:
+                os.chmod(name, 0o666 & ~_umask())  # mkstemp makes private files; these are ordinary ones
+        while waiting:
+            os.replace(*waiting[0])
+            waiting.pop(0)
+    finally:
+        for name, _ in waiting:
+            Path(name).unlink(missing_ok=True)
+    return tuple(contents)
 
 
 def write_whole(path: str | os.PathLike[str], content: str | bytes) -> Path:
@@ -16,21 +46,10 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes) -> Path:
         InputError: the folder does not exist, or the file cannot be written.
     """
     target = check_place(path)
-    data = content.encode() if isinstance(content, str) else content
-    temporary: str | None = None
     try:
-        handle, temporary = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(temporary, 0o666 & ~_umask())  # mkstemp makes private files; these are ordinary ones
-        os.replace(temporary, target)
+        write_files({target: content.encode() if isinstance(content, str) else content})
     except OSError as error:
         raise InputError(f"cannot write {target}: {error.strerror or error}") from error
-    finally:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
     return target
 
 

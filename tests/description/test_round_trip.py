@@ -213,7 +213,7 @@ def test_a_failed_write_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest
     def refuse(*_: object) -> None:
         raise OSError("no room")
 
-    monkeypatch.setattr("cutjoint.description.formats.common.files.os.replace", refuse)
+    monkeypatch.setattr("cutjoint.files.os.replace", refuse)
     with pytest.raises(OSError, match="no room"):
         write(replace(robot, name="other"), tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

@@ -11,7 +11,7 @@ holds:
 - the numbers it gives agree with the model it claims to be (`cutjoint.compile.functions.verify` compares it with
   Pinocchio, or with the published model, before it is handed out).
 
-Anything else is ignored and written anew.  Files appear whole or not at all (a temporary file and `os.replace`), so
+Anything else is ignored and written anew.  Files appear whole or not at all (`cutjoint.files`), so
 processes that compile the same robot at once do the work twice and otherwise do not notice each other.
 """
 
@@ -21,7 +21,6 @@ import contextlib
 import os
 import stat
 import sys
-import tempfile
 from collections.abc import Iterator
 from functools import cache
 from hashlib import sha256
@@ -30,6 +29,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from cutjoint.compile.expressions.program import Program, ProgramError
+from cutjoint.files import write_files
 
 LARGEST_FILE = 256 * 1024 * 1024
 _PRIVATE = stat.S_IWGRP | stat.S_IWOTH
@@ -110,15 +110,7 @@ def write(name: str, program: Program) -> None:
         place.mkdir(parents=True, exist_ok=True, mode=0o700)
         if not _ours(os.lstat(place)):
             return
-        handle, temporary = tempfile.mkstemp(prefix=".new-", dir=place)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(name.encode() + b"\n" + program.to_bytes())
-            os.replace(temporary, place / f"{name}.program")
-        except BaseException:
-            with contextlib.suppress(OSError):
-                os.unlink(temporary)
-            raise
+        write_files({place / f"{name}.program": name.encode() + b"\n" + program.to_bytes()}, private=True)
 
 
 def drop(name: str) -> None:

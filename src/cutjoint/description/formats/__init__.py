@@ -14,12 +14,12 @@ from pathlib import Path
 from cutjoint.description.files import LARGEST_FILE
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats import gepetto, loops_toml, mjcf, sdf
-from cutjoint.description.formats.common.files import write_files
 from cutjoint.description.formats.common.reading import Reading
 from cutjoint.description.formats.urdf import constraint, plain, plus
 from cutjoint.description.formats.urdf.writer import constraint_files
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import UnknownNameError
+from cutjoint.files import write_files
 
 __all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "read", "write"]
 
@@ -101,7 +101,10 @@ def write(description: RobotDescription, path: str | os.PathLike[str], to: str =
     texts = WRITERS[to].write if to in WRITERS else None
     if texts is None:
         raise UnknownNameError("format", to, tuple(WRITERS))
-    return write_files(texts(description, Path(path)))
+    contents = texts(description, Path(path))
+    for file in contents:
+        file.parent.mkdir(parents=True, exist_ok=True)
+    return write_files(contents)
 
 
 def format_of(path: Path) -> Format:

@@ -11,12 +11,12 @@ import hashlib
 import html
 import json
 import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from cutjoint.errors import ViewerError
+from cutjoint.files import write_files
 from cutjoint.viewer.picture.scene import Scene
 from cutjoint.viewer.server.assets import bundle, page
 from cutjoint.viewer.server.bridge import File, pack
@@ -69,7 +69,7 @@ class Document:
         Raises:
             ViewerError: it cannot be written there.
         """
-        return write_whole(Path(path), self.html.encode())
+        return _write(path, self.html.encode())
 
     def picture(self, path: str | os.PathLike[str], *, time: float = 0.0, width: int = 1280, height: int = 800) -> int:
         """Write a PNG of the scene at `time` [s] to `path`, through a headless browser; returns its size [bytes].
@@ -79,7 +79,7 @@ class Document:
         """
         from cutjoint.viewer.browser.camera import photograph
 
-        return write_whole(Path(path), photograph(self, time=time, width=width, height=height))
+        return _write(path, photograph(self, time=time, width=width, height=height))
 
     def _repr_html_(self) -> str:
         frame = html.escape(self.html, quote=True)
@@ -88,25 +88,11 @@ class Document:
         )
 
 
-def write_whole(path: Path, content: bytes) -> int:
-    """Write `content` beside `path` and move it there.
-
-    Raises:
-        ViewerError: the folder is missing or cannot be written.
-    """
+def _write(path: str | os.PathLike[str], content: bytes) -> int:
+    """Write `content` to `path`; its size [bytes]."""
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent or ".")
+        write_files({Path(path): content})
     except OSError as error:
-        raise ViewerError(f"cannot write {path}: {error.strerror or error}") from error
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(name, 0o666 & ~umask)
-        os.replace(name, path)
-    except OSError as error:
-        os.unlink(name)
         raise ViewerError(f"cannot write {path}: {error.strerror or error}") from error
     return len(content)
 
