@@ -16,9 +16,10 @@ import tornado.websocket
 
 from cutjoint.errors import ViewerError
 from cutjoint.viewer.picture.scene import Scene
-from cutjoint.viewer.server import bridge as room
+from cutjoint.viewer.server import tabs as room
 from cutjoint.viewer.server.addresses import PORTS_TRIED
-from cutjoint.viewer.server.bridge import Bridge, File
+from cutjoint.viewer.server.assets import File
+from cutjoint.viewer.server.bridge import Bridge
 
 SECONDS = 60.0
 """For an answer, on a machine that has much else to do."""

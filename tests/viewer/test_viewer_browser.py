@@ -179,7 +179,7 @@ def fake(script: Callable[[str], Path], tmp_path: Path) -> Callable[..., Callabl
 
 def test_a_browser_that_does_well_is_started_once(document: Document, fake: Any, place: Path) -> None:
     starts = fake()
-    assert photograph(document) == png()
+    assert photograph(document.files()) == png()
     (start,) = starts()
     assert Path(start["place"]).parent == place
     assert Path(start["profile"]).parent == Path(start["place"])
@@ -188,7 +188,7 @@ def test_a_browser_that_does_well_is_started_once(document: Document, fake: Any,
 def test_one_that_always_dies_is_an_error_with_its_status_and_last_words(document: Document, fake: Any) -> None:
     starts = fake(*[("Page.navigate", "die")] * 2 * STARTS)
     with pytest.raises(BrowserError) as caught:
-        photograph(document)
+        photograph(document.files())
     assert len(starts()) == STARTS == caught.value.starts
     assert caught.value.status == 7
     assert caught.value.words == "no more wine"
@@ -208,7 +208,7 @@ def test_whatever_goes_wrong_is_told_with_its_stage(
     monkeypatch.setattr(camera, "STARTS", 1)
     fake((where, what))
     with pytest.raises(BrowserError) as caught:
-        photograph(document)
+        photograph(document.files())
     assert said in str(caught.value)
     assert caught.value.starts == 1
     assert caught.value.status == {"die": 7, "abort": 134}.get(what)
@@ -217,7 +217,7 @@ def test_whatever_goes_wrong_is_told_with_its_stage(
 @pytest.mark.parametrize("where", [*STAGES][::2])
 def test_one_that_dies_gets_a_fresh_one_with_a_fresh_profile(document: Document, fake: Any, where: str) -> None:
     starts = fake(*[(where, "die")] * (STARTS - 1))
-    assert photograph(document) == png()
+    assert photograph(document.files()) == png()
     assert len(starts()) == STARTS == len({start["profile"] for start in starts()})
     assert not any(start["used"] for start in starts())
 
@@ -226,19 +226,19 @@ def test_one_that_dies_gets_a_fresh_one_with_a_fresh_profile(document: Document,
 def test_whatever_goes_wrong_is_tried_again(document: Document, fake: Any, first: int) -> None:
     plan = [(where, what) for where, what, _ in FAILURES[first : first + STARTS - 1]]
     starts = fake(*plan)
-    assert photograph(document) == png()
+    assert photograph(document.files()) == png()
     assert len(starts()) == len(plan) + 1
 
 
 def test_last_words_are_the_last(document: Document, script: Any) -> None:
     script("for i in $(seq 1000); do echo line $i; echo; done >&2; exit 3")
     with pytest.raises(BrowserError, match="exit status 3") as caught:
-        photograph(document)
+        photograph(document.files())
     lines = caught.value.words.splitlines()
     assert lines == [f"line {i}" for i in range(1001 - headless.WORDS_LINES, 1001)]
     script("printf %5000s end >&2")
     with pytest.raises(BrowserError, match="exit status 0") as caught:
-        photograph(document)
+        photograph(document.files())
     assert len(caught.value.words) == headless.WORDS_BYTES
     assert caught.value.words.endswith(" end")
 
@@ -246,14 +246,14 @@ def test_last_words_are_the_last(document: Document, script: Any) -> None:
 def test_a_file_that_cannot_be_run_says_so(document: Document, script: Any) -> None:
     script("", first="#!/no/such/interpreter")
     with pytest.raises(BrowserError, match=r"exit status 127 .*\n.*No such file") as caught:
-        photograph(document)
+        photograph(document.files())
     assert caught.value.status == keeper.NOT_STARTED
 
 
 def test_without_a_browser_a_picture_says_what_to_install(document: Document, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(camera.VARIABLE, "no-such-browser")
     with pytest.raises(ViewerError, match="install Chromium"):
-        photograph(document)
+        photograph(document.files())
 
 
 @pytest.fixture
@@ -275,7 +275,7 @@ def test_one_that_hangs_at_its_start_is_ended_and_followed_by_another(
     started: list[object] = []
     monkeypatch.setattr(headless, "run", lambda *given: (run(*given), started.append(given))[0])
     starts = fake(*[("Browser.getVersion", "hang")] * (STARTS - 1))
-    assert photograph(document) == png()
+    assert photograph(document.files()) == png()
     assert len(started) == STARTS
     assert len({start["profile"] for start in starts()}) == len(starts())
 
@@ -288,7 +288,7 @@ def test_one_that_always_hangs_is_an_error(
     monkeypatch.setattr(camera, "START_SECONDS", 0.3)
     script(text)
     with pytest.raises(BrowserError, match=rf"was still starting after [\d.]+ s.*start {STARTS} of {STARTS}") as caught:
-        photograph(document)
+        photograph(document.files())
     assert caught.value.status is None
 
 
@@ -300,7 +300,7 @@ def test_one_that_never_stops_talking_is_an_error(
     monkeypatch.setattr(devtools, "ANSWER_BYTES", 1 << 16)
     script("exec yes >&4")
     with pytest.raises(BrowserError, match=r"does not speak the DevTools protocol while starting: .*y"):
-        photograph(document)
+        photograph(document.files())
 
 
 @pytest.mark.usefixtures("impatient")
@@ -310,7 +310,7 @@ def test_one_that_closes_its_pipe_and_lives_on_has_no_status(
     monkeypatch.setattr(camera, "STARTS", 1)
     fake(("Page.navigate", "close"))
     with pytest.raises(BrowserError, match=r"closed its pipe while opening the page$") as caught:
-        photograph(document)
+        photograph(document.files())
     assert caught.value.status is None
 
 
@@ -323,7 +323,7 @@ def test_all_starts_together_have_a_limit(
     fake(*[(where, what)] * STARTS)
     began = monotonic()
     with pytest.raises(BrowserError, match=r"was still \w+.* after [\d.]+ s") as caught:
-        photograph(document)
+        photograph(document.files())
     assert caught.value.starts < STARTS
     assert monotonic() - began < 1.5 + headless.GRACE + headless.TIDYING
 
@@ -339,7 +339,7 @@ def test_once_it_has_answered_a_browser_has_all_the_time_that_is_left(
 
     monkeypatch.setattr(camera, "_picture", draw)
     fake()
-    assert photograph(document) == png()
+    assert photograph(document.files()) == png()
     assert camera.START_SECONDS < left[0] <= camera.SECONDS
 
 
@@ -439,7 +439,7 @@ def test_a_real_browser_draws_after_others_have_died(
 ) -> None:
     book = tmp_path / "starts"
     script(f'echo >>{book}; [ $(wc -l <{book}) -gt {deaths} ] || kill -s TRAP $$; exec {chromium} "$@"')
-    picture = Image.open(BytesIO(photograph(document, width=320, height=200)))
+    picture = Image.open(BytesIO(photograph(document.files(), width=320, height=200)))
     assert picture.size == (320, 200)
     assert len(set(picture.convert("RGB").get_flattened_data())) > 50
     assert len(book.read_text().splitlines()) == deaths + 1
@@ -456,5 +456,5 @@ def test_a_picture_does_not_need_a_short_temporary_folder(
     monkeypatch.setattr(tempfile, "tempdir", str(deep))
     monkeypatch.setenv("TMPDIR", str(deep))
     monkeypatch.setattr(camera, "STARTS", 1)
-    assert Image.open(BytesIO(photograph(document, width=320, height=200))).size == (320, 200)
+    assert Image.open(BytesIO(photograph(document.files(), width=320, height=200))).size == (320, 200)
     assert list(deep.iterdir()) == []

@@ -1,4 +1,4 @@
-"""Pictures without a screen: a Chromium found on this machine draws a document's page.
+"""Pictures without a screen: a Chromium found on this machine draws a page.
 
 A run of the browser that comes to nothing (it ends, hangs or talks nonsense) is followed by another with a fresh
 profile.  Only the standard library is used.
@@ -10,14 +10,13 @@ import base64
 import os
 import shutil
 import sys
+from collections.abc import Mapping
 from time import monotonic
-from typing import TYPE_CHECKING, Any
 
 from cutjoint.errors import BrowserError, InputError, ViewerError
 from cutjoint.viewer.browser.devtools import Devtools, LostError
-
-if TYPE_CHECKING:
-    from cutjoint.viewer.film.document import Document
+from cutjoint.viewer.server.assets import File
+from cutjoint.viewer.server.bridge import Bridge
 
 VARIABLE = "CUTJOINT_BROWSER"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge", "msedge")
@@ -64,8 +63,8 @@ def flags() -> list[str]:
     return [*FLAGS, *(["--no-sandbox"] if root else [])]
 
 
-def photograph(document: Document, *, time: float = 0.0, width: int = 1280, height: int = 800) -> bytes:
-    """A PNG of the document's scene at `time` [s].
+def photograph(files: Mapping[str, File], *, time: float = 0.0, width: int = 1280, height: int = 800) -> bytes:
+    """A PNG of the page that `files` hold, its scene at `time` [s].
 
     Raises:
         InputError: a size that is not between 16 and 8192 pixels, or a time that is not finite and >= 0.
@@ -85,18 +84,17 @@ def photograph(document: Document, *, time: float = 0.0, width: int = 1280, heig
     if os.name != "posix":
         raise ViewerError("pictures need a POSIX system; write an HTML file instead")
     try:
-        return _with_fresh_starts(path, document, time, width, height)
+        return _with_fresh_starts(path, files, time, width, height)
     except OSError as error:
         raise ViewerError(f"the browser {path} cannot be started: {error}") from error
 
 
-def _with_fresh_starts(path: str, document: Document, time: float, width: int, height: int) -> bytes:
+def _with_fresh_starts(path: str, files: Mapping[str, File], time: float, width: int, height: int) -> bytes:
     from cutjoint.viewer.browser.headless import LostRunError, run
-    from cutjoint.viewer.server.bridge import Bridge
 
     until = monotonic() + SECONDS
     arguments = [*flags(), f"--window-size={width},{height}"]
-    with Bridge(document.files(), port=0) as bridge:
+    with Bridge(files, port=0) as bridge:
         url = f"{bridge.url}#picture&time={time!r}"
         start = 0
         while True:
@@ -139,6 +137,6 @@ def _picture(browser: Devtools, url: str, width: int, height: int) -> bytes:
     return picture
 
 
-def _true(answer: dict[str, Any]) -> bool:
+def _true(answer: Mapping[str, object]) -> bool:
     result = answer.get("result")
     return isinstance(result, dict) and result.get("value") is True

@@ -13,13 +13,12 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from cutjoint.errors import ViewerError
 from cutjoint.files import write_files
-from cutjoint.viewer.picture.scene import Scene
-from cutjoint.viewer.server.assets import bundle, page
-from cutjoint.viewer.server.bridge import File, pack
+from cutjoint.viewer.browser.camera import photograph
+from cutjoint.viewer.picture.scene import Scene, pack
+from cutjoint.viewer.server.assets import File, bundle, page
 
 
 class Document:
@@ -28,7 +27,7 @@ class Document:
     In Jupyter it shows itself; `save` writes the file, `picture` a PNG.
     """
 
-    def __init__(self, scene: Scene, data: Mapping[str, Any]) -> None:
+    def __init__(self, scene: Scene, data: Mapping[str, object]) -> None:
         self._scene = scene
         self._data = dict(data)
 
@@ -45,7 +44,7 @@ class Document:
             "policy": html.escape(policy),
             "title": html.escape(str(self._data.get("title", "cutjoint"))),
             "style": page("page.css"),
-            "scene": base64.b64encode(pack(list(self._scene.messages()))).decode(),
+            "scene": base64.b64encode(pack(self._scene.messages())).decode(),
             "data": json.dumps(self._data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
             "scripts": "\n".join(f"<script>{script}</script>" for script in scripts),
         }
@@ -77,9 +76,7 @@ class Document:
         Raises:
             ViewerError: no browser is found, it does not answer in time, or the file cannot be written.
         """
-        from cutjoint.viewer.browser.camera import photograph
-
-        return _write(path, photograph(self, time=time, width=width, height=height))
+        return _write(path, photograph(self.files(), time=time, width=width, height=height))
 
     def _repr_html_(self) -> str:
         frame = html.escape(self.html, quote=True)

@@ -7,7 +7,7 @@ five commands below exist here: meshcat's `set_control`, which evaluates text in
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -135,6 +135,11 @@ class Scene:
             self._pending.append(message)
         elif self.listener is not None:
             self.listener([message])
+
+
+def pack(messages: Iterable[bytes]) -> bytes:
+    """Several messages of a scene as one: each with its length (4 bytes, little-endian) before it."""
+    return b"".join(len(message).to_bytes(4, "little") + message for message in messages)
 
 
 def _path(path: str) -> Path:

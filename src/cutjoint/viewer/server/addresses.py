@@ -33,6 +33,23 @@ def bind(host: str, port: int) -> tuple[list[socket.socket], int]:
     raise ViewerError(f"the viewer cannot listen on {host or 'all addresses'}, ports {port} and up: {last}")
 
 
+class Address:
+    """Where a server listens, and who may call it by which name."""
+
+    def __init__(self, host: str, port: int) -> None:
+        self._port = port
+        self.open_to_others = not is_loopback(host)
+        self.url = url_of(host, port)
+        self._names = own_names(host)
+
+    def allows(self, host: str) -> bool:
+        """Whether a Host header names this server (a foreign name means a page that rebound its DNS name to us)."""
+        name, _, port = host.rpartition(":")
+        if not name or not port.isascii() or not port.isdigit() or int(port) != self._port:
+            return False
+        return name.lower() in self._names or (self.open_to_others and is_address(name))
+
+
 def own_names(host: str) -> frozenset[str]:
     """Names in a Host header that mean this server, listening on `host`."""
     own = {"127.0.0.1", "localhost", "[::1]"}

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
 from cutjoint.errors import ViewerError
-from cutjoint.viewer.server.bridge import File
 
 LIVE_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "connect-src 'self' ws://{host}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 """No `unsafe-eval`: text that reaches the page is never run.  Styles must be allowed because meshcat adds its own."""
+
+
+@dataclass(frozen=True)
+class File:
+    """What one path answers; `policy` is its content security policy, in which `{host}` becomes this server."""
+
+    body: bytes
+    kind: str
+    policy: str = "default-src 'none'"
 
 
 @cache
