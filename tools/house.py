@@ -48,7 +48,8 @@ def offences(source: Path) -> list[str]:
         for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef):
                 classes[node.name].append(f"{where}:{node.lineno}")
-            lines += [f"{where}:{node.lineno}: {what}" for what in _too_long(node) if not _explained(node, rows)]
+            if isinstance(node, ast.ClassDef | Function) and not _explained(node, rows):
+                lines += [f"{where}:{node.lineno}: {what}" for what in _too_long(node)]
         if count := sum(_is_any(node) for node in ast.walk(tree)):
             uses[where] = count
     lines += [f"class {name} stands {len(at)} times: {', '.join(at)}" for name, at in classes.items() if len(at) > 1]
@@ -61,22 +62,21 @@ def offences(source: Path) -> list[str]:
     return lines
 
 
-def _too_long(node: ast.AST) -> Iterator[str]:
+def _too_long(node: ast.ClassDef | Function) -> Iterator[str]:
     """What is too long about a class or function."""
     if isinstance(node, ast.ClassDef):
         methods = sum(isinstance(one, Function) for one in node.body)
         if methods > CLASS_METHODS:
             yield f"class {node.name} has {methods} methods, more than {CLASS_METHODS}"
-    elif isinstance(node, Function):
+    else:
         assert node.end_lineno is not None
         length = node.end_lineno - node.lineno + 1
         if length > FUNCTION_LINES:
             yield f"{node.name}() has {length} lines, more than {FUNCTION_LINES}"
 
 
-def _explained(node: ast.AST, rows: Sequence[str]) -> bool:
+def _explained(node: ast.ClassDef | Function, rows: Sequence[str]) -> bool:
     """Whether the reason stands above a class or function, in a comment of any number of lines."""
-    assert isinstance(node, ast.ClassDef | Function)
     above = min([node.lineno, *(one.lineno for one in node.decorator_list)]) - 2
     while above >= 0 and rows[above].lstrip().startswith("#"):
         if REASON.match(rows[above]):
