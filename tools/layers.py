@@ -99,12 +99,11 @@ STARTS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Import:
-    """One imported module: which module imports it, at which line, and whether only its types are wanted."""
+    """One imported module: which module imports it, and at which line."""
 
     module: str
     line: int
     target: str
-    for_types: bool
 
 
 def modules(source: Path) -> dict[str, Path]:
@@ -119,23 +118,15 @@ def modules(source: Path) -> dict[str, Path]:
 def imports(module: str, file: Path, known: Mapping[str, Path]) -> Iterator[Import]:
     """The imports of one file.  `from package import submodule` is an import of the submodule."""
     tree = ast.parse(file.read_text(encoding="utf-8"), filename=str(file))
-    typing = {id(node) for block in ast.walk(tree) if _is_for_types(block) for node in ast.walk(block)}
     for node in ast.walk(tree):
-        for_types = id(node) in typing
         if isinstance(node, ast.Import):
             for target in {alias.name for alias in node.names}:
-                yield Import(module, node.lineno, target, for_types)
+                yield Import(module, node.lineno, target)
         elif isinstance(node, ast.ImportFrom):
             base = _absolute(module, node, is_package=file.stem == "__init__")
             inner = {f"{base}.{alias.name}" for alias in node.names}
             for target in {one if one in known else base for one in inner}:
-                yield Import(module, node.lineno, target, for_types)
-
-
-def _is_for_types(node: ast.AST) -> bool:
-    """Whether `node` is `if TYPE_CHECKING:`."""
-    test = node.test if isinstance(node, ast.If) else None
-    return getattr(test, "id", getattr(test, "attr", None)) == "TYPE_CHECKING"
+                yield Import(module, node.lineno, target)
 
 
 def _absolute(module: str, node: ast.ImportFrom, *, is_package: bool) -> str:
@@ -163,7 +154,8 @@ def offences(source: Path) -> list[str]:
         lines += [f"{where}: {why}" for why in _judge(one, known)]
     unruled = sorted({room_of(module) for module in known} - ALLOWED.keys())
     lines += [f"{room}: a new room; say in tools/layers.py what it may import" for room in unruled]
-    lines += [f"import cycle: {' -> '.join([*cycle, cycle[0]])}" for cycle in cycles(found, known)]
+    lines += [f"import cycle: {' -> '.join([*cycle, cycle[0]])}" for cycle in circles(modules_graph(found, known))]
+    lines += [f"folders need each other: {', '.join(circle)}" for circle in circles(folders_graph(found, known))]
     return lines
 
 
@@ -185,16 +177,35 @@ def _judge(one: Import, known: Mapping[str, Path]) -> Iterator[str]:
             yield f"{here} may not import {package}; that is left to {', '.join(sorted(OWNERS[package]))}"
 
 
-def cycles(found: Sequence[Import], known: Mapping[str, Path]) -> list[list[str]]:
-    """Groups of modules that need each other to run: the strongly connected parts of the imports, late ones too.
+def modules_graph(found: Sequence[Import], known: Mapping[str, Path]) -> dict[str, set[str]]:
+    """Module -> the modules that it imports: late imports and those for types alone count too.
 
-    Imports for types alone are left out, and so is the package's own __init__, which offers what the rooms below it
-    make and loads them on first use.
+    The package's own __init__ is left out: it offers what the rooms below it make and loads them on first use.
     """
     graph: dict[str, set[str]] = {module: set() for module in known if module != PACKAGE}
     for one in found:
-        if one.module in graph and one.target in graph and one.target != one.module and not one.for_types:
+        if one.module in graph and one.target in graph and one.target != one.module:
             graph[one.module].add(one.target)
+    return graph
+
+
+def folders_graph(found: Sequence[Import], known: Mapping[str, Path]) -> dict[str, set[str]]:
+    """Folder inside a room -> such folders that its modules import, but for those that one of them lies in."""
+
+    def folder_of(module: str) -> str:
+        parts = module.split(".") if known[module].stem == "__init__" else module.split(".")[:-1]
+        return ".".join(parts) if len(parts) > 2 else ""
+
+    graph: dict[str, set[str]] = {folder: set() for folder in sorted({folder_of(module) for module in known} - {""})}
+    for one in found:
+        here, there = (folder_of(module) if module in known else "" for module in (one.module, one.target))
+        if here and there and not f"{here}.".startswith(f"{there}.") and not f"{there}.".startswith(f"{here}."):
+            graph[here].add(there)
+    return graph
+
+
+def circles(graph: Mapping[str, set[str]]) -> list[list[str]]:
+    """Groups that need each other: the strongly connected parts of a graph."""
 
     def reachable(start: str) -> set[str]:
         seen: set[str] = set()

@@ -67,11 +67,20 @@ def test_broken_rule_is_named(layers: ModuleType, tmp_path: Path, file: str, tex
     assert any(said in line for line in lines), lines
 
 
-def test_types_alone_make_no_cycle(layers: ModuleType, tmp_path: Path) -> None:
+def test_late_imports_and_those_for_types_make_a_circle_too(layers: ModuleType, tmp_path: Path) -> None:
     late = {"chain/a.py": "def f():\n    import cutjoint.chain.b\n", "chain/b.py": "import cutjoint.chain.a\n"}
     assert "import cycle" in layers.offences(write(tmp_path, SOUND | late))[0]
     types = {"chain/a.py": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import cutjoint.chain.b\n"}
-    assert layers.offences(write(tmp_path, SOUND | late | types)) == []
+    assert "import cycle" in layers.offences(write(tmp_path, SOUND | late | types))[0]
+
+
+def test_folders_of_a_room_need_each_other_one_way(layers: ModuleType, tmp_path: Path) -> None:
+    inner = {f"chain/{name}/__init__.py": "" for name in "ab"} | {"chain/a/x.py": "", "chain/b/x.py": ""}
+    one_way = {"chain/a/y.py": "import cutjoint.chain.b.x\n"}
+    assert layers.offences(write(tmp_path, SOUND | inner | one_way)) == []
+    back = {"chain/b/y.py": "import cutjoint.chain.a.x\n"}
+    found = layers.offences(write(tmp_path, SOUND | inner | one_way | back))
+    assert found == ["folders need each other: cutjoint.chain.a, cutjoint.chain.b"]
 
 
 def test_offence_gives_file_and_line(layers: ModuleType, tmp_path: Path) -> None:
