@@ -18,7 +18,7 @@ help:
 	@echo "make demo      set up, cross-check both robots, reproduce the papers' experiments"
 	@echo "make test      set up and run the tests"
 	@echo "make test-all  the same with the slow tests (make test-slow: those alone)"
-	@echo "make lint      ruff, mypy --strict and the layer check"
+	@echo "make lint      ruff, mypy --strict, the layers and the house's rules"
 	@echo "make bench     benchmarks, with the peers that are installed"
 	@echo "make clean     remove the virtual environment, builds and caches"
 
@@ -44,6 +44,7 @@ lint: setup
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 	@$(BIN)/python tools/layers.py
+	@$(BIN)/python tools/house.py
 
 bench: setup
 	@$(BIN)/python tools/bench.py

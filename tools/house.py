@@ -29,6 +29,10 @@ REASON = re.compile(r"\s*# long: \S")
 HEAD = 40
 """Lines of a module among which its reason may stand."""
 
+FILE = Path(__file__).resolve().parents[1] / "docs" / "house.md"
+BEGIN = "<!-- rooms: written by `tools/house.py --page` -->"
+END = "<!-- end of the rooms -->"
+
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -91,8 +95,48 @@ def _is_any(node: ast.AST) -> bool:
     )
 
 
+def page(text: str) -> str:
+    """The map with its table of rooms as the source is now."""
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not (begin and end):
+        raise ValueError(f"{FILE} lacks the line '{BEGIN}' or '{END}'")
+    return f"{before}{BEGIN}\n\n{rooms(layers.SOURCE)}\n{END}{after}"
+
+
+def rooms(source: Path) -> str:
+    """A table of all rooms and the folders in them: what each is for, and which rooms it may import."""
+    lines = ["| room | holds | imports |", "|---|---|---|"]
+    for room, allowed in layers.ALLOWED.items():
+        file, folder = source / f"{room}.py", source / room
+        if room in (layers.PACKAGE, "__main__"):
+            continue
+        shown = file if file.is_file() else folder / "__init__.py"
+        others = [f"{one}" for one in sorted(allowed - layers.BASE) if one != room]
+        base = "the base" if layers.BASE & allowed else ""
+        told = ", ".join([base, *others] if base else others)
+        lines.append(f"| `{room}{'' if file.is_file() else '/'}` | {_first_sentence(shown)} | {told} |")
+        for inner in sorted(folder.rglob("__init__.py")) if folder.is_dir() else ():
+            if inner != shown:
+                name = inner.parent.relative_to(source).as_posix()
+                lines.append(f"| \u2003`{name}/` | {_first_sentence(inner)} | |")
+    base = ", ".join(f"`{one}`" for one in sorted(layers.BASE))
+    return "\n".join([*lines, "", f"The base is {base}.", ""])
+
+
+def _first_sentence(file: Path) -> str:
+    """What a module says of itself first."""
+    said = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+    return re.split(r"(?<=[.;])\s", " ".join(said.split("\n\n")[0].split()))[0].rstrip(";.").replace("|", "\\|")
+
+
 def main(arguments: Sequence[str]) -> int:
-    """Check the package at the path given, or cutjoint's own source; the exit status."""
+    """Check the package at the path given, or cutjoint's own source, or write the map; the exit status."""
+    if list(arguments) == ["--page"]:
+        fresh = FILE.with_suffix(".new")
+        fresh.write_text(page(FILE.read_text(encoding="utf-8")), encoding="utf-8")
+        fresh.replace(FILE)
+        return 0
     lines = offences(Path(arguments[0]) if arguments else layers.SOURCE)
     for line in lines:
         print(line)

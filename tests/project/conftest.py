@@ -38,6 +38,11 @@ def layers() -> ModuleType:
 
 
 @pytest.fixture(scope="session")
+def house() -> ModuleType:
+    return _tool("house")
+
+
+@pytest.fixture(scope="session")
 def pins() -> ModuleType:
     return _tool("pins")
 
