@@ -14,6 +14,7 @@ from cutjoint.description import catalogue
 from cutjoint.errors import ActuationError, CutjointError, InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism
 
+SLOW_STEWART = pytest.param("stewart", marks=pytest.mark.slow)
 REDUCED = ("cpm", "cpm_rotary", "omega3", "fourbar", "fivebar", "stewart", "paper cpm", "paper omega3")
 UNDETERMINED = ("redundant", "underactuated")
 CUTS = ("fixed", "spherical", "revolute", "universal", "prismatic")
@@ -163,7 +164,7 @@ def test_bad_arguments_raise_what_the_model_raises(kit: Any) -> None:
         kit.machine("paper cpm").kernel("tangent")
 
 
-@pytest.mark.parametrize("name", ["cpm", "fivebar", "stewart", "paper cpm", "paper omega3"])
+@pytest.mark.parametrize("name", ["cpm", "fivebar", SLOW_STEWART, "paper cpm", "paper omega3"])
 def test_batches_are_the_same_as_calls(kit: Any, name: str) -> None:
     machine = kit.machine(name)
     rng = np.random.default_rng(5)

@@ -40,7 +40,7 @@ def test_yourdfpy_puts_every_link_where_pinocchio_has_it(published: tuple[Closed
     compare_with_yourdfpy(*published).require()
 
 
-@pytest.mark.parametrize("name", ["fourbar", "fivebar", "stewart"])
+@pytest.mark.parametrize("name", ["fourbar", "fivebar", pytest.param("stewart", marks=pytest.mark.slow)])
 def test_robots_without_a_paper(name: str) -> None:
     chain = cutjoint.load(name)
     states = list(sample_states(chain, 5, 0))

@@ -40,17 +40,22 @@ EXPLAINED = {
 }
 
 
-@pytest.fixture(scope="module", params=cpm.ROWS)
+SLOW = pytest.mark.slow
+# Each row is four simulations of four seconds; one of them is looked at in every run of the tests.
+ROWS = [name if name == "computed-torque" else pytest.param(name, marks=SLOW) for name in cpm.ROWS]
+
+
+@pytest.fixture(scope="module", params=ROWS)
 def inferred(request):
     return request.param, table_3_run(request.param, "inferred")
 
 
-@pytest.fixture(scope="module", params=cpm.ROWS)
+@pytest.fixture(scope="module", params=ROWS)
 def steps(request):
     return request.param, table_3_run(request.param, "steps")
 
 
-@pytest.fixture(scope="module", params=cpm.ROWS)
+@pytest.fixture(scope="module", params=ROWS)
 def equation(request):
     return request.param, table_3_run(request.param, "equation")
 
@@ -100,6 +105,7 @@ def test_the_averaging_moves_the_velocity_error_more_than_the_model(steps):
     assert abs(result.rmse().velocity / INFERRED[name][1] - 1.0) < 0.1
 
 
+@pytest.mark.slow
 def test_the_steps_matter_as_much_as_the_model():
     """The same inferred model, even samples: the printed digits are gone."""
     made = cpm.controller("computed-torque", "inferred")
@@ -130,6 +136,7 @@ def test_only_the_inferred_code_keeps_the_bounds_of_pd_and_pd_gravity(equation):
         assert (result.worst_axis_error(SETTLING_TIME) < bound) is (name == "feedforward")
 
 
+@pytest.mark.slow
 def test_the_printed_gain_of_feedforward_breaks_its_bound_with_the_inferred_code():
     """By the instants of the rule, from 0.3 s exactly on; the solver's first step after that is late by 1.5 ms."""
     row, bound = cpm.ROWS["feedforward"], cpm.bound("feedforward")
@@ -158,6 +165,7 @@ RULES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("column", "name"), RULES)
 def test_the_gain_is_the_smallest_that_keeps_the_bound(column, name):
     gain = RULES[column, name]

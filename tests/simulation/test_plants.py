@@ -10,7 +10,11 @@ from cutjoint.errors import InputError, SimulationError
 from cutjoint.motion import Hold, Reference
 from cutjoint.simulation import Adaptive, ConstrainedPlant, DormandPrince, ReducedPlant, RungeKutta4, run
 
-LAWS = ("pd", "pd-gravity", "feedforward", "computed-torque")
+# One law in every run of the tests, the others in the slow ones.
+LAWS = [
+    "pd",
+    *(pytest.param(name, marks=pytest.mark.slow) for name in ("pd-gravity", "feedforward", "computed-torque")),
+]
 
 
 @pytest.mark.parametrize("name", LAWS)
