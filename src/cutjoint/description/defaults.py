@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cutjoint.description.model import Coupling, Frame, Joint, JointType, Link
-
-ONE_COORDINATE = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
+from cutjoint.description.model import Coupling, Frame, Joint, Link
 
 
 def actuated_by_default(joints: Sequence[Joint], couplings: Sequence[Coupling] = ()) -> tuple[str, ...]:
     """All joints with one coordinate that no coupling drives, in the order of the file."""
     driven = {coupling.joint for coupling in couplings}
-    return tuple(joint.name for joint in joints if joint.type in ONE_COORDINATE and joint.name not in driven)
+    return tuple(joint.name for joint in joints if joint.type.single and joint.name not in driven)
 
 
 def tool_by_default(links: Sequence[Link], joints: Sequence[Joint]) -> Frame | None:
@@ -36,7 +34,7 @@ def _moving_body(link: str, above: dict[str, Joint]) -> str | None:
     seen: set[str] = set()
     while link in above and link not in seen:
         seen.add(link)
-        if above[link].type is not JointType.FIXED:
+        if above[link].type.moves:
             return link
         link = above[link].parent
     return None

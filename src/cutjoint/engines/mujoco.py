@@ -30,7 +30,6 @@ from cutjoint.errors import InputError
 IMPEDANCE = 0.9999
 """The largest that MuJoCo accepts."""
 
-_ONE = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 _STEP = 1e-5
 """How far the fastest joint moves to either side for J_dot v [rad or lengths]; its square is rounding over it."""
 
@@ -89,10 +88,11 @@ class MujocoRobot:
         self._single: list[tuple[int, int, int, int]] = []
         self._free: list[tuple[int, int, int, int]] = []
         for joint in chain.description.joints:
-            if joint.type is JointType.FIXED:
+            if not joint.type.moves:
                 continue
             index = self._mujoco.mj_name2id(model, names, joint.name)
-            if index < 0 or joint.type not in (*_ONE, JointType.FLOATING):
+            free = joint.type is JointType.FLOATING
+            if index < 0 or not (free or joint.type.single):
                 raise InputError(f"joint '{joint.name}' ({joint.type}) of {chain.name} is not mapped to MuJoCo")
             own = chain.model.getJointId(joint.name)
             row = (
@@ -101,8 +101,8 @@ class MujocoRobot:
                 int(model.jnt_qposadr[index]),
                 int(model.jnt_dofadr[index]),
             )
-            (self._free if joint.type is JointType.FLOATING else self._single).append(row)
-            lengths = {JointType.PRISMATIC: 1, JointType.FLOATING: 3}.get(joint.type, 0)
+            (self._free if free else self._single).append(row)
+            lengths = sum(joint.type.lengths)
             self._q_units[row[0] : row[0] + lengths] = chain.length
             self.units[row[1] : row[1] + lengths] = chain.length
         self._nv = chain.nv

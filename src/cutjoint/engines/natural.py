@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.description.model import Coupling, Frame, Inertial, Joint, JointType, Limits, RobotDescription
+from cutjoint.description.model import Coupling, Frame, Inertial, Joint, Limits, RobotDescription
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def units_of(robot: RobotDescription, length: float) -> Units:
 def natural(robot: RobotDescription, scale: Units) -> RobotDescription:
     """The tree, cuts and couplings of `robot` in natural units: no shapes, limits or homes."""
     length, mass = scale.length, scale.mass
-    units = {joint.name: length if joint.type is JointType.PRISMATIC else 1.0 for joint in robot.joints}
+    units = {joint.name: length if joint.type.slides else 1.0 for joint in robot.joints}
 
     def frame(one: Frame) -> Frame:
         return replace(one, placement=_moved(one.placement, length))

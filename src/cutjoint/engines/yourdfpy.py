@@ -1,7 +1,7 @@
 """yourdfpy's opinion of a robot's tree: where an independent URDF reader puts every link.
 
-The robot is written as a URDF and read back by yourdfpy, which shares no code with Pinocchio.  A floating joint is no
-joint to yourdfpy, so the links that it carries are compared in the frame of the link that floats.
+The robot is written as a URDF and read back by yourdfpy, which shares no code with Pinocchio.  A joint with several
+coordinates is no joint to yourdfpy, so the links that it carries are compared in the frame of the link that it moves.
 """
 
 from __future__ import annotations
@@ -18,9 +18,6 @@ from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.crosscheck import Comparison, Reacher, Row, State
 from cutjoint.description.formats import write
-from cutjoint.description.model import JointType
-
-_READ = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
 
 
 def compare_with_yourdfpy(
@@ -28,9 +25,6 @@ def compare_with_yourdfpy(
 ) -> Comparison:
     """Placements of all links of `chain` at `states` against yourdfpy's: worst difference in lengths of the robot (or a
     thousandth of the distance from the origin, where rounding decides) and of rotations.
-
-    Raises:
-        InputError: the robot has joints that URDF has no word for.
     """
     tree = _read(chain)
     parts = _parts(chain)
@@ -65,13 +59,13 @@ def _read(chain: ClosedChain) -> Any:
 
 
 def _parts(chain: ClosedChain) -> dict[str, list[str]]:
-    """Links by the link they hang on: the root of the tree, or a link that floats."""
+    """Links by the link they hang on: the root of the tree, or one whose joint has several coordinates."""
     robot = chain.description
     above = {joint.child: joint for joint in robot.joints}
     parts: dict[str, list[str]] = {}
     for link in robot.links:
         top = link.name
-        while top in above and above[top].type is not JointType.FLOATING:
+        while top in above and above[top].type.dof <= 1:
             top = above[top].parent
         parts.setdefault(top, []).append(link.name)
     return parts
@@ -79,4 +73,4 @@ def _parts(chain: ClosedChain) -> dict[str, list[str]]:
 
 def _values(chain: ClosedChain, q: Array, names: Iterable[str]) -> dict[str, float]:
     types = {joint.name: joint.type for joint in chain.description.joints}
-    return {name: float(q[chain.model.idx_qs[chain.model.getJointId(name)]]) for name in names if types[name] in _READ}
+    return {name: float(q[chain.model.idx_qs[chain.model.getJointId(name)]]) for name in names if types[name].single}

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from cutjoint.description.findings import Findings
-from cutjoint.description.model import Inertial, Joint, JointType, Place, RobotDescription
+from cutjoint.description.model import Inertial, Joint, Place, RobotDescription
 
 HEAVY = 2.0e4
 """kg.  The moving platform of a large flight simulator has about 15 t."""
@@ -78,7 +78,7 @@ def check_moved_mass(robot: RobotDescription, findings: Findings) -> None:
     for joint in _leaves_first(robot):
         if carries[joint.child]:
             carries[joint.parent] = True
-        elif joint.type is not JointType.FIXED:
+        elif joint.type.moves:
             findings.warn(
                 f"joint '{joint.name}' moves nothing that has mass",
                 "mass somewhere below each moving joint",

@@ -7,9 +7,8 @@ import math
 import numpy as np
 
 from cutjoint.description.findings import Findings
-from cutjoint.description.model import Joint, JointType, RobotDescription
+from cutjoint.description.model import Joint, RobotDescription
 
-_ONE_AXIS = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC, JointType.PLANAR, JointType.UNIVERSAL)
 _LOOSE = 1e-6
 
 
@@ -32,15 +31,13 @@ def _placement(joint: Joint, findings: Findings) -> None:
 
 
 def _axes(joint: Joint, findings: Findings) -> None:
-    axes = {"axis": joint.axis} if joint.type in _ONE_AXIS else {}
-    if joint.type is JointType.UNIVERSAL:
-        axes["second axis"] = joint.axis2
-    for what, axis in axes.items():
+    axes = (("axis", joint.axis), ("second axis", joint.axis2))[: joint.type.axes]
+    for what, axis in axes:
         if not abs(float(np.linalg.norm(axis)) - 1.0) < _LOOSE:
             found = f"{what} of joint '{joint.name}' is {axis.tolist()}"
             findings.error(found, "a unit vector", "", joint.place)
-    if joint.type is JointType.UNIVERSAL and abs(float(joint.axis @ joint.axis2)) > _LOOSE:
-        found = f"the axes of universal joint '{joint.name}' are not perpendicular"
+    if joint.type.axes == 2 and abs(float(joint.axis @ joint.axis2)) > _LOOSE:
+        found = f"the axes of {joint.type.value} joint '{joint.name}' are not perpendicular"
         findings.error(found, "two perpendicular axes", "use two revolute joints", joint.place)
 
 

@@ -8,21 +8,10 @@ from collections.abc import Iterable
 import numpy as np
 
 from cutjoint.description.checks.tree import rigid_groups
-from cutjoint.description.defaults import ONE_COORDINATE
 from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.model import Frame, Home, JointType, Place, RobotDescription
 
-COORDINATES = {
-    JointType.FIXED: 0,
-    JointType.REVOLUTE: 1,
-    JointType.CONTINUOUS: 1,
-    JointType.PRISMATIC: 1,
-    JointType.UNIVERSAL: 2,
-    JointType.SPHERICAL: 3,
-    JointType.PLANAR: 3,
-    JointType.FLOATING: 6,
-}
-"""Numbers that a home posture gives for a joint."""
+SINGLE = "a joint with one coordinate: " + listing(kind.value for kind in JointType if kind.single)
 
 
 def check_loops(robot: RobotDescription, sound: bool, findings: Findings) -> None:
@@ -107,9 +96,9 @@ def _couplings(robot: RobotDescription, findings: Findings) -> None:
             findings.error(found, "at most one driver", "remove one", place)
             driven[coupling.joint] = 0
         for name in (coupling.joint, coupling.driver):
-            if _known(name, joints, "joint", what, findings, place) and joints[name].type not in ONE_COORDINATE:
+            if _known(name, joints, "joint", what, findings, place) and not joints[name].type.single:
                 found = f"{what} couples the {joints[name].type.value} joint '{name}'"
-                findings.error(found, "a revolute, continuous or prismatic joint", "", place)
+                findings.error(found, SINGLE, "", place)
         if coupling.joint == coupling.driver:
             findings.error(f"{what} couples joint '{coupling.joint}' to itself", "two joints", "", place)
         if not (np.isfinite(coupling.ratio) and np.isfinite(coupling.offset)):
@@ -144,9 +133,9 @@ def _actuators(robot: RobotDescription, findings: Findings) -> None:
         if count > 1:
             found = f"actuators name joint '{name}' {count} times"
             findings.error(found, "each joint once", "remove the repetition", place)
-        if joints[name].type not in ONE_COORDINATE:
+        if not joints[name].type.single:
             found = f"actuators name the {joints[name].type.value} joint '{name}'"
-            findings.error(found, "a revolute, continuous or prismatic joint", "", place)
+            findings.error(found, SINGLE, "", place)
         if name in driven:
             found = f"actuators name joint '{name}', which coupling '{driven[name]}' drives already"
             findings.error(found, "independent joints", "actuate the driver only", place)
@@ -169,8 +158,9 @@ def _home(home: Home, robot: RobotDescription, findings: Findings) -> None:
         if name in robot.actuators:
             found = f"{what} lists the actuator '{name}' under passive"
             findings.error(found, "passive joints", "move it to actuated", place)
-        wanted = COORDINATES[joints[name].type]
+        kind = joints[name].type
         given = len(value) if isinstance(value, tuple) else 1
-        if given != wanted:
-            found = f"{what} gives {given} numbers for the {joints[name].type.value} joint '{name}'"
-            findings.error(found, f"{wanted}", "", place)
+        if given != kind.dof:
+            found = f"{what} gives {given} numbers for the {kind.value} joint '{name}'"
+            wanted = ", ".join(one.name for one in kind.coordinates)
+            findings.error(found, f"{kind.dof}: {wanted}" if wanted else "none, since it does not move", "", place)

@@ -112,7 +112,7 @@ def _depth(robot: RobotDescription, above: dict[str, list[Joint]], findings: Fin
 
 def rigid_groups(robot: RobotDescription) -> dict[str, str]:
     """Link -> the topmost link that it is rigidly joined to by fixed joints.  The tree must be sound."""
-    fixed = {joint.child: joint.parent for joint in robot.joints if joint.type == "fixed"}
+    fixed = {joint.child: joint.parent for joint in robot.joints if not joint.type.moves}
     group: dict[str, str] = {}
     for link in robot.links:
         way = [link.name]

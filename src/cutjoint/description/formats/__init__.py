@@ -59,13 +59,17 @@ FORMATS: tuple[Format, ...] = (
     Format("Gepetto robot.yaml", (".yaml", ".yml"), (b"closed_loop", b"name_mot"), gepetto.read),
     Format("URDF+", (".urdf", ".xml"), (b"<loop", b"<coupling", b"<predecessor", b"independent="), plus.read),
     Format(
-        "URDF with <constraint>", (".urdf", ".xml"), (b"<constraint", b"<cutjoint"), constraint.read,
-        constraint_files, "urdf",
+        "URDF with <constraint>",
+        (".urdf", ".xml"),
+        (b"<constraint", b"<cutjoint"),
+        constraint.read,
+        constraint_files,
+        "urdf",
     ),
     Format("MJCF", (".xml", ".mjcf"), (b"<mujoco",), mjcf.read, mjcf.mjcf_files, "mjcf"),
     Format("SDF", (".sdf", ".world", ".xml"), (b"<sdf",), sdf.read),
     Format("URDF", (".urdf", ".xml"), (b"<robot",), plain.read),
-)  # fmt: skip
+)
 """The first whose suffix and mark both fit is taken; where no mark fits, URDF if the suffix may be one."""
 
 WRITERS: Mapping[str, Format] = {one.key: one for one in FORMATS if one.write is not None}

@@ -18,15 +18,6 @@ from cutjoint.description.formats.common.reading import Tree
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Link, Place
 from cutjoint.description.transforms import frame_along, inverse, turned
 
-CUTS = {
-    JointType.FIXED: CutType.FIXED,
-    JointType.REVOLUTE: CutType.REVOLUTE,
-    JointType.CONTINUOUS: CutType.REVOLUTE,
-    JointType.PRISMATIC: CutType.PRISMATIC,
-    JointType.UNIVERSAL: CutType.UNIVERSAL,
-    JointType.SPHERICAL: CutType.SPHERICAL,
-}
-
 
 @dataclass(frozen=True, eq=False)
 class Body:
@@ -109,7 +100,7 @@ def _attach(tree: Tree, edge: Edge, backwards: bool, world: dict[str, Array]) ->
     """Add the joint; where its frame is not the child's, a massless link at the joint and a fixed joint as well."""
     parent, child = (edge.child, edge.parent) if backwards else (edge.parent, edge.child)
     sign = -1.0 if backwards else 1.0
-    swap = backwards and edge.type is JointType.UNIVERSAL
+    swap = backwards and edge.type.axes == 2
     axis, axis2 = (edge.axis2, edge.axis) if swap else (edge.axis, edge.axis2)
     here = np.array_equal(edge.world, world[child])
     moved = child if here else f"{child}_at_{edge.name}"
@@ -136,15 +127,17 @@ def _attach(tree: Tree, edge: Edge, backwards: bool, world: dict[str, Array]) ->
 
 def _cut(edge: Edge, world: dict[str, Array], findings: Findings) -> CutJoint | None:
     """The joint as a cut, with its frames on both links where they meet at zero."""
-    if edge.type not in CUTS:
+    if edge.type.cut is None:
         found = f"joint '{edge.name}' of type {edge.type.value} closes a loop"
-        findings.error(found, f"one of {', '.join(CUTS)}", "remove it: it constrains too little", edge.place)
+        known = ", ".join(kind.value for kind in JointType if kind.cut)
+        findings.error(found, f"one of {known}", "remove it: it constrains too little", edge.place)
         return None
+    kind = CutType(edge.type.cut)
     align = np.eye(3)
-    if CUTS[edge.type] in (CutType.REVOLUTE, CutType.PRISMATIC):
+    if kind.axes == "z":
         align = np.array(frame_along(edge.axis))
-    elif edge.type is JointType.UNIVERSAL:
+    elif kind.axes == "xy":
         align = np.column_stack([edge.axis, edge.axis2, np.cross(edge.axis, edge.axis2)])
     at = turned(edge.world, align)
     a, b = (Frame(link, readonly(inverse(world[link]) @ at)) for link in (edge.parent, edge.child))
-    return CutJoint(edge.name, CUTS[edge.type], a, b, edge.place)
+    return CutJoint(edge.name, kind, a, b, edge.place)

@@ -72,7 +72,7 @@ class Bodies:
     def name_fixed_joints(self, names: Mapping[str, str]) -> None:
         """Give fixed joints the names that the extras hold for them, by the link that they carry."""
         for number, joint in enumerate(self.tree.joints):
-            if joint.type is JointType.FIXED and joint.child in names:
+            if not joint.type.moves and joint.child in names:
                 self.tree.joints[number] = replace(joint, name=names[joint.child])
 
     def drop_empty_world(self, used: Collection[str]) -> None:
@@ -81,7 +81,7 @@ class Bodies:
         below = [joint for joint in self.tree.joints if joint.parent == WORLD]
         if world.visuals or world.collisions or WORLD in used or len(below) != 1:
             return
-        if below[0].type is JointType.FIXED and np.array_equal(below[0].placement, IDENTITY):
+        if not below[0].type.moves and np.array_equal(below[0].placement, IDENTITY):
             self.tree.links.remove(world)
             self.tree.joints.remove(below[0])
 

@@ -14,7 +14,8 @@ import numpy as np
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.mjcf.body import WORLD, Bodies
-from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Place
+from cutjoint.description.formats.mjcf.types import EQUALITIES
+from cutjoint.description.model import Coupling, CutJoint, Frame, Place
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.transforms import from_rotation, inverse, rotation_from_quaternion
 from cutjoint.description.xml import Element, children
@@ -37,7 +38,7 @@ def read_equalities(
             if element.tag == "joint":
                 coupling = _coupling(element, get, name, bodies, findings)
                 couplings += [] if coupling is None else [coupling]
-            elif element.tag in ("connect", "weld"):
+            elif element.tag in EQUALITIES:
                 cut = _cut(element, get, name, bodies, findings)
                 cuts += [] if cut is None else [cut]
             else:
@@ -47,10 +48,10 @@ def read_equalities(
 
 
 def _cut(element: Element, get: dict[str, str], name: str, bodies: Bodies, findings: Findings) -> CutJoint | None:
-    kind = CutType.SPHERICAL if element.tag == "connect" else CutType.FIXED
+    kind = EQUALITIES[str(element.tag)]
     frames = _site_frames(element, get, name, bodies, findings)
     if "site1" not in get and "site2" not in get:
-        frames = _body_frames(element, get, name, kind, bodies, findings)
+        frames = _body_frames(element, get, name, bodies, findings)
     if frames is None:
         return None
     return CutJoint(name, kind, frames[0], frames[1], Place(findings.file, element.sourceline))
@@ -74,7 +75,7 @@ def _site_frames(
 
 
 def _body_frames(
-    element: Element, get: dict[str, str], name: str, kind: CutType, bodies: Bodies, findings: Findings
+    element: Element, get: dict[str, str], name: str, bodies: Bodies, findings: Findings
 ) -> tuple[Frame, Frame] | None:
     what, line = f"<{element.tag}> '{name}'", element.sourceline
     first, second = get.get("body1", ""), get.get("body2", WORLD)
@@ -85,7 +86,7 @@ def _body_frames(
     if first not in bodies.world or second not in bodies.world:
         return None
     relative = inverse(bodies.world[second]) @ bodies.world[first]
-    if kind is CutType.SPHERICAL:
+    if element.tag == "connect":
         anchor = read_numbers(get.get("anchor"), 3, f"anchor of {what}", findings, line)
         if anchor is None:
             return None

@@ -10,6 +10,7 @@ import numpy as np
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.mjcf.pose import Units
+from cutjoint.description.formats.mjcf.types import MADE_OF
 from cutjoint.description.formats.urdf.joint import unit_axis
 from cutjoint.description.model import Joint, JointType, Limits, Place
 from cutjoint.description.numbers import parse_number, read_numbers
@@ -107,14 +108,11 @@ def merged(joints: list[MjcfJoint]) -> list[MjcfJoint]:
     named = [one.name for one in others] == [f"{first.name}/{number}" for number in range(2, len(joints) + 1)]
     if not named or any(not np.array_equal(one.position, first.position) for one in others):
         return joints
-    kinds = [one.type for one in joints]
-    turning = (JointType.REVOLUTE, JointType.CONTINUOUS)
-    if len(joints) == 2 and all(kind in turning for kind in kinds) and abs(first.axis @ others[0].axis) < 1e-9:
-        return [replace(first, type=JointType.UNIVERSAL, axis2=others[0].axis, limits=Limits())]
-    if kinds == [*[JointType.PRISMATIC] * 3, JointType.SPHERICAL]:
-        slides = np.array([one.axis for one in joints[:3]])
-        if np.array_equal(slides, np.eye(3)):
-            return [replace(first, type=JointType.FLOATING, limits=Limits())]
-    if len(joints) == 3 and kinds[:2] == [JointType.PRISMATIC] * 2 and kinds[2] in turning:
-        return [replace(first, type=JointType.PLANAR, axis=others[1].axis, limits=Limits())]
-    return joints
+    kinds = tuple(kind for one in joints for kind in MADE_OF[one.type])
+    together = next((kind for kind, made in MADE_OF.items() if made == kinds and len(made) == len(joints) > 1), None)
+    slides, hinges = ([one.axis for one in joints if MADE_OF[one.type] == (kind,)] for kind in ("slide", "hinge"))
+    askew = len(hinges) == 2 and abs(hinges[0] @ hinges[1]) >= 1e-9
+    if together is None or askew or (len(slides) == 3 and not np.array_equal(slides, np.eye(3))):
+        return joints
+    axis, axis2 = (*hinges, *(first.axis, first.axis2)[len(hinges) :])
+    return [replace(first, type=together, axis=axis, axis2=axis2, limits=Limits())]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.mjcf.body import Bodies
+from cutjoint.description.formats.mjcf.types import MADE_OF, NUMBERS
 from cutjoint.description.model import Home, JointType
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.transforms import rotation_from_quaternion, rpy_from_rotation
 from cutjoint.description.xml import Element, children
-
-_SIZES = {JointType.FLOATING: 7, JointType.SPHERICAL: 4, JointType.UNIVERSAL: 2, JointType.PLANAR: 3}
 
 
 def read_homes(root: Element, bodies: Bodies, findings: Findings) -> tuple[Home, ...]:
@@ -17,23 +16,22 @@ def read_homes(root: Element, bodies: Bodies, findings: Findings) -> tuple[Home,
 
     A qpos of a free joint is the body's placement in the world; that of the joint is relative to its place at zero.
     """
-    joints = [joint for joint in bodies.tree.joints if joint.type is not JointType.FIXED]
+    joints = [joint for joint in bodies.tree.joints if joint.type.moves]
     actuated = set(bodies.tree.actuators)
-    count = sum(_SIZES.get(joint.type, 1) for joint in joints)
+    sizes = [sum(NUMBERS[kind] for kind in MADE_OF[joint.type]) for joint in joints]
     homes = []
     for section in children(root, "keyframe"):
         for number, key in enumerate(children(section, "key")):
             if key.get("qpos") is None:
                 continue
             name = str(key.get("name") or f"key_{number + 1}")
-            values = read_numbers(key.get("qpos"), count, f"qpos of key '{name}'", findings, key.sourceline)
+            values = read_numbers(key.get("qpos"), sum(sizes), f"qpos of key '{name}'", findings, key.sourceline)
             if values is None:
                 continue
             given: dict[str, float] = {}
             passive: dict[str, float | tuple[float, ...]] = {}
             start = 0
-            for joint in joints:
-                size = _SIZES.get(joint.type, 1)
+            for joint, size in zip(joints, sizes, strict=True):
                 part = values[start : start + size]
                 start += size
                 if joint.type is JointType.FLOATING:

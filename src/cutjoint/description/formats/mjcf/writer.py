@@ -1,7 +1,7 @@
 """A description as MJCF for MuJoCo.
 
 Cut joints become equalities between sites, so the file needs no closed posture: fixed a `weld`, spherical a `connect`,
-revolute two `connect`s along the axis.  MuJoCo has no equality for universal and prismatic cuts: they get a body with
+revolute two `connect`s along the axis.  MuJoCo has no equality for others (universal, prismatic): they get a body with
 next to no mass that has the joint, welded to the other link.  What MJCF cannot say (homes as given, variants, names of
 fixed joints, such cuts) goes into a custom text that the reader understands.
 """
@@ -15,11 +15,13 @@ import numpy as np
 from lxml import etree
 
 from cutjoint.arrays import Array
+from cutjoint.description.cuts import Kind
 from cutjoint.description.formats.common.toml.text import JointKeys, number, toml_text
 from cutjoint.description.formats.mjcf.body import OWN, WORLD
 from cutjoint.description.formats.mjcf.geom import plain_name
+from cutjoint.description.formats.mjcf.types import EQUALITIES, carrier_parts, parts
 from cutjoint.description.formats.urdf.writer import relative, serialised, words
-from cutjoint.description.model import CutJoint, CutType, Inertial, Joint, JointType, Link, RobotDescription, Shape
+from cutjoint.description.model import CutJoint, Inertial, Joint, JointType, Link, RobotDescription, Shape
 from cutjoint.description.transforms import quaternion_from_rotation
 from cutjoint.description.xml import Element
 
@@ -32,8 +34,7 @@ MESHES = (".stl", ".obj", ".msh")
 Meshes = Mapping[tuple[Path, tuple[float, ...]], str]
 """(file, scale) -> name of the asset."""
 
-_SAID = (CutType.FIXED, CutType.SPHERICAL)
-_HINGE = (JointType.REVOLUTE, JointType.CONTINUOUS)
+_SAID = {kind: tag for tag, kind in EQUALITIES.items()}
 
 
 def mjcf_files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
@@ -67,7 +68,7 @@ def mjcf_files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
 
 def _extras(robot: RobotDescription) -> str:
     cuts = [cut for cut in robot.cuts if cut.type not in _SAID]
-    fixed = {joint.child: joint.name for joint in robot.joints if joint.type is JointType.FIXED}
+    fixed = {joint.child: joint.name for joint in robot.joints if not joint.type.moves}
     return toml_text(robot, urdf=None, cuts=cuts, couplings=(), joints=_joint_keys(robot), fixed=fixed)
 
 
@@ -77,9 +78,7 @@ def _joint_keys(robot: RobotDescription) -> JointKeys:
     for joint in robot.joints:
         keys: dict[str, object] = {}
         ranged = joint.limits.lower is not None or joint.limits.upper is not None
-        if joint.type is JointType.REVOLUTE and not ranged:
-            keys["type"] = joint.type.value
-        if joint.type is JointType.CONTINUOUS and ranged:
+        if joint.type.turns and joint.type.limited != ranged:
             keys["type"] = joint.type.value
         for key in ("velocity", "effort"):
             value = getattr(joint.limits, key)
@@ -143,35 +142,12 @@ def _site(body: Element, name: str, placement: Array) -> None:
 
 
 def _joints(body: Element, joint: Joint) -> None:
-    """The joints in MuJoCo that together make one of the tree."""
-    kind = joint.type
-    if kind is JointType.FLOATING and body.getparent().tag == "worldbody":
+    """The joints in MuJoCo that together make one of the tree; free ones are on the world only."""
+    if joint.type is JointType.FLOATING and body.getparent().tag == "worldbody":
         etree.SubElement(body, "freejoint", name=joint.name)
-    elif kind is JointType.FLOATING:  # MuJoCo has free joints on the world only
-        for number_of, axis in enumerate(np.eye(3), 1):
-            _joint(body, joint.name if number_of == 1 else f"{joint.name}/{number_of}", "slide", axis, joint)
-        _joint(body, f"{joint.name}/4", "ball", None, joint)
-    elif kind is JointType.SPHERICAL:
-        _joint(body, joint.name, "ball", None, joint)
-    elif kind is JointType.UNIVERSAL:
-        _joint(body, joint.name, "hinge", joint.axis, joint)
-        _joint(body, f"{joint.name}/2", "hinge", joint.axis2, joint)
-    elif kind is JointType.PLANAR:
-        x, y = _plane(joint.axis)
-        _joint(body, joint.name, "slide", x, joint)
-        _joint(body, f"{joint.name}/2", "slide", y, joint)
-        _joint(body, f"{joint.name}/3", "hinge", joint.axis, joint)
-    elif kind is not JointType.FIXED:
-        _joint(body, joint.name, "hinge" if kind in _HINGE else "slide", joint.axis, joint)
-
-
-def _plane(normal: Array) -> tuple[Array, Array]:
-    """Two directions that span the plane, the x and y of the smallest turn that brings z to its normal."""
-    x, y, z = (float(value) for value in normal)
-    if z < -1.0 + 1e-12:
-        return np.array([1.0, 0.0, 0.0]), np.array([0.0, -1.0, 0.0])
-    scale = 1.0 / (1.0 + z)
-    return np.array([1.0 - x * x * scale, -x * y * scale, -x]), np.array([-x * y * scale, 1.0 - y * y * scale, -y])
+        return
+    for count, (kind, axis) in enumerate(parts(joint), 1):
+        _joint(body, joint.name if count == 1 else f"{joint.name}/{count}", kind, axis, joint)
 
 
 def _joint(body: Element, name: str, kind: str, axis: Array | None, joint: Joint) -> None:
@@ -179,7 +155,7 @@ def _joint(body: Element, name: str, kind: str, axis: Array | None, joint: Joint
     if axis is not None:
         element.set("axis", words(axis))
     limits = joint.limits
-    if joint.type in (*_HINGE, JointType.PRISMATIC) and (limits.lower, limits.upper) != (None, None):
+    if joint.type.single and (limits.lower, limits.upper) != (None, None):
         lower = -1e10 if limits.lower is None else limits.lower
         upper = 1e10 if limits.upper is None else limits.upper
         element.set("range", words((lower, upper)))
@@ -231,12 +207,11 @@ def _geom(body: Element, shape: Shape, visual: bool, meshes: Meshes) -> None:
 def _cut(cut: CutJoint, bodies: Mapping[str, Element], equality: Element) -> None:
     a, b = (bodies[frame.link] for frame in (cut.a, cut.b))
     if cut.type in _SAID:
-        tag = "connect" if cut.type is CutType.SPHERICAL else "weld"
         sites = f"{cut.name}/a", f"{cut.name}/b"
         _site(a, sites[0], cut.a.placement)
         _site(b, sites[1], cut.b.placement)
-        etree.SubElement(equality, tag, name=cut.name, site1=sites[0], site2=sites[1])
-    elif cut.type is CutType.REVOLUTE:
+        etree.SubElement(equality, _SAID[cut.type], name=cut.name, site1=sites[0], site2=sites[1])
+    elif cut.type.kinds == (Kind.POINT, Kind.HINGE):
         for number_of, along in ((1, -0.5 * APART), (2, 0.5 * APART)):
             sites = f"{OWN}{cut.name}/a{number_of}", f"{OWN}{cut.name}/b{number_of}"
             for body, frame, name in ((a, cut.a, sites[0]), (b, cut.b, sites[1])):
@@ -253,11 +228,10 @@ def _carrier(cut: CutJoint, a: Element, b: Element, equality: Element) -> None:
     name = f"{OWN}{cut.name}"
     body = etree.SubElement(a, "body", name=name)
     _place(body, cut.a.placement)
-    if cut.type is CutType.UNIVERSAL:
-        etree.SubElement(body, "joint", name=name, type="hinge", axis="1 0 0")
-        etree.SubElement(body, "joint", name=f"{name}/2", type="hinge", axis="0 1 0")
-    else:
-        etree.SubElement(body, "joint", name=name, type="slide", axis="0 0 1")
+    for count, (kind, axis) in enumerate(carrier_parts(cut), 1):
+        joint = etree.SubElement(body, "joint", name=name if count == 1 else f"{name}/{count}", type=kind)
+        if axis is not None:
+            joint.set("axis", " ".join(f"{value:g}" for value in axis))
     etree.SubElement(body, "inertial", pos="0 0 0", mass="1e-6", diaginertia="1e-9 1e-9 1e-9")
     sites = f"{name}/a", f"{name}/b"
     _site(body, sites[0], np.eye(4))

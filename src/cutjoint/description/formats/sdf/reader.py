@@ -24,14 +24,7 @@ from cutjoint.description.numbers import parse_number, read_numbers
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child, read_xml
 
 WORLD = "world"
-TYPES = {
-    "fixed": JointType.FIXED,
-    "revolute": JointType.REVOLUTE,
-    "continuous": JointType.CONTINUOUS,
-    "prismatic": JointType.PRISMATIC,
-    "ball": JointType.SPHERICAL,
-    "universal": JointType.UNIVERSAL,
-}
+TYPES = {kind.sdf: kind for kind in JointType if kind.sdf}
 UNLIMITED = 1e16
 """SDF's own number for no limit."""
 
@@ -178,15 +171,15 @@ def _edge(
     limits, damping, friction = Limits(), 0.0, 0.0
     if axis is not None:
         first = _axis(axis, name, world, poses, version, findings)
-        if kind in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
+        if kind.single:
             limits = _limits(axis, name, kind, findings)
             damping, friction = _dynamics(axis, name, findings)
-    elif kind in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC, JointType.UNIVERSAL):
+    elif kind.axes:
         findings.error(f"joint '{name}' without <axis>", "<axis><xyz>...</xyz></axis>", "", element.sourceline)
     if axis2 is not None:
         second = _axis(axis2, name, world, poses, version, findings)
-    elif kind is JointType.UNIVERSAL:
-        findings.error(f"universal joint '{name}' without <axis2>", "two axes", "", element.sourceline)
+    elif kind.axes == 2:
+        findings.error(f"{kind.value} joint '{name}' without <axis2>", "two axes", "", element.sourceline)
     place = Place(findings.file, element.sourceline)
     return Edge(name, kind, ends[0], ends[1], world, first, second, limits, damping, friction, place)
 
@@ -218,7 +211,7 @@ def _limits(axis: Element, name: str, kind: JointType, findings: Findings) -> Li
         if key in ("velocity", "effort"):
             free = free or (value is not None and value < 0.0)
         values[key] = None if free else value
-    if kind is JointType.CONTINUOUS:
+    if not kind.limited:
         values["lower"] = values["upper"] = None
     return Limits(values["lower"], values["upper"], values["velocity"], values["effort"])
 

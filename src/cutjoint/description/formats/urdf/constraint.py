@@ -88,8 +88,8 @@ def _axis(element: Element, side: str, name: str, kind: CutType | None, findings
     values = read_numbers(text, 3, f"{side}_axis of <constraint> '{name}'", findings, line)
     if values is None:
         return None
-    if axis is None and kind is CutType.UNIVERSAL:
-        found = f"universal <constraint> '{name}' without {side}_axis"
+    if axis is None and kind is not None and kind.axes == "xy":
+        found = f"{kind.value} <constraint> '{name}' without {side}_axis"
         findings.error(found, "two perpendicular axes", f'add <{side}_axis xyz="..."/>', line)
         return None
     return unit_axis(values, name, findings, line)
@@ -97,11 +97,11 @@ def _axis(element: Element, side: str, name: str, kind: CutType | None, findings
 
 def _alignment(kind: CutType, first: Array, second: Array, name: str, findings: Findings, line: int) -> Array:
     """The rotation (3, 3) that turns the constraint's frames into those of a cut joint."""
-    if kind in (CutType.REVOLUTE, CutType.PRISMATIC):
+    if kind.axes == "z":
         return frame_along(first)
-    if kind is CutType.UNIVERSAL:
+    if kind.axes == "xy":
         if abs(float(first @ second)) > 1e-6:
-            found = f"the axes of universal <constraint> '{name}' are not perpendicular"
+            found = f"the axes of {kind.value} <constraint> '{name}' are not perpendicular"
             findings.error(found, "two perpendicular axes", "", line)
             return np.eye(3)
         return np.column_stack([first, second, np.cross(first, second)])

@@ -13,7 +13,7 @@ from cutjoint.description.model import Coupling, Joint, JointType, Limits, Place
 from cutjoint.description.numbers import number_problem, parse_number, read_numbers
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 
-TYPES = {kind.value: kind for kind in JointType if kind not in (JointType.UNIVERSAL, JointType.SPHERICAL)}
+TYPES = {kind.urdf: kind for kind in JointType if kind.urdf}
 
 _NONE: frozenset[str] = frozenset()
 _TAGS = frozenset(
@@ -28,7 +28,6 @@ _ATTRIBUTES = {
     "dynamics": frozenset({"damping", "friction", "armature", "stiffness"}),
     "mimic": frozenset({"joint", "multiplier", "offset"}),
 }
-_WITH_AXIS = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC, JointType.PLANAR)
 
 
 def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coupling | None]:
@@ -91,7 +90,7 @@ def _end(element: Element, tag: str, name: str, findings: Findings) -> str | Non
 def _axis(element: Element, name: str, kind: JointType, findings: Findings) -> Array:
     axis = only_child(element, "axis", findings)
     default = readonly([1.0, 0.0, 0.0])
-    if axis is None or kind not in _WITH_AXIS:
+    if axis is None or not kind.axes:
         return default
     values = read_numbers(axis.get("xyz"), 3, f"axis of joint '{name}'", findings, axis.sourceline)
     if values is None:
@@ -118,9 +117,8 @@ def unit_axis(
 
 def _limits(element: Element, name: str, kind: JointType, findings: Findings) -> Limits:
     limit = only_child(element, "limit", findings)
-    ranged = kind in (JointType.REVOLUTE, JointType.PRISMATIC)
     if limit is None:
-        if ranged and only_child(element, "mimic", Findings()) is None:
+        if kind.limited and only_child(element, "mimic", Findings()) is None:
             findings.warn(
                 f"joint '{name}' without <limit>", f"<limit> on a {kind.value} joint", "read as no limit",
                 element.sourceline,
@@ -129,7 +127,7 @@ def _limits(element: Element, name: str, kind: JointType, findings: Findings) ->
     line = limit.sourceline
     values = {key: _limit(limit, key, name, findings) for key in ("lower", "upper", "velocity", "effort")}
     lower, upper = values["lower"], values["upper"]
-    if not ranged:
+    if not kind.limited:
         lower = upper = None
     elif limit.get("lower") is None and limit.get("upper") is None:
         findings.warn(f"<limit> of joint '{name}' without lower and upper", "both", "read as no limit", line)
@@ -169,7 +167,7 @@ def _dynamics(element: Element, name: str, findings: Findings) -> tuple[float, f
 
 def _mimic(element: Element, name: str, kind: JointType, findings: Findings) -> Coupling | None:
     mimic = only_child(element, "mimic", findings)
-    if mimic is None or kind is JointType.FIXED:
+    if mimic is None or not kind.moves:
         return None
     line = mimic.sourceline
     driver = str(mimic.get("joint") or "").strip()

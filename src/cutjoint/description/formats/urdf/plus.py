@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cutjoint.description.defaults import ONE_COORDINATE, tool_by_default
+from cutjoint.description.defaults import tool_by_default
 from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.formats.common.reading import Reading, Tree
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.formats.urdf.joint import unit_axis
 from cutjoint.description.formats.urdf.link import read_origin
-from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, JointType, Place, RobotDescription
+from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, Place, RobotDescription
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.transforms import frame_along, turned
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
@@ -49,7 +49,7 @@ def read(path: Path) -> Reading:
         if coupling is not None:
             tree.couplings.append(coupling)
     driven = {coupling.joint for coupling in tree.couplings} | dependent
-    actuators = [joint.name for joint in tree.joints if joint.type in ONE_COORDINATE and joint.name not in driven]
+    actuators = [joint.name for joint in tree.joints if joint.type.single and joint.name not in driven]
     description = RobotDescription(
         name=tree.name,
         links=tuple(tree.links),
@@ -102,9 +102,8 @@ def _loop(element: Element, findings: Findings) -> CutJoint | None:
         direction = read_numbers(axis.get("xyz"), 3, f"axis of <{element.tag}> '{name}'", findings, axis.sourceline)
     if name is None or kind not in TYPES or before is None or after is None or direction is None:
         return None
-    align = frame_along(unit_axis(direction, name, findings, element.sourceline))
-    if TYPES[kind] not in (CutType.REVOLUTE, CutType.PRISMATIC):
-        align = frame_along((0.0, 0.0, 1.0))
+    unit = unit_axis(direction, name, findings, element.sourceline)
+    align = frame_along(unit if TYPES[kind].axes == "z" else (0.0, 0.0, 1.0))
     a, b = (turned(read_origin(end, findings), align) for end in (before_element, after_element))
     place = Place(findings.file, element.sourceline)
     return CutJoint(name, TYPES[kind], Frame(before, a), Frame(after, b), place)
@@ -157,6 +156,6 @@ def _sides(tree: Tree, before: str, after: str) -> tuple[list[Joint], list[Joint
 
     first, second = way(before), way(after)
     shared = {joint.name for joint in first} & {joint.name for joint in second}
-    first = [joint for joint in first if joint.name not in shared and joint.type is not JointType.FIXED]
-    second = [joint for joint in second if joint.name not in shared and joint.type is not JointType.FIXED]
+    first = [joint for joint in first if joint.name not in shared and joint.type.moves]
+    second = [joint for joint in second if joint.name not in shared and joint.type.moves]
     return first, second

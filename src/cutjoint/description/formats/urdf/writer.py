@@ -15,11 +15,10 @@ from lxml import etree
 from cutjoint.arrays import Array
 from cutjoint.description.formats.common.toml.text import JointKeys, number, toml_text
 from cutjoint.description.formats.urdf.constraint import TYPES as CONSTRAINTS
-from cutjoint.description.model import Coupling, CutType, Inertial, Joint, JointType, Link, RobotDescription, Shape
+from cutjoint.description.model import Coupling, Inertial, Joint, JointType, Link, RobotDescription, Shape
 from cutjoint.description.transforms import rpy_from_rotation
 from cutjoint.description.xml import Element
 
-_FOREIGN = (JointType.SPHERICAL, JointType.UNIVERSAL)
 _NAMES = {kind: name for name, kind in CONSTRAINTS.items()}
 
 
@@ -27,18 +26,21 @@ def constraint_files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes
     """One URDF with `<constraint>` elements, and the rest of the robot in a `<cutjoint>` element."""
     root = robot_element(robot, path)
     for cut in robot.cuts:
+        if cut.type not in _NAMES:
+            continue
         element = etree.SubElement(root, "constraint", name=cut.name, type=_NAMES[cut.type])
         for side, frame in (("parent", cut.a), ("child", cut.b)):
             etree.SubElement(element, side, link=frame.link)
             _origin(element, frame.placement, f"{side}_origin")
-        if cut.type in (CutType.REVOLUTE, CutType.PRISMATIC):
+        if cut.type.axes == "z":
             etree.SubElement(element, "parent_axis", xyz="0 0 1")
-        elif cut.type is CutType.UNIVERSAL:
+        elif cut.type.axes == "xy":
             etree.SubElement(element, "parent_axis", xyz="1 0 0")
             etree.SubElement(element, "child_axis", xyz="0 1 0")
     rest = etree.SubElement(root, "cutjoint")
+    cuts = [cut for cut in robot.cuts if cut.type not in _NAMES]
     couplings = couplings_without_mimic(robot)
-    rest.text = "\n" + toml_text(robot, urdf=None, cuts=(), couplings=couplings, joints=foreign_joints(robot))
+    rest.text = "\n" + toml_text(robot, urdf=None, cuts=cuts, couplings=couplings, joints=foreign_joints(robot))
     return {path: serialised(root)}
 
 
@@ -74,7 +76,7 @@ def foreign_joints(robot: RobotDescription) -> JointKeys:
     """[joint.NAME] for joints whose type URDF lacks."""
     keys: dict[str, dict[str, object]] = {}
     for joint in robot.joints:
-        if joint.type in _FOREIGN:
+        if joint.type.urdf is None:
             keys[joint.name] = {"type": joint.type.value, "axis": joint.axis, "axis2": joint.axis2}
     return keys
 
@@ -139,12 +141,12 @@ def relative(mesh: Path | None, path: Path) -> str:
 
 
 def _joint(joint: Joint, mimic: Coupling | None) -> Element:
-    kind = JointType.FLOATING if joint.type in _FOREIGN else joint.type
-    element = etree.Element("joint", name=joint.name, type=kind.value)
+    kind = joint.type.urdf or JointType.FLOATING.urdf
+    element = etree.Element("joint", name=joint.name, type=kind)
     etree.SubElement(element, "parent", link=joint.parent)
     etree.SubElement(element, "child", link=joint.child)
     _origin(element, joint.placement)
-    if kind not in (JointType.FIXED, JointType.FLOATING):
+    if joint.type.urdf and joint.type.axes:
         etree.SubElement(element, "axis", xyz=words(joint.axis))
     _limits(element, joint)
     if joint.damping or joint.friction:
@@ -158,7 +160,7 @@ def _joint(joint: Joint, mimic: Coupling | None) -> Element:
 def _limits(element: Element, joint: Joint) -> None:
     limits = joint.limits
     values = {"velocity": limits.velocity, "effort": limits.effort}
-    if joint.type in (JointType.REVOLUTE, JointType.PRISMATIC) and (limits.lower, limits.upper) != (None, None):
+    if joint.type.limited and (limits.lower, limits.upper) != (None, None):
         values["lower"] = -np.inf if limits.lower is None else limits.lower
         values["upper"] = np.inf if limits.upper is None else limits.upper
     given = {key: number(value) for key, value in values.items() if value is not None}

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.defaults import ONE_COORDINATE, actuated_by_default, tool_by_default
+from cutjoint.description.defaults import actuated_by_default, tool_by_default
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.reading import Tree
 from cutjoint.description.formats.common.toml.table import Table, parse
@@ -54,7 +54,7 @@ class Change:
         """The changed joint.  Limits of one coordinate go where there is another number of coordinates."""
         kind = self.type or joint.type
         lower, upper = joint.limits.lower, joint.limits.upper
-        if kind not in ONE_COORDINATE:
+        if not kind.single:
             lower = upper = None
         velocity = joint.limits.velocity if self.velocity is None else self.velocity
         effort = joint.limits.effort if self.effort is None else self.effort
