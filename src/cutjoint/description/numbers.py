@@ -5,11 +5,18 @@ from __future__ import annotations
 import math
 import re
 
+import numpy as np
+
+from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, clip
 from cutjoint.description.model import Place
 
 LARGEST_LENGTH = 1e6
 """Lengths [m] and angles [rad] beyond this are refused: at 1e6 m a double has lost its last tenth of a nanometre."""
+LARGEST_MASS = 1e9
+"""kg.  Beyond it nothing that moves has its mass; the check warns far earlier."""
+LARGEST_INERTIA = 1e15
+"""kg m2."""
 
 _COMMA = re.compile(r"^[+-]?\d+,\d+([eE][+-]?\d+)?$")
 _NUMBER = re.compile(r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$")
@@ -73,3 +80,20 @@ def check_range(
             findings.error(f"{what} is {value:g}", f"at most {largest:g} in size (SI units)", "check the units", at)
             return False
     return True
+
+
+def unit_axis(
+    values: tuple[float, ...], name: str, findings: Findings, at: Place | int | None, any_length: bool = False
+) -> Array:
+    """The direction of `values` as a unit vector (3,).
+
+    A zero axis is an error, a length other than 1 a warning unless the format allows `any_length`.
+    """
+    length = math.hypot(*values)
+    shown = " ".join(f"{value:g}" for value in values)
+    if length < 1e-9:
+        findings.error(f"axis of joint '{name}' is {shown}", "a direction", 'for example xyz="0 0 1"', at)
+        return readonly([1.0, 0.0, 0.0])
+    if abs(length - 1.0) > 1e-3 and not any_length:
+        findings.warn(f"axis of joint '{name}' ({shown}) has length {length:.6g}", "1", "it was normalised", at)
+    return readonly(np.array(values) / length)

@@ -65,7 +65,7 @@ def _parse(data: bytes, findings: Findings, kind: str) -> Element | None:
         return None
 
 
-def _parser(recover: bool = False) -> Any:
+def _parser(recover: bool = False) -> etree.XMLParser:
     return etree.XMLParser(
         resolve_entities=False,
         load_dtd=False,

@@ -14,13 +14,13 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.reading import Tree
+from cutjoint.description.formats.common.reading import OpenTree
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Link, Place
 from cutjoint.description.transforms import frame_along, inverse, turned
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class PlacedLink:
     """A link and its placement (4, 4) in the world at zero."""
 
     link: Link
@@ -45,13 +45,13 @@ class Edge:
 
 
 def span(
-    name: str, bodies: Sequence[Body], edges: Sequence[Edge], root: str, findings: Findings
-) -> tuple[Tree, list[CutJoint]]:
+    name: str, bodies: Sequence[PlacedLink], edges: Sequence[Edge], root: str, findings: Findings
+) -> tuple[OpenTree, list[CutJoint]]:
     """A tree from `root` over all bodies that joints connect to it, and the joints left over as cuts.
 
     Bodies that nothing connects to the root stay in the list of links without a joint.
     """
-    tree = Tree(name, [body.link for body in bodies])
+    tree = OpenTree(name, [body.link for body in bodies])
     world = {body.link.name: body.world for body in bodies}
     used = _first_parents(bodies, edges, root)
     if used is None:
@@ -63,7 +63,7 @@ def span(
     return tree, [cut for cut in cuts if cut is not None]
 
 
-def _first_parents(bodies: Sequence[Body], edges: Sequence[Edge], root: str) -> list[tuple[Edge, bool]] | None:
+def _first_parents(bodies: Sequence[PlacedLink], edges: Sequence[Edge], root: str) -> list[tuple[Edge, bool]] | None:
     """Each link on the first joint that names it as child, or None where that leaves one unreached."""
     above: dict[str, Edge] = {}
     for edge in edges:
@@ -96,7 +96,7 @@ def _greedy(edges: Sequence[Edge], root: str) -> list[tuple[Edge, bool]]:
         pending.remove(edge)
 
 
-def _attach(tree: Tree, edge: Edge, backwards: bool, world: dict[str, Array]) -> None:
+def _attach(tree: OpenTree, edge: Edge, backwards: bool, world: dict[str, Array]) -> None:
     """Add the joint; where its frame is not the child's, a massless link at the joint and a fixed joint as well."""
     parent, child = (edge.child, edge.parent) if backwards else (edge.parent, edge.child)
     sign = -1.0 if backwards else 1.0

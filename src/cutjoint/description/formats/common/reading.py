@@ -22,7 +22,7 @@ class Reading:
 
 
 @dataclass
-class Tree:
+class OpenTree:
     """Links and joints as a reader gathers them, and the actuators where the tree's own file names some."""
 
     name: str

@@ -16,8 +16,8 @@ import numpy as np
 
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, listing, nearest
-from cutjoint.description.formats.common.reading import Reading, Tree
-from cutjoint.description.formats.gepetto.yaml_lists import Entry, read_yaml
+from cutjoint.description.formats.common.reading import OpenTree, Reading
+from cutjoint.description.formats.gepetto.yaml_lists import YamlItem, read_yaml
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Place, RobotDescription
 
@@ -54,7 +54,7 @@ def read(path: Path) -> Reading:
     return Reading(description, tuple(findings.problems))
 
 
-def _tree(path: Path, findings: Findings) -> Tree | None:
+def _tree(path: Path, findings: Findings) -> OpenTree | None:
     beside = path.with_suffix(".urdf")
     if not beside.is_file():
         others = sorted(path.parent.glob("*.urdf"))
@@ -70,7 +70,7 @@ def _tree(path: Path, findings: Findings) -> Tree | None:
     return tree
 
 
-def _strings(keys: Mapping[str, Entry], key: str, findings: Findings) -> tuple[Entry, ...]:
+def _strings(keys: Mapping[str, YamlItem], key: str, findings: Findings) -> tuple[YamlItem, ...]:
     entry = keys.get(key)
     if entry is None:
         return ()
@@ -80,7 +80,7 @@ def _strings(keys: Mapping[str, Entry], key: str, findings: Findings) -> tuple[E
     return entry.items
 
 
-def _cuts(tree: Tree, keys: Mapping[str, Entry], findings: Findings) -> tuple[CutJoint, ...]:
+def _cuts(tree: OpenTree, keys: Mapping[str, YamlItem], findings: Findings) -> tuple[CutJoint, ...]:
     loops = keys.get("closed_loop")
     pairs = () if loops is None or loops.items is None else loops.items
     if loops is not None and loops.items is None:
@@ -106,14 +106,14 @@ def _cuts(tree: Tree, keys: Mapping[str, Entry], findings: Findings) -> tuple[Cu
     return tuple(cuts)
 
 
-def _frame(name: str, tree: Tree) -> Frame:
+def _frame(name: str, tree: OpenTree) -> Frame:
     """The frame of a link, or of the link that the joint of that name moves."""
     moved = {joint.name: joint.child for joint in tree.joints}
     links = {link.name for link in tree.links}
     return Frame(name if name in links else moved.get(name, name))
 
 
-def _replace_joints(tree: Tree, keys: Mapping[str, Entry], findings: Findings) -> None:
+def _replace_joints(tree: OpenTree, keys: Mapping[str, YamlItem], findings: Findings) -> None:
     names, types = _strings(keys, "joint_name", findings), _strings(keys, "joint_type", findings)
     if len(names) != len(types):
         line = keys["joint_name" if "joint_name" in keys else "joint_type"].line

@@ -7,22 +7,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from cutjoint.description.files import read_text_file
 from cutjoint.description.findings import Findings, clip
 
+if TYPE_CHECKING:
+    import yaml
+
 
 @dataclass(frozen=True)
-class Entry:
+class YamlItem:
     """A text, or a list (then `items` is not None)."""
 
     text: str
     line: int
-    items: tuple[Entry, ...] | None = None
+    items: tuple[YamlItem, ...] | None = None
 
 
-def read_yaml(path: Path, findings: Findings) -> dict[str, Entry] | None:
+def read_yaml(path: Path, findings: Findings) -> dict[str, YamlItem] | None:
     """The top-level mapping of a YAML file, or None after noting why not."""
     data = read_text_file(path, findings, "YAML")
     if data is None:
@@ -52,9 +55,9 @@ def read_yaml(path: Path, findings: Findings) -> dict[str, Entry] | None:
     return {str(key.value): _entry(value) for key, value in root.value}
 
 
-def _entry(node: Any) -> Entry:
+def _entry(node: yaml.Node) -> YamlItem:
     line = node.start_mark.line + 1
     if isinstance(node.value, list):
         items = [child[1] if isinstance(child, tuple) else child for child in node.value]
-        return Entry("", line, tuple(_entry(child) for child in items))
-    return Entry(str(node.value), line)
+        return YamlItem("", line, tuple(_entry(child) for child in items))
+    return YamlItem(str(node.value), line)

@@ -9,9 +9,10 @@ from pathlib import Path
 
 from cutjoint.description.files import read_text_file
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.reading import Reading, Tree
-from cutjoint.description.formats.common.toml.keys import described, take_extras
-from cutjoint.description.formats.common.toml.table import Table, line_index, parse
+from cutjoint.description.formats.common.extras import described
+from cutjoint.description.formats.common.reading import OpenTree, Reading
+from cutjoint.description.formats.common.toml.keys import take_extras
+from cutjoint.description.formats.common.toml.table import TomlTable, line_index, parse
 from cutjoint.description.formats.urdf import plain
 
 SCHEMA = 1
@@ -24,7 +25,7 @@ def read(path: Path) -> Reading:
     values = None if data is None else parse(data, findings)
     if data is None or values is None:
         return Reading(None, tuple(findings.problems))
-    top = Table(values, (), line_index(data.decode("utf-8")), findings)
+    top = TomlTable(values, (), line_index(data.decode("utf-8")), findings)
     schema = top.take("schema", required=True, expected=f"schema = {SCHEMA}")
     if schema is not None and (schema != SCHEMA or isinstance(schema, bool)):
         top.wrong("schema", schema, f"schema = {SCHEMA}, the one that this version reads")
@@ -37,7 +38,7 @@ def read(path: Path) -> Reading:
     return Reading(description, tuple(findings.problems))
 
 
-def _tree(top: Table, path: Path, findings: Findings) -> Tree | None:
+def _tree(top: TomlTable, path: Path, findings: Findings) -> OpenTree | None:
     name = top.string("urdf", required=True)
     if not name:
         return None

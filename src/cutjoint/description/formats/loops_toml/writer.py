@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from cutjoint.description.formats.common.exact import serialised
 from cutjoint.description.formats.common.toml.text import toml_text
-from cutjoint.description.formats.urdf.writer import couplings_without_mimic, foreign_joints, robot_element, serialised
+from cutjoint.description.formats.urdf.writer import couplings_without_mimic, foreign_joints, robot_element
 from cutjoint.description.model import RobotDescription
 
 

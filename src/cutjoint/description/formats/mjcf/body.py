@@ -15,14 +15,13 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.reading import Tree
+from cutjoint.description.formats.common.reading import OpenTree
 from cutjoint.description.formats.mjcf.defaults import Defaults
 from cutjoint.description.formats.mjcf.geom import Geom, Mesh, inertia_of_geoms, read_geom
 from cutjoint.description.formats.mjcf.joint import MjcfJoint, merged, read_free, read_joint
-from cutjoint.description.formats.mjcf.pose import Units, read_placement
-from cutjoint.description.formats.urdf.link import LARGEST_INERTIA, LARGEST_MASS
+from cutjoint.description.formats.mjcf.pose import AngleUnits, read_placement
 from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointType, Link, Place
-from cutjoint.description.numbers import read_numbers
+from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
 from cutjoint.description.transforms import from_rotation, inverse
 from cutjoint.description.xml import Element, children, only_child
 
@@ -35,7 +34,7 @@ OWN = "cutjoint:"
 class Compiler:
     """What `<compiler>` says."""
 
-    units: Units = field(default_factory=Units)
+    units: AngleUnits = field(default_factory=AngleUnits)
     inertia_from_geoms: str = "auto"
     meshes: str = ""
 
@@ -48,7 +47,7 @@ class Bodies:
     ) -> None:
         self.compiler, self.meshes, self.findings = compiler, meshes, findings
         self.defaults = Defaults(root, findings)
-        self.tree = Tree(str(root.get("model") or path.stem))
+        self.tree = OpenTree(str(root.get("model") or path.stem))
         self.world: dict[str, Array] = {WORLD: IDENTITY}
         self.sites: dict[str, Frame] = {}
         self.joint_names: list[str] = []

@@ -15,10 +15,9 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.mjcf.pose import Units, along, read_placement
-from cutjoint.description.formats.urdf.link import LARGEST_MASS
+from cutjoint.description.formats.mjcf.pose import AngleUnits, along, read_placement
 from cutjoint.description.model import Inertial, Shape
-from cutjoint.description.numbers import read_numbers
+from cutjoint.description.numbers import LARGEST_MASS, read_numbers
 from cutjoint.description.transforms import from_rotation
 from cutjoint.description.xml import Element
 
@@ -60,7 +59,7 @@ def read_geom(
     element: Element,
     get: dict[str, str],
     meshes: Mapping[str, Mesh | None],
-    units: Units,
+    units: AngleUnits,
     body: str,
     findings: Findings,
 ) -> Geom | None:

@@ -9,11 +9,10 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
-from cutjoint.description.formats.mjcf.pose import Units
+from cutjoint.description.formats.mjcf.pose import AngleUnits
 from cutjoint.description.formats.mjcf.types import MADE_OF
-from cutjoint.description.formats.urdf.joint import unit_axis
 from cutjoint.description.model import Joint, JointType, Limits, Place
-from cutjoint.description.numbers import parse_number, read_numbers
+from cutjoint.description.numbers import parse_number, read_numbers, unit_axis
 from cutjoint.description.xml import Element
 
 UNLIMITED = 1e10
@@ -53,7 +52,7 @@ def read_free(element: Element, body: str, findings: Findings) -> MjcfJoint:
 
 
 def read_joint(
-    element: Element, get: dict[str, str], units: Units, body: str, number: int, findings: Findings
+    element: Element, get: dict[str, str], units: AngleUnits, body: str, number: int, findings: Findings
 ) -> MjcfJoint | None:
     """A `<joint>`, with the attributes of its class filled in."""
     name = get.get("name") or (f"{body}_joint" if number == 0 else f"{body}_joint_{number + 1}")
@@ -76,7 +75,7 @@ def read_joint(
         return None
     hinge = kind == "hinge"
     reference = units.angle(numbers["ref"]) if hinge else numbers["ref"]
-    measure = units if hinge else Units(degrees=False)
+    measure = units if hinge else AngleUnits(degrees=False)
     limits = Limits() if kind == "ball" else _limits(get, measure, reference, name, findings, line)
     axis = unit_axis(values, name, findings, line, any_length=True) if kind != "ball" else readonly([1.0, 0.0, 0.0])
     kind_of = JointType.CONTINUOUS if hinge and limits.lower is None and limits.upper is None else TYPES[kind]
@@ -88,7 +87,7 @@ def read_joint(
 
 
 def _limits(
-    get: dict[str, str], units: Units, reference: float, name: str, findings: Findings, line: int | None
+    get: dict[str, str], units: AngleUnits, reference: float, name: str, findings: Findings, line: int | None
 ) -> Limits:
     if "range" not in get or get.get("limited") == "false":
         return Limits()

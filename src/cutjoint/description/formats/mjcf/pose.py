@@ -18,7 +18,7 @@ _TINY = 1e-9
 
 
 @dataclass(frozen=True)
-class Units:
+class AngleUnits:
     """What `<compiler>` says about angles.  `order` is the Euler sequence: lower case turns about the moved axes."""
 
     degrees: bool = True
@@ -29,7 +29,7 @@ class Units:
         return math.radians(value) if self.degrees else value
 
 
-def read_placement(element: Element, get: dict[str, str], units: Units, what: str, findings: Findings) -> Array:
+def read_placement(element: Element, get: dict[str, str], units: AngleUnits, what: str, findings: Findings) -> Array:
     """The placement (4, 4) that pos and one orientation give; `get` holds the attributes with defaults filled in."""
     line = element.sourceline
     position = read_numbers(get.get("pos", "0 0 0"), 3, f"pos of {what}", findings, line) or (0.0, 0.0, 0.0)
@@ -46,7 +46,7 @@ def read_placement(element: Element, get: dict[str, str], units: Units, what: st
     return from_rotation(np.eye(3) if rotation is None else rotation, position)
 
 
-def _rotation(kind: str, values: Array, units: Units) -> Array | None:
+def _rotation(kind: str, values: Array, units: AngleUnits) -> Array | None:
     match kind:
         case "quat":
             return rotation_from_quaternion(values) if np.linalg.norm(values) > _TINY else None

@@ -13,13 +13,14 @@ from pathlib import Path
 
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.reading import Reading
-from cutjoint.description.formats.common.toml.keys import Extras, described, read_extras
+from cutjoint.description.formats.common.toml.keys import read_extras
 from cutjoint.description.formats.mjcf.body import Bodies, Compiler
 from cutjoint.description.formats.mjcf.equality import read_equalities
 from cutjoint.description.formats.mjcf.geom import Mesh
 from cutjoint.description.formats.mjcf.keyframes import read_homes
-from cutjoint.description.formats.mjcf.pose import Units
+from cutjoint.description.formats.mjcf.pose import AngleUnits
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.packages import find_mesh
 from cutjoint.description.xml import Element, children, read_xml
@@ -84,7 +85,7 @@ def _compiler(root: Element, findings: Findings) -> Compiler:
             findings.error("global coordinates", "local coordinates", remedy, element.sourceline)
         geoms = str(element.get("inertiafromgeom") or geoms)
         meshes = str(element.get("meshdir") or element.get("assetdir") or meshes)
-    return Compiler(Units(degrees, order), geoms, meshes)
+    return Compiler(AngleUnits(degrees, order), geoms, meshes)
 
 
 def _gravity(root: Element, findings: Findings) -> tuple[float, ...]:

@@ -16,11 +16,11 @@ from lxml import etree
 
 from cutjoint.arrays import Array
 from cutjoint.description.cuts import Kind
-from cutjoint.description.formats.common.toml.text import JointKeys, number, toml_text
+from cutjoint.description.formats.common.exact import number, relative, serialised, words
+from cutjoint.description.formats.common.toml.text import JointKeys, toml_text
 from cutjoint.description.formats.mjcf.body import OWN, WORLD
 from cutjoint.description.formats.mjcf.geom import plain_name
 from cutjoint.description.formats.mjcf.types import EQUALITIES, carrier_parts, parts
-from cutjoint.description.formats.urdf.writer import relative, serialised, words
 from cutjoint.description.model import CutJoint, Inertial, Joint, JointType, Link, RobotDescription, Shape
 from cutjoint.description.transforms import quaternion_from_rotation
 from cutjoint.description.xml import Element

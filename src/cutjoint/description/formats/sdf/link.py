@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.graph import Body
+from cutjoint.description.formats.common.graph import PlacedLink
 from cutjoint.description.formats.sdf.pose import Poses, read_pose, text_of
-from cutjoint.description.formats.urdf.link import LARGEST_INERTIA, LARGEST_MASS
 from cutjoint.description.model import Inertial, Link, Place, Shape
-from cutjoint.description.numbers import read_numbers
+from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
 from cutjoint.description.packages import find_mesh
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 
@@ -24,7 +23,7 @@ _LINK_IGNORED = frozenset(
 _SHAPES = {"box": ("size", 3), "sphere": ("radius", 1), "cylinder": ("radius", 1), "capsule": ("radius", 1)}
 
 
-def read_body(element: Element, path: Path, poses: Poses, findings: Findings) -> Body | None:
+def read_body(element: Element, path: Path, poses: Poses, findings: Findings) -> PlacedLink | None:
     """One `<link>`, or None where it has no name."""
     check_known(element, frozenset({"name"}), _LINK_TAGS, _LINK_IGNORED, findings)
     name = name_of(element, findings)
@@ -37,7 +36,7 @@ def read_body(element: Element, path: Path, poses: Poses, findings: Findings) ->
         collisions=tuple(_shapes(element, "collision", name, path, findings)),
         place=Place(findings.file, element.sourceline),
     )
-    return Body(link, poses.world(name, "link", element.sourceline))
+    return PlacedLink(link, poses.world(name, "link", element.sourceline))
 
 
 def _inertial(link: Element, name: str, findings: Findings) -> Inertial | None:

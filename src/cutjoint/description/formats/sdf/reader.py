@@ -13,14 +13,13 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, listing, nearest
-from cutjoint.description.formats.common.graph import Body, Edge, span
+from cutjoint.description.formats.common.extras import Extras, described
+from cutjoint.description.formats.common.graph import Edge, PlacedLink, span
 from cutjoint.description.formats.common.reading import Reading
-from cutjoint.description.formats.common.toml.keys import Extras, described
 from cutjoint.description.formats.sdf.link import read_body
 from cutjoint.description.formats.sdf.pose import Poses, text_of
-from cutjoint.description.formats.urdf.joint import unit_axis
 from cutjoint.description.model import IDENTITY, Coupling, JointType, Limits, Link, Place
-from cutjoint.description.numbers import parse_number, read_numbers
+from cutjoint.description.numbers import parse_number, read_numbers, unit_axis
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child, read_xml
 
 WORLD = "world"
@@ -57,7 +56,7 @@ def read(path: Path) -> Reading:
     static = text_of(only_child(model, "static", findings)).lower() in ("1", "true")
     root_link = bodies[0].link.name
     if not static:
-        bodies.insert(0, Body(Link(WORLD), IDENTITY))
+        bodies.insert(0, PlacedLink(Link(WORLD), IDENTITY))
         edges = [*edges, *_floating(bodies[1:], edges)]
         root_link = WORLD
     name = str(model.get("name") or path.stem)
@@ -90,7 +89,7 @@ def _gravity(root: Element, findings: Findings) -> tuple[float, ...]:
     return 0.0, 0.0, -9.81
 
 
-def _floating(bodies: list[Body], edges: list[Edge]) -> list[Edge]:
+def _floating(bodies: list[PlacedLink], edges: list[Edge]) -> list[Edge]:
     """A floating joint from the world for the first link of each part that no joint ties to the world."""
     near: dict[str, set[str]] = {}
     for edge in edges:

@@ -18,13 +18,13 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.formats.common.extras import described
 from cutjoint.description.formats.common.reading import Reading
-from cutjoint.description.formats.common.toml.keys import described, read_extras
+from cutjoint.description.formats.common.toml.keys import read_extras
 from cutjoint.description.formats.urdf import plain
-from cutjoint.description.formats.urdf.joint import unit_axis
 from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import CutJoint, CutType, Frame, Place
-from cutjoint.description.numbers import read_numbers
+from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import frame_along, turned
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 

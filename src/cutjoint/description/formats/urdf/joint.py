@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import Coupling, Joint, JointType, Limits, Place
-from cutjoint.description.numbers import number_problem, parse_number, read_numbers
+from cutjoint.description.numbers import number_problem, parse_number, read_numbers, unit_axis
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 
 TYPES = {kind.urdf: kind for kind in JointType if kind.urdf}
@@ -96,23 +94,6 @@ def _axis(element: Element, name: str, kind: JointType, findings: Findings) -> A
     if values is None:
         return default
     return unit_axis(values, name, findings, axis.sourceline)
-
-
-def unit_axis(
-    values: tuple[float, ...], name: str, findings: Findings, at: Place | int | None, any_length: bool = False
-) -> Array:
-    """The direction of `values` as a unit vector (3,).
-
-    A zero axis is an error, a length other than 1 a warning unless the format allows `any_length`.
-    """
-    length = math.hypot(*values)
-    shown = " ".join(f"{value:g}" for value in values)
-    if length < 1e-9:
-        findings.error(f"axis of joint '{name}' is {shown}", "a direction", 'for example xyz="0 0 1"', at)
-        return readonly([1.0, 0.0, 0.0])
-    if abs(length - 1.0) > 1e-3 and not any_length:
-        findings.warn(f"axis of joint '{name}' ({shown}) has length {length:.6g}", "1", "it was normalised", at)
-    return readonly(np.array(values) / length)
 
 
 def _limits(element: Element, name: str, kind: JointType, findings: Findings) -> Limits:

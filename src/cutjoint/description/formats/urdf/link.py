@@ -10,18 +10,13 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings, closest, listing
 from cutjoint.description.model import IDENTITY, Inertial, Link, Place, Shape
-from cutjoint.description.numbers import read_numbers
+from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
 from cutjoint.description.packages import find_mesh
 from cutjoint.description.transforms import placement
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 
 Colour = tuple[float, float, float, float]
 Colours = Mapping[str, Colour | None]
-
-LARGEST_MASS = 1e9
-"""kg.  Beyond it nothing that moves has its mass; the check warns far earlier."""
-LARGEST_INERTIA = 1e15
-"""kg m2."""
 
 _NONE: frozenset[str] = frozenset()
 _LINK_TAGS = frozenset({"inertial", "visual", "collision"})

@@ -9,8 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.reading import Reading, Tree
-from cutjoint.description.formats.common.toml.keys import described
+from cutjoint.description.formats.common.extras import described
+from cutjoint.description.formats.common.reading import OpenTree, Reading
 from cutjoint.description.formats.urdf.joint import read_joint
 from cutjoint.description.formats.urdf.link import Colours, read_colours, read_link
 from cutjoint.description.xml import Element, check_known, children, read_xml, refuse_xacro
@@ -45,7 +45,7 @@ def read_robot(path: Path, findings: Findings) -> Element | None:
     return None if findings.failed else root
 
 
-def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[str] = frozenset()) -> Tree:
+def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[str] = frozenset()) -> OpenTree:
     """Links, joints and mimic couplings of a `<robot>` element; what cannot be read is noted and left out.
 
     `loops` names the elements that the caller reads itself.
@@ -60,7 +60,7 @@ def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[st
         findings.error("<robot> without a name", '<robot name="...">', "", root.sourceline)
         name = path.stem
     colours: Colours = read_colours(root, findings)
-    tree = Tree(name, actuators=_transmissions(root))
+    tree = OpenTree(name, actuators=_transmissions(root))
     for element in children(root, "link"):
         link = read_link(element, path, colours, findings)
         if link is not None:

@@ -13,12 +13,11 @@ from pathlib import Path
 
 from cutjoint.description.defaults import tool_by_default
 from cutjoint.description.findings import Findings, listing, nearest
-from cutjoint.description.formats.common.reading import Reading, Tree
+from cutjoint.description.formats.common.reading import OpenTree, Reading
 from cutjoint.description.formats.urdf import plain
-from cutjoint.description.formats.urdf.joint import unit_axis
 from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, Place, RobotDescription
-from cutjoint.description.numbers import read_numbers
+from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import frame_along, turned
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 
@@ -109,7 +108,7 @@ def _loop(element: Element, findings: Findings) -> CutJoint | None:
     return CutJoint(name, TYPES[kind], Frame(before, a), Frame(after, b), place)
 
 
-def read_coupling(element: Element, tree: Tree, dependent: set[str], findings: Findings) -> Coupling | None:
+def read_coupling(element: Element, tree: OpenTree, dependent: set[str], findings: Findings) -> Coupling | None:
     """A `<coupling>` as a ratio between two joints; one over more joints is a problem."""
     check_known(element, frozenset({"name", "type"}), frozenset({"predecessor", "successor", "ratio"}), _NONE, findings)
     name = name_of(element, findings)
@@ -143,7 +142,7 @@ def read_coupling(element: Element, tree: Tree, dependent: set[str], findings: F
     return Coupling(name, joint, driver, value, 0.0, Place(findings.file, line))
 
 
-def _sides(tree: Tree, before: str, after: str) -> tuple[list[Joint], list[Joint]]:
+def _sides(tree: OpenTree, before: str, after: str) -> tuple[list[Joint], list[Joint]]:
     """The moving joints from the nearest common ancestor down to each of two links."""
     above = {joint.child: joint for joint in tree.joints}
 

@@ -5,15 +5,15 @@ Joint types that URDF lacks (spherical, universal) are written as floating and g
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from lxml import etree
 
 from cutjoint.arrays import Array
-from cutjoint.description.formats.common.toml.text import JointKeys, number, toml_text
+from cutjoint.description.formats.common.exact import number, relative, serialised, words
+from cutjoint.description.formats.common.toml.text import JointKeys, toml_text
 from cutjoint.description.formats.urdf.constraint import TYPES as CONSTRAINTS
 from cutjoint.description.model import Coupling, Inertial, Joint, JointType, Link, RobotDescription, Shape
 from cutjoint.description.transforms import rpy_from_rotation
@@ -44,13 +44,6 @@ def constraint_files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes
     return {path: serialised(root)}
 
 
-def serialised(root: Element) -> bytes:
-    """An element as an indented file."""
-    etree.indent(root)
-    content = etree.tostring(root, xml_declaration=True, encoding="utf-8")
-    return bytes(content) + b"\n"
-
-
 def robot_element(robot: RobotDescription, path: Path) -> Element:
     """The `<robot>` with links and joints; mesh files are named relative to `path`."""
     root = etree.Element("robot", name=robot.name)
@@ -79,11 +72,6 @@ def foreign_joints(robot: RobotDescription) -> JointKeys:
         if joint.type.urdf is None:
             keys[joint.name] = {"type": joint.type.value, "axis": joint.axis, "axis2": joint.axis2}
     return keys
-
-
-def words(values: Sequence[float] | Array) -> str:
-    """Numbers as an XML attribute, exact."""
-    return " ".join(number(value) for value in values)
 
 
 def _origin(parent: Element, placement: Array, tag: str = "origin") -> None:
@@ -131,13 +119,6 @@ def _shape(link: Element, tag: str, shape: Shape, colour_name: str, path: Path) 
     if shape.colour is not None and tag == "visual":
         material = etree.SubElement(element, "material", name=f"{colour_name}_colour")
         etree.SubElement(material, "color", rgba=words(shape.colour))
-
-
-def relative(mesh: Path | None, path: Path) -> str:
-    """A mesh file as seen from the file that names it."""
-    if mesh is None:
-        return ""
-    return Path(os.path.relpath(mesh.resolve(), path.resolve().parent)).as_posix()
 
 
 def _joint(joint: Joint, mimic: Coupling | None) -> Element:

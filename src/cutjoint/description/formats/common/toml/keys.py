@@ -1,4 +1,4 @@
-"""What tree and cuts do not say of a robot, as the keys of a loops.toml: in a file of its own, or inside another.
+"""The keys of a loops.toml, in a file of its own or inside another.
 
 Actuators, tool, gravity, couplings, homes, variants, title, source, and joints whose type the tree's format lacks.
 """
@@ -6,18 +6,14 @@ Actuators, tool, gravity, couplings, homes, variants, title, source, and joints 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 
-from cutjoint.arrays import Array, readonly
-from cutjoint.description.defaults import actuated_by_default, tool_by_default
+from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, nearest
-from cutjoint.description.formats.common.reading import Tree
-from cutjoint.description.formats.common.toml.table import Table, parse
-from cutjoint.description.formats.urdf.joint import unit_axis
-from cutjoint.description.formats.urdf.link import LARGEST_INERTIA, LARGEST_MASS
+from cutjoint.description.formats.common.extras import EARTH, Change, Extras
+from cutjoint.description.formats.common.toml.table import TomlTable, parse
 from cutjoint.description.model import (
     Coupling,
     CutJoint,
@@ -25,61 +21,12 @@ from cutjoint.description.model import (
     Frame,
     Home,
     Inertial,
-    Joint,
     JointType,
-    Limits,
     Place,
-    RobotDescription,
     Variant,
 )
+from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, unit_axis
 from cutjoint.description.transforms import placement
-
-EARTH = readonly([0.0, 0.0, -9.81])
-"""m/s2."""
-
-
-@dataclass(frozen=True, eq=False)
-class Change:
-    """What [joint.NAME] changes of a joint, because the tree's format cannot say it; None leaves it."""
-
-    name: str
-    type: JointType | None
-    axis: Array | None
-    axis2: Array | None
-    velocity: float | None
-    effort: float | None
-    place: Place
-
-    def of(self, joint: Joint) -> Joint:
-        """The changed joint.  Limits of one coordinate go where there is another number of coordinates."""
-        kind = self.type or joint.type
-        lower, upper = joint.limits.lower, joint.limits.upper
-        if not kind.single:
-            lower = upper = None
-        velocity = joint.limits.velocity if self.velocity is None else self.velocity
-        effort = joint.limits.effort if self.effort is None else self.effort
-        axis = joint.axis if self.axis is None else self.axis
-        axis2 = joint.axis2 if self.axis2 is None else self.axis2
-        return replace(joint, type=kind, axis=axis, axis2=axis2, limits=Limits(lower, upper, velocity, effort))
-
-
-@dataclass(frozen=True, eq=False)
-class Extras:
-    """What was read, with None and () where the file is silent.  `fixed`: link -> name of the fixed joint above it."""
-
-    actuators: tuple[str, ...] | None = None
-    tool: Frame | None = None
-    gravity: Array = field(default_factory=lambda: EARTH)
-    cuts: tuple[CutJoint, ...] = ()
-    couplings: tuple[Coupling, ...] = ()
-    homes: tuple[Home, ...] = ()
-    variants: tuple[Variant, ...] = ()
-    joints: tuple[Change, ...] = ()
-    fixed: dict[str, str] = field(default_factory=dict)
-    name: str = ""
-    title: str = ""
-    source: str = ""
-    places: dict[str, Place] = field(default_factory=dict)
 
 
 def read_extras(text: str, findings: Findings, line: int | None = None) -> Extras | None:
@@ -87,7 +34,7 @@ def read_extras(text: str, findings: Findings, line: int | None = None) -> Extra
     own = Findings(findings.file)
     values = parse(text.encode("utf-8"), own)
     if values is not None:
-        top = Table(values, (), {(): line} if line else {}, own)
+        top = TomlTable(values, (), {(): line} if line else {}, own)
         extras = take_extras(top, actuators_required=False)
         fixed = top.table("fixed")
         if fixed is not None:
@@ -97,7 +44,7 @@ def read_extras(text: str, findings: Findings, line: int | None = None) -> Extra
     return None if values is None else extras
 
 
-def take_extras(top: Table, actuators_required: bool) -> Extras:
+def take_extras(top: TomlTable, actuators_required: bool) -> Extras:
     """Take the keys out of the top table of a loops.toml.  Keys that it does not have stay unknown."""
     cuts = tuple(_cut(table) for table in top.tables("cut"))
     couplings = tuple(_coupling(table) for table in top.tables("coupling"))
@@ -121,67 +68,22 @@ def take_extras(top: Table, actuators_required: bool) -> Extras:
     )
 
 
-def described(
-    tree: Tree, cuts: Sequence[CutJoint], extras: Extras | None, path: Path, findings: Findings
-) -> RobotDescription:
-    """Tree, cuts and the rest as one description.
-
-    Where a file has no extras, a chain without cuts gets the defaults of a plain URDF, and a robot with cuts the
-    actuators that the reader put into the tree, or none.
-    """
-    extras = extras or Extras()
-    joints = _changed(tree.joints, extras, findings)
-    couplings = (*tree.couplings, *extras.couplings)
-    actuators, tool = extras.actuators, extras.tool
-    if actuators is None:
-        actuators = tree.actuators if cuts else actuated_by_default(joints, couplings)
-    if tool is None and not cuts:
-        tool = tool_by_default(tree.links, joints)
-    return RobotDescription(
-        name=extras.name or tree.name,
-        links=tuple(tree.links),
-        joints=tuple(joints),
-        cuts=tuple(cuts),
-        couplings=couplings,
-        actuators=actuators,
-        tool=tool,
-        gravity=extras.gravity,
-        homes=extras.homes,
-        variants=extras.variants,
-        title=extras.title,
-        source=extras.source,
-        path=path,
-        places=extras.places,
-    )
-
-
-def _changed(joints: Sequence[Joint], extras: Extras, findings: Findings) -> list[Joint]:
-    """The joints with what [joint.NAME] changes of them."""
-    changes = {change.name: change for change in extras.joints}
-    known = {joint.name for joint in joints}
-    for name, change in changes.items():
-        if name not in known:
-            found = f"[joint.{name}] is for a joint that the tree does not have"
-            findings.error(found, "a joint of the tree", nearest(name, known), change.place)
-    return [changes[joint.name].of(joint) if joint.name in changes else joint for joint in joints]
-
-
-def _places(top: Table, homes: Sequence[Home], variants: Sequence[Variant]) -> dict[str, Place]:
+def _places(top: TomlTable, homes: Sequence[Home], variants: Sequence[Variant]) -> dict[str, Place]:
     places = {key: top.place(key) for key in ("actuators", "tool", "gravity")}
     for kind, names in (("home", [one.name for one in homes]), ("variant", [one.name for one in variants])):
         for name in names:
-            places[f"{kind}.{name}"] = Table({}, (kind, name), top.lines, top.findings).place()
+            places[f"{kind}.{name}"] = TomlTable({}, (kind, name), top.lines, top.findings).place()
     return places
 
 
-def take_frame(table: Table, key: str, value: object) -> Frame | None:
+def take_frame(table: TomlTable, key: str, value: object) -> Frame | None:
     """A frame: the name of a link, or a table with link, xyz and rpy."""
     if isinstance(value, str):
         return Frame(value)
     if not isinstance(value, dict):
         table.wrong(key, value, 'a link, as in "tool", or { link = "...", xyz = [..], rpy = [..] }')
         return None
-    inner = Table(value, (*table.path, key), table.lines, table.findings)
+    inner = TomlTable(value, (*table.path, key), table.lines, table.findings)
     link = inner.string("link", required=True)
     xyz = inner.vector("xyz", 3, (0.0, 0.0, 0.0))
     rpy = inner.vector("rpy", 3, (0.0, 0.0, 0.0))
@@ -189,7 +91,7 @@ def take_frame(table: Table, key: str, value: object) -> Frame | None:
     return Frame(link, placement(xyz, rpy)) if link and xyz is not None and rpy is not None else None
 
 
-def _cut(table: Table) -> CutJoint | None:
+def _cut(table: TomlTable) -> CutJoint | None:
     name = table.string("name", required=True)
     text = table.string("type", required=True)
     frames = table.take("frames", required=True, expected="the two frames that the cut joins")
@@ -208,7 +110,7 @@ def _cut(table: Table) -> CutJoint | None:
     return CutJoint(name, CutType(text), ends[0], ends[1], table.place())
 
 
-def _tool(top: Table) -> Frame | None:
+def _tool(top: TomlTable) -> Frame | None:
     table = top.table("tool")
     if table is None:
         return None
@@ -217,12 +119,12 @@ def _tool(top: Table) -> Frame | None:
     return None if value is None else take_frame(table, "frame", value)
 
 
-def _joint(name: str, table: Table) -> Change | None:
+def _joint(name: str, table: TomlTable) -> Change | None:
     kinds = [kind.value for kind in JointType]
     place = table.place()
     text = table.string("type")
     axes = [table.vector(key, 3) for key in ("axis", "axis2")]
-    velocity, effort = (table.number(key) if key in table.data else table.take(key) for key in ("velocity", "effort"))
+    velocity, effort = table.number("velocity", None), table.number("effort", None)
     table.finish()
     if text and text not in kinds:
         found, expected = f"type '{text}' of {table.name}", f"one of {', '.join(kinds)}"
@@ -232,7 +134,7 @@ def _joint(name: str, table: Table) -> Change | None:
     return Change(name, JointType(text) if text else None, first, second, velocity, effort, place)
 
 
-def _coupling(table: Table) -> Coupling | None:
+def _coupling(table: TomlTable) -> Coupling | None:
     name = table.string("name", required=True)
     joint, driver = table.string("joint", required=True), table.string("driver", required=True)
     ratio, offset = table.number("ratio", 1.0), table.number("offset", 0.0)
@@ -242,7 +144,7 @@ def _coupling(table: Table) -> Coupling | None:
     return Coupling(name, joint, driver, ratio, offset, table.place())
 
 
-def _home(name: str, table: Table) -> Home:
+def _home(name: str, table: TomlTable) -> Home:
     about = table.string("about")
     actuated: dict[str, float] = {}
     passive: dict[str, float | tuple[float, ...]] = {}
@@ -260,14 +162,14 @@ def _home(name: str, table: Table) -> Home:
     return Home(name, actuated, passive, about)
 
 
-def _variant(name: str, table: Table) -> Variant:
+def _variant(name: str, table: TomlTable) -> Variant:
     about = table.string("about")
     inertials = {link: _inertial(one) for link, one in table.named_tables("inertial")}
     table.finish()
     return Variant(name, about, {link: one for link, one in inertials.items() if one is not None})
 
 
-def _inertial(table: Table) -> Inertial | None:
+def _inertial(table: TomlTable) -> Inertial | None:
     mass = table.number("mass", required=True, largest=LARGEST_MASS)
     com = table.vector("com", 3, (0.0, 0.0, 0.0))
     entries = table.vector("inertia", 6, required=True, largest=LARGEST_INERTIA)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from cutjoint.description.findings import Findings, clip, nearest
 from cutjoint.description.model import Place
@@ -21,7 +20,7 @@ _KEY = re.compile(r"""^\s*((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za
 _PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
 
 
-def parse(data: bytes, findings: Findings) -> dict[str, Any] | None:
+def parse(data: bytes, findings: Findings) -> dict[str, object] | None:
     """TOML in memory as plain values, or None after noting why it does not parse."""
     try:
         return tomllib.loads(data.decode("utf-8"))
@@ -64,10 +63,10 @@ def _parts(text: str) -> Path:
     return tuple(part.strip("\"'") for part in _PART.findall(text))
 
 
-class Table:
+class TomlTable:
     """One TOML table.  Every getter notes what is wrong and returns a harmless value."""
 
-    def __init__(self, data: Mapping[str, Any], path: Path, lines: Mapping[Path, int], findings: Findings) -> None:
+    def __init__(self, data: Mapping[str, object], path: Path, lines: Mapping[Path, int], findings: Findings) -> None:
         self.data, self.path, self.lines, self.findings = data, path, lines, findings
         self._known: list[str] = []
 
@@ -85,7 +84,7 @@ class Table:
             path = path[:-1]
         return Place(self.findings.file, self.lines.get(path))
 
-    def take(self, key: str, required: bool = False, expected: str = "") -> Any:
+    def take(self, key: str, required: bool = False, expected: str = "") -> object:
         """The raw value of `key`, or None.  Counts as known from now on."""
         self._known.append(key)
         if required and key not in self.data:
@@ -113,7 +112,7 @@ class Table:
         return tuple(value)
 
     def number(
-        self, key: str, default: float = 0.0, required: bool = False, largest: float = LARGEST_LENGTH
+        self, key: str, default: float | None = 0.0, required: bool = False, largest: float = LARGEST_LENGTH
     ) -> float | None:
         """A finite number; the default where it is missing, None where it is wrong."""
         value = self.take(key, required, "a number")
@@ -145,7 +144,7 @@ class Table:
         numbers = self._numbers(key, value, LARGEST_LENGTH)
         return numbers if isinstance(value, list) or numbers is None else numbers[0]
 
-    def table(self, key: str) -> Table | None:
+    def table(self, key: str) -> TomlTable | None:
         """A table, or None."""
         value = self.take(key)
         if value is None:
@@ -153,9 +152,9 @@ class Table:
         if not isinstance(value, dict):
             self.wrong(key, value, f"a table, as in [{'.'.join(map(str, (*self.path, key)))}]")
             return None
-        return Table(value, (*self.path, key), self.lines, self.findings)
+        return TomlTable(value, (*self.path, key), self.lines, self.findings)
 
-    def tables(self, key: str) -> Iterator[Table]:
+    def tables(self, key: str) -> Iterator[TomlTable]:
         """The entries of an array of tables."""
         value = self.take(key)
         if value is None:
@@ -164,9 +163,9 @@ class Table:
             self.wrong(key, value, f"tables headed [[{key}]]")
             return
         for number, item in enumerate(value):
-            yield Table(item, (*self.path, key, number), self.lines, self.findings)
+            yield TomlTable(item, (*self.path, key, number), self.lines, self.findings)
 
-    def named_tables(self, key: str) -> Iterator[tuple[str, Table]]:
+    def named_tables(self, key: str) -> Iterator[tuple[str, TomlTable]]:
         """The named tables under `key`, as in [key.NAME]."""
         parent = self.table(key)
         if parent is not None:
@@ -187,13 +186,14 @@ class Table:
         """Note that the value of `key` is not what was expected."""
         self.findings.error(f"{key} of {self.name} is {clip(repr(value))}", expected, "", self.place(key))
 
-    def _numbers(self, key: str, value: Any, largest: float) -> tuple[float, ...] | None:
+    def _numbers(self, key: str, value: object, largest: float) -> tuple[float, ...] | None:
         items = value if isinstance(value, list) else [value]
-        if not all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in items):
+        given = [item for item in items if isinstance(item, (int, float)) and not isinstance(item, bool)]
+        if len(given) < len(items):
             self.wrong(key, value, "numbers without quotes" if isinstance(value, (str, list)) else "a number")
             return None
         try:
-            numbers = tuple(float(item) for item in items)
+            numbers = tuple(map(float, given))
         except OverflowError:
             self.wrong(key, "a whole number beyond 1e308", "a number that fits a double")
             return None

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from cutjoint.arrays import Array
+from cutjoint.description.formats.common.exact import number
 from cutjoint.description.model import Coupling, CutJoint, Frame, Home, RobotDescription, Variant
 from cutjoint.description.transforms import rpy_from_rotation
 
@@ -70,11 +71,6 @@ def text(value: str) -> str:
 def key(name: str) -> str:
     """A TOML key, quoted where it must be."""
     return name if _BARE.match(name) else text(name)
-
-
-def number(value: float) -> str:
-    """The shortest decimal that is exactly the same double."""
-    return repr(float(value))
 
 
 def numbers(values: Sequence[float] | Array) -> str:

@@ -1,0 +1,116 @@
+"""What tree and cuts do not say of a robot, and all of it together as one description."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from cutjoint.arrays import Array, readonly
+from cutjoint.description.defaults import actuated_by_default, tool_by_default
+from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.formats.common.reading import OpenTree
+from cutjoint.description.model import (
+    Coupling,
+    CutJoint,
+    Frame,
+    Home,
+    Joint,
+    JointType,
+    Limits,
+    Place,
+    RobotDescription,
+    Variant,
+)
+
+EARTH = readonly([0.0, 0.0, -9.81])
+"""m/s2."""
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """What [joint.NAME] changes of a joint, because the tree's format cannot say it; None leaves it."""
+
+    name: str
+    type: JointType | None
+    axis: Array | None
+    axis2: Array | None
+    velocity: float | None
+    effort: float | None
+    place: Place
+
+    def of(self, joint: Joint) -> Joint:
+        """The changed joint.  Limits of one coordinate go where there is another number of coordinates."""
+        kind = self.type or joint.type
+        lower, upper = joint.limits.lower, joint.limits.upper
+        if not kind.single:
+            lower = upper = None
+        velocity = joint.limits.velocity if self.velocity is None else self.velocity
+        effort = joint.limits.effort if self.effort is None else self.effort
+        axis = joint.axis if self.axis is None else self.axis
+        axis2 = joint.axis2 if self.axis2 is None else self.axis2
+        return replace(joint, type=kind, axis=axis, axis2=axis2, limits=Limits(lower, upper, velocity, effort))
+
+
+@dataclass(frozen=True, eq=False)
+class Extras:
+    """What was read, with None and () where the file is silent.  `fixed`: link -> name of the fixed joint above it."""
+
+    actuators: tuple[str, ...] | None = None
+    tool: Frame | None = None
+    gravity: Array = field(default_factory=lambda: EARTH)
+    cuts: tuple[CutJoint, ...] = ()
+    couplings: tuple[Coupling, ...] = ()
+    homes: tuple[Home, ...] = ()
+    variants: tuple[Variant, ...] = ()
+    joints: tuple[Change, ...] = ()
+    fixed: dict[str, str] = field(default_factory=dict)
+    name: str = ""
+    title: str = ""
+    source: str = ""
+    places: dict[str, Place] = field(default_factory=dict)
+
+
+def described(
+    tree: OpenTree, cuts: Sequence[CutJoint], extras: Extras | None, path: Path, findings: Findings
+) -> RobotDescription:
+    """Tree, cuts and the rest as one description.
+
+    Where a file has no extras, a chain without cuts gets the defaults of a plain URDF, and a robot with cuts the
+    actuators that the reader put into the tree, or none.
+    """
+    extras = extras or Extras()
+    joints = _changed(tree.joints, extras, findings)
+    couplings = (*tree.couplings, *extras.couplings)
+    actuators, tool = extras.actuators, extras.tool
+    if actuators is None:
+        actuators = tree.actuators if cuts else actuated_by_default(joints, couplings)
+    if tool is None and not cuts:
+        tool = tool_by_default(tree.links, joints)
+    return RobotDescription(
+        name=extras.name or tree.name,
+        links=tuple(tree.links),
+        joints=tuple(joints),
+        cuts=tuple(cuts),
+        couplings=couplings,
+        actuators=actuators,
+        tool=tool,
+        gravity=extras.gravity,
+        homes=extras.homes,
+        variants=extras.variants,
+        title=extras.title,
+        source=extras.source,
+        path=path,
+        places=extras.places,
+    )
+
+
+def _changed(joints: Sequence[Joint], extras: Extras, findings: Findings) -> list[Joint]:
+    """The joints with what [joint.NAME] changes of them."""
+    changes = {change.name: change for change in extras.joints}
+    known = {joint.name for joint in joints}
+    for name, change in changes.items():
+        if name not in known:
+            found = f"[joint.{name}] is for a joint that the tree does not have"
+            findings.error(found, "a joint of the tree", nearest(name, known), change.place)
+    return [changes[joint.name].of(joint) if joint.name in changes else joint for joint in joints]
