@@ -145,3 +145,12 @@ def test_homes_are_told_the_coordinates_of_a_type(add_row: AddRow) -> None:
     one = robot(JointType("translation"))
     wrong = replace(one, homes=(Home("default", passive={"first": 1.0}),))
     assert [problem.expected for problem in check(wrong)] == ["3: x, y, z"]
+
+
+def test_the_page_on_descriptions_lists_every_type() -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs/description.md").read_text(encoding="utf-8")
+    for kind in JointType:
+        names = ", ".join(one.name for one in kind.coordinates) or "none"
+        assert f"| `{kind}` | {names} | {', '.join(['`axis`', '`axis2`'][: kind.axes])}" in page
+    for cut in CutType:
+        assert f"| `{cut}` | {cut.rows} | " in page
