@@ -34,7 +34,7 @@ class Tree:
         inertial = self._xml.find(f"link[@name='{link}']/inertial")
         assert inertial is not None
         origin, moments = inertial.find("origin"), inertial.find("inertia")
-        assert set(origin.get("rpy").split()) == {"0"}
+        assert not self._vector(origin, "rpy").any()
         xx, yy, zz, xy, xz, yz = (float(moments.get(k)) for k in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         return Body(float(inertial.find("mass").get("value")), self._vector(origin, "xyz"), inertia)
@@ -56,4 +56,4 @@ class Tree:
 
     @staticmethod
     def _vector(element: ET.Element, key: str) -> np.ndarray:
-        return np.array([float(x) for x in element.get(key).split()])
+        return np.array([float(x) for x in element.get(key, "0 0 0").split()])

@@ -9,27 +9,10 @@ from __future__ import annotations
 
 from math import acos, atan2, cos, hypot, pi, sin
 
-from robots.parts import (
-    Cut,
-    Frame,
-    Home,
-    Inertial,
-    Joint,
-    Link,
-    Robot,
-    Shape,
-    Variant,
-    Vector,
-    add,
-    ball,
-    bar,
-    block,
-    box,
-    dumbbell,
-    rod,
-    scale,
-    slender,
-)
+import numpy as np
+
+from cutjoint.description import Home, Inertial, Joint, Link, RobotDescription, Shape, Variant
+from robots.parts import Vector, add, ball, bar, block, box, cut, dumbbell, frame, joint, posture, rod, scale, slender
 
 # Tables 1 and 2 of the paper.
 L, L1, L2, D = 0.105, 0.5, 0.373, 0.9144
@@ -49,9 +32,13 @@ ROD: tuple[Vector, ...] = ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
 GUIDE: tuple[Vector, ...] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, D, 0.0))
 TO_CENTRE: tuple[Vector, ...] = ((0.0, L, 0.0), (L, 0.0, 0.0), (0.0, -L, 0.0))  # from B_i to P
 COLOUR = ("blue", "orange", "green")
+NOTES = (
+    "World frame of the paper: z points down, so gravity is along +z.",
+    "Each limb carries a third of the tool and platform mass m4, as a third of a plate around P.",
+)
 
 
-def robot() -> Robot:
+def robot() -> RobotDescription:
     """The robot with both inertia variants."""
     links = [Link("base", None, _base())]
     joints: list[Joint] = []
@@ -62,26 +49,23 @@ def robot() -> Robot:
         joints += _limb_joints(i)
         lumped[f"{limb}_distal"] = dumbbell(M2, L2, ALONG[i])
     links.append(Link("tool"))
-    joints.append(Joint("tool_mount", "fixed", "limb1_platform", "tool", xyz=TO_CENTRE[0]))
-    centre = Frame("limb1_platform", TO_CENTRE[0])
-    return Robot(
+    joints.append(joint("tool_mount", "fixed", "limb1_platform", "tool", xyz=TO_CENTRE[0]))
+    centre = frame("limb1_platform", TO_CENTRE[0])
+    return RobotDescription(
         name="cpm",
         title="Cartesian Parallel Manipulator",
         source="A. Elkady, G. Elkobrosy, S. Hanna and T. Sobh, Cartesian Parallel Manipulator Modeling, Control and "
         "Simulation, in: H. Wu (ed.), Parallel Manipulators, Towards New Applications, I-Tech, 2008, chapter 13",
-        notes=(
-            "World frame of the paper: z points down, so gravity is along +z.",
-            "Each limb carries a third of the tool and platform mass m4, as a third of a plate around P.",
-        ),
         links=tuple(links),
         joints=tuple(joints),
         cuts=tuple(
-            Cut(f"limb{i + 1}_to_platform", "fixed", centre, Frame(f"limb{i + 1}_platform", TO_CENTRE[i]))
+            cut(f"limb{i + 1}_to_platform", "fixed", centre, frame(f"limb{i + 1}_platform", TO_CENTRE[i]))
             for i in (1, 2)
         ),
         actuators=tuple(f"limb{i + 1}_slide" for i in range(3)),
+        tool=frame("tool"),
         homes=(_home(),),
-        gravity=(0.0, 0.0, 9.81),
+        gravity=np.array([0.0, 0.0, 9.81]),
         variants=(
             Variant("distributed", "uniform rods: the inertias of the URDF itself"),
             Variant("lumped", "the paper's hypothesis: half of each distal rod's mass at either end", lumped),
@@ -113,13 +97,13 @@ def _home() -> Home:
     values = joints_at(START, SIGNS)
     sliders = {name: value for name, value in values.items() if name.endswith("_slide")}
     passive: dict[str, float | tuple[float, ...]] = {k: value for k, value in values.items() if k not in sliders}
-    return Home("default", "start of the paper's circle, elbow signs (+, -, +)", sliders, passive)
+    return posture("default", "start of the paper's circle, elbow signs (+, -, +)", sliders, passive)
 
 
 def _limb_joints(i: int) -> list[Joint]:
     limb = f"limb{i + 1}"
     return [
-        Joint(
+        joint(
             f"{limb}_slide",
             "prismatic",
             "base",
@@ -131,9 +115,9 @@ def _limb_joints(i: int) -> list[Joint]:
             effort=EFFORT,
             velocity=5.0,
         ),
-        Joint(f"{limb}_shoulder", "revolute", f"{limb}_slider", f"{limb}_proximal", axis=TURN[i]),
-        Joint(f"{limb}_elbow", "revolute", f"{limb}_proximal", f"{limb}_distal", xyz=scale(L1, ROD[i]), axis=TURN[i]),
-        Joint(f"{limb}_wrist", "revolute", f"{limb}_distal", f"{limb}_platform", xyz=scale(L2, ROD[i]), axis=TURN[i]),
+        joint(f"{limb}_shoulder", "revolute", f"{limb}_slider", f"{limb}_proximal", axis=TURN[i]),
+        joint(f"{limb}_elbow", "revolute", f"{limb}_proximal", f"{limb}_distal", xyz=scale(L1, ROD[i]), axis=TURN[i]),
+        joint(f"{limb}_wrist", "revolute", f"{limb}_distal", f"{limb}_platform", xyz=scale(L2, ROD[i]), axis=TURN[i]),
     ]
 
 

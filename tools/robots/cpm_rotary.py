@@ -8,14 +8,16 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 
+from cutjoint.description import Home, RobotDescription
 from robots import cpm
-from robots.parts import Home, Robot
+from robots.parts import posture
 
 SIGNS = (1, 1, 1)  # far from a type-2 singularity at the start of the circle and all along it; `cpm` has (+, -, +)
 TORQUE = cpm.EFFORT * cpm.L1  # N m, not in the paper: the force limit of section 5.3 at the end of the first rod
+NOTES = (*cpm.NOTES, "The motors turn the first hinge of each limb (section 1.1); the sliders are passive.")
 
 
-def robot() -> Robot:
+def robot() -> RobotDescription:
     """The robot with both inertia variants of `cpm`."""
     linear = cpm.robot()
     effort = {"slide": 0.0, "shoulder": TORQUE}
@@ -23,12 +25,12 @@ def robot() -> Robot:
         linear,
         name="cpm_rotary",
         title="Cartesian Parallel Manipulator, rotary motors",
-        notes=(
-            *linear.notes,
-            "The motors turn the first hinge of each limb (section 1.1); the sliders are passive.",
-        ),
         joints=tuple(
-            replace(joint, effort=effort.get(joint.name.partition("_")[2], joint.effort)) for joint in linear.joints
+            replace(
+                joint,
+                limits=replace(joint.limits, effort=effort.get(joint.name.partition("_")[2], joint.limits.effort)),
+            )
+            for joint in linear.joints
         ),
         actuators=tuple(f"limb{i}_shoulder" for i in (1, 2, 3)),
         homes=tuple(_home(signs) for signs in product((1, -1), repeat=3)),
@@ -42,4 +44,4 @@ def _home(signs: tuple[int, ...]) -> Home:
     passive: dict[str, float | tuple[float, ...]] = {k: value for k, value in values.items() if k not in motors}
     marks = ", ".join("+" if sign > 0 else "-" for sign in signs)
     name = "default" if signs == SIGNS else "".join("p" if sign > 0 else "m" for sign in signs)
-    return Home(name, f"start of the paper's circle, elbow signs ({marks})", motors, passive)
+    return posture(name, f"start of the paper's circle, elbow signs ({marks})", motors, passive)

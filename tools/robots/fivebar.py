@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from robots.parts import Cut, Frame, Inertial, Joint, Link, Robot, Vector, ball, box, rod
+from cutjoint.description import Link, RobotDescription
+from robots.parts import Vector, ball, box, cut, frame, joint, rigid, rod
 from robots.planar import UPRIGHT, hinge, home, layer, link, motor, pin, two_links, wrapped
 
 BASE, PROXIMAL, DISTAL = 0.2, 0.2, 0.25
@@ -11,9 +12,10 @@ TOOL_RADIUS = 0.018
 HOME = (0.03, 0.3)  # tool, x and z
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 LEFT, RIGHT = (-0.5 * BASE, 0.0, 0.0), (0.5 * BASE, 0.0, 0.0)
+NOTES = ("It stands in the x-z plane; angles count from x towards z.",)
 
 
-def robot() -> Robot:
+def robot() -> RobotDescription:
     """The five-bar in the upright plane, elbows out."""
     left, left_distal = two_links((LEFT[0], 0.0), HOME, PROXIMAL, DISTAL, 1)
     right, right_distal = two_links((RIGHT[0], 0.0), HOME, PROXIMAL, DISTAL, -1)
@@ -24,14 +26,13 @@ def robot() -> Robot:
     )
     tip = (DISTAL, 0.0, 0.0)
     sphere = 0.4 * MASS_TOOL * TOOL_RADIUS**2
-    tool = Inertial(MASS_TOOL, (0.0, 0.0, 0.0), (sphere, sphere, sphere, 0.0, 0.0, 0.0))
-    return Robot(
+    tool = rigid(MASS_TOOL, (0.0, 0.0, 0.0), (sphere, sphere, sphere))
+    return RobotDescription(
         name="fivebar",
         title="Planar five-bar",
         source="Symmetric planar 5R as in X.-J. Liu, J. Wang and G. Pritschow, Performance atlases and optimum design "
         "of planar 5R symmetrical parallel mechanisms, Mechanism and Machine Theory 41 (2006); size and masses are "
         "this project's",
-        notes=("It stands in the x-z plane; angles count from x towards z.",),
         links=(
             Link("base", None, base),
             link(
@@ -49,12 +50,13 @@ def robot() -> Robot:
         joints=(
             hinge("left_shoulder", "base", "left_proximal", LEFT, UPRIGHT, effort=10.0),
             hinge("left_elbow", "left_proximal", "left_distal", (PROXIMAL, 0.0, 0.0)),
-            Joint("tool_mount", "fixed", "left_distal", "tool", xyz=tip),
+            joint("tool_mount", "fixed", "left_distal", "tool", xyz=tip),
             hinge("right_shoulder", "base", "right_proximal", RIGHT, UPRIGHT, effort=10.0),
             hinge("right_elbow", "right_proximal", "right_distal", (PROXIMAL, 0.0, 0.0)),
         ),
-        cuts=(Cut("tip", "revolute", Frame("left_distal", tip), Frame("right_distal", tip)),),
+        cuts=(cut("tip", "revolute", frame("left_distal", tip), frame("right_distal", tip)),),
         actuators=("left_shoulder", "right_shoulder"),
+        tool=frame("tool"),
         homes=(
             home(
                 "elbows out, tool above the base",

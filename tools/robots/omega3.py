@@ -10,25 +10,8 @@ from __future__ import annotations
 
 from math import acos, atan2, cos, hypot, pi, radians, sin
 
-from robots.parts import (
-    Cut,
-    Frame,
-    Home,
-    Inertial,
-    Joint,
-    Link,
-    Robot,
-    Shape,
-    Variant,
-    Vector,
-    ball,
-    box,
-    disc,
-    dumbbell,
-    rod,
-    scale,
-    slender,
-)
+from cutjoint.description import CutJoint, Home, Inertial, Joint, Link, RobotDescription, Shape, Variant
+from robots.parts import Vector, ball, box, cut, disc, dumbbell, frame, joint, posture, rigid, rod, scale, slender
 
 # Tables I and II of the paper; the row that it prints as R is R_B.
 LA, LB, RA, RB = 0.070, 0.146, 0.075, 0.03525
@@ -42,21 +25,25 @@ EFFORT = 2.0  # N m
 # Not in the paper: what the parts look like.
 ROD_RADIUS, ARM, PLATE, BACK = 0.003, 0.008, 0.006, -0.085
 COLOUR = ("blue", "orange", "green")
+NOTES = (
+    "World frame of the paper: x is the normal of the base, gravity is along -z.",
+    "The cross bars have no mass of their own; each rod has half the mass of its pair.",
+)
 
 
-def robot() -> Robot:
+def robot() -> RobotDescription:
     """The robot with both inertia variants."""
     links = [Link("base", None, _base())]
     joints: list[Joint] = []
-    cuts: list[Cut] = []
+    cuts: list[CutJoint] = []
     lumped: dict[str, Inertial] = {}
     for i in (1, 2, 3):
         links += _chain_links(i)
         joints += _chain_joints(i)
         for side, y in (("a", 0.5 * SPACING), ("b", -0.5 * SPACING)):
             lumped[f"rod{i}{side}_link"] = dumbbell(0.5 * M_R, LB, "z")
-            ends = Frame("platform_link", turned(i, (0.0, y, RB))), Frame(f"rod{i}{side}_link", (0.0, 0.0, LB))
-            cuts.append(Cut(f"ball{i}{side}", "spherical", *ends))
+            ends = frame("platform_link", turned(i, (0.0, y, RB))), frame(f"rod{i}{side}_link", (0.0, 0.0, LB))
+            cuts.append(cut(f"ball{i}{side}", "spherical", *ends))
     links += [
         Link("platform_link", disc(M_P, RB, PLATE, "x"), _platform()),
         Link(
@@ -65,23 +52,20 @@ def robot() -> Robot:
         Link("tool"),
     ]
     joints += [
-        Joint("platform", "floating", "base", "platform_link"),
-        Joint("payload_mount", "fixed", "platform_link", "payload"),
-        Joint("tool_mount", "fixed", "platform_link", "tool"),
+        joint("platform", "floating", "base", "platform_link"),
+        joint("payload_mount", "fixed", "platform_link", "payload"),
+        joint("tool_mount", "fixed", "platform_link", "tool"),
     ]
-    return Robot(
+    return RobotDescription(
         name="omega3",
         title="Omega-3",
         source="C. F. Adetu, C. A. Moore and R. G. Roberts, Dynamic Modeling and Control of the OMEGA-3 Parallel "
         "Manipulator",
-        notes=(
-            "World frame of the paper: x is the normal of the base, gravity is along -z.",
-            "The cross bars have no mass of their own; each rod has half the mass of its pair.",
-        ),
         links=tuple(links),
         joints=tuple(joints),
         cuts=tuple(cuts),
         actuators=("arm1", "arm2", "arm3"),
+        tool=frame("tool"),
         homes=(_home(),),
         variants=(
             Variant("distributed", "uniform rods: the inertias of the URDF itself"),
@@ -97,8 +81,8 @@ def half_disc() -> Inertial:
     """
     d = 4.0 * LA / (3.0 * pi)
     quarter, thick = M_SC * LA**2 / 4.0, M_SC * ARM**2 / 12.0
-    inertia = (quarter - M_SC * d**2 + thick, 2.0 * quarter - M_SC * d**2, quarter + thick, 0.0, 0.0, 0.0)
-    return Inertial(M_SC, (0.0, 0.0, d), inertia)
+    inertia = (quarter - M_SC * d**2 + thick, 2.0 * quarter - M_SC * d**2, quarter + thick)
+    return rigid(M_SC, (0.0, 0.0, d), inertia)
 
 
 def turned(i: int, v: Vector) -> Vector:
@@ -125,7 +109,7 @@ def _home() -> Home:
         actuated[f"arm{i}"] = arm
         passive |= {f"bar{i}": elbow, f"rod{i}a": tilt, f"rod{i}b": tilt}
     passive["platform"] = (*START, 0.0, 0.0, 0.0)
-    return Home(
+    return posture(
         "default", "tool on the base's axis in the plane of the paper's trajectory, elbows out", actuated, passive
     )
 
@@ -140,7 +124,7 @@ def _chain_joints(i: int) -> list[Joint]:
     side: Vector = (1.0, 0.0, 0.0)
     half = 0.5 * SPACING
     return [
-        Joint(
+        joint(
             f"arm{i}",
             "revolute",
             "base",
@@ -153,8 +137,8 @@ def _chain_joints(i: int) -> list[Joint]:
             effort=EFFORT,
             velocity=50.0,
         ),
-        Joint(f"bar{i}", "revolute", f"arm{i}_link", f"bar{i}_link", xyz=(0.0, 0.0, LA), axis=turn),
-        Joint(
+        joint(f"bar{i}", "revolute", f"arm{i}_link", f"bar{i}_link", xyz=(0.0, 0.0, LA), axis=turn),
+        joint(
             f"rod{i}a",
             "revolute",
             f"bar{i}_link",
@@ -164,7 +148,7 @@ def _chain_joints(i: int) -> list[Joint]:
             lower=-ROD_SWING,
             upper=ROD_SWING,
         ),
-        Joint(
+        joint(
             f"rod{i}b",
             "revolute",
             f"bar{i}_link",

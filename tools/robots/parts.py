@@ -1,21 +1,30 @@
-"""What a robot under urdf/ is made of: shapes, inertias, links, joints, cuts, homes and variants.
+"""Builders of what a robot under urdf/ is made of, as values of `cutjoint.description`.  SI units and radians.
 
-Plain values only; `write` turns them into URDF and loops.toml.  SI units and radians throughout.
+Numbers lose their noise around zero.  Angles are remembered beside the matrices that they become, so that `write` can
+say them as they were given.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from math import atan2, hypot, pi, sqrt
 
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.description import CutJoint, CutType, Frame, Home, Inertial, Joint, JointType, Limits, Shape
+from cutjoint.description.formats.common.exact import words
+from cutjoint.description.transforms import placement, rpy_from_rotation
+
 Vector = tuple[float, float, float]
-Colour = tuple[float, float, float, float]
+Rough = Mapping[str, float | tuple[float, ...]]
 
 ZERO: Vector = (0.0, 0.0, 0.0)
+GIVEN: dict[str, Vector] = {}
+"""Roll, pitch and yaw as a writer would find them again -> as they were given."""
 
 # The colours of Okabe and Ito, which people with any kind of colour vision can tell apart, and greys.
-COLOURS: Mapping[str, Colour] = {
+COLOURS: Mapping[str, tuple[float, float, float, float]] = {
     "base": (0.55, 0.57, 0.60, 1.0),
     "dark": (0.22, 0.23, 0.25, 1.0),
     "light": (0.80, 0.81, 0.83, 1.0),
@@ -29,6 +38,20 @@ COLOURS: Mapping[str, Colour] = {
 }
 
 
+def clean(value: float) -> float:
+    """`value` up to its last two bits, with as few digits as that takes; noise around zero is zero."""
+    short = float(f"{value:.13g}")
+    return 0.0 if abs(value) < 1e-16 else short if abs(short - value) <= 4e-16 * abs(value) else float(value)
+
+
+def at(xyz: Vector = ZERO, rpy: Vector = ZERO) -> Array:
+    """A placement (4, 4)."""
+    angles = (clean(rpy[0]), clean(rpy[1]), clean(rpy[2]))
+    matrix = placement([clean(x) for x in xyz], angles)
+    GIVEN[words(rpy_from_rotation(matrix[:3, :3]))] = angles
+    return matrix
+
+
 def add(a: Vector, b: Vector) -> Vector:
     """Sum of two vectors."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
@@ -39,38 +62,31 @@ def scale(s: float, a: Vector) -> Vector:
     return (s * a[0], s * a[1], s * a[2])
 
 
-@dataclass(frozen=True)
-class Shape:
-    """A visual: box (x, y, z), cylinder (radius, length along z) or sphere (radius,), placed in the link frame."""
-
-    kind: str
-    size: tuple[float, ...]
-    colour: str
-    xyz: Vector = ZERO
-    rpy: Vector = ZERO
+def shape(kind: str, size: tuple[float, ...], colour: str, xyz: Vector = ZERO, rpy: Vector = ZERO) -> Shape:
+    """A visual shape in the link frame."""
+    return Shape(kind, tuple(clean(x) for x in size), at(xyz, rpy), COLOURS[colour])
 
 
 def box(size: Vector, colour: str, xyz: Vector = ZERO, rpy: Vector = ZERO) -> Shape:
     """A box with the edge lengths `size`."""
-    return Shape("box", size, colour, xyz, rpy)
+    return shape("box", size, colour, xyz, rpy)
 
 
 def ball(radius: float, colour: str, xyz: Vector = ZERO) -> Shape:
     """A sphere."""
-    return Shape("sphere", (radius,), colour, xyz)
+    return shape("sphere", (radius,), colour, xyz)
 
 
 def rod(a: Vector, b: Vector, radius: float, colour: str) -> Shape:
     """A cylinder from `a` to `b`."""
-    d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
-    return Shape("cylinder", (radius, sqrt(d[0] ** 2 + d[1] ** 2 + d[2] ** 2)), colour, scale(0.5, add(a, b)), along(d))
+    d = add(b, scale(-1.0, a))
+    return shape("cylinder", (radius, sqrt(d[0] ** 2 + d[1] ** 2 + d[2] ** 2)), colour, scale(0.5, add(a, b)), along(d))
 
 
 def bar(a: Vector, b: Vector, section: tuple[float, float], colour: str) -> Shape:
     """A box from `a` to `b`; `section` is its size along the x and y axes that `along` turns."""
-    d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
-    length = sqrt(d[0] ** 2 + d[1] ** 2 + d[2] ** 2)
-    return Shape("box", (*section, length), colour, scale(0.5, add(a, b)), along(d))
+    d = add(b, scale(-1.0, a))
+    return shape("box", (*section, sqrt(d[0] ** 2 + d[1] ** 2 + d[2] ** 2)), colour, scale(0.5, add(a, b)), along(d))
 
 
 def along(d: Vector) -> Vector:
@@ -78,142 +94,76 @@ def along(d: Vector) -> Vector:
     return (0.0, atan2(hypot(d[0], d[1]), d[2]), atan2(d[1], d[0]) if hypot(d[0], d[1]) > 0.0 else 0.0)
 
 
-@dataclass(frozen=True)
-class Inertial:
-    """Mass, centre of mass in the link frame and inertia (ixx, iyy, izz, ixy, ixz, iyz) about it, along the link axes.
+def rigid(mass: float, com: Vector, moments: Vector) -> Inertial:
+    """Mass, centre of mass and moments of inertia about it, along the link's axes, which are principal.
 
     Raises:
         ValueError: no rigid body has these values.
     """
-
-    mass: float
-    com: Vector = ZERO
-    inertia: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        ixx, iyy, izz, *products = self.inertia
-        if any(products):
-            raise ValueError(f"the robots here have their link axes along principal axes, found products {products}")
-        largest = max(ixx, iyy, izz)
-        if not (self.mass > 0.0 and min(ixx, iyy, izz) >= 0.0 and ixx + iyy + izz >= 2.0 * largest * (1.0 - 1e-12)):
-            raise ValueError(f"not a rigid body: mass {self.mass} kg, principal moments {(ixx, iyy, izz)} kg m2")
+    if not (mass > 0.0 and min(moments) >= 0.0 and sum(moments) >= 2.0 * max(moments) * (1.0 - 1e-12)):
+        raise ValueError(f"not a rigid body: mass {mass} kg, principal moments {moments} kg m2")
+    return Inertial(clean(mass), np.array([clean(x) for x in com]), np.diag([clean(x) for x in moments]))
 
 
-AXES = {"x": 0, "y": 1, "z": 2}
+def slender(mass: float, length: float, radius: float, axis: str, sign: int = 1) -> Inertial:
+    """A slender uniform rod from the origin along `axis`: m l^2 / 12 across, m r^2 / 2 about itself."""
+    return _rod(mass, length, axis, sign, across=mass * length**2 / 12.0, about=0.5 * mass * radius**2)
 
 
-def slender(mass: float, length: float, radius: float, axis: str, start: Vector = ZERO, sign: int = 1) -> Inertial:
-    """A slender uniform rod from `start` along `axis`: m l^2 / 12 across, m r^2 / 2 about itself."""
-    return _rod(mass, length, axis, start, sign, across=mass * length**2 / 12.0, about=0.5 * mass * radius**2)
-
-
-def dumbbell(mass: float, length: float, axis: str, start: Vector = ZERO, sign: int = 1) -> Inertial:
+def dumbbell(mass: float, length: float, axis: str) -> Inertial:
     """Half of `mass` at each end of a massless rod: m l^2 / 4 across, none about itself."""
-    return _rod(mass, length, axis, start, sign, across=mass * length**2 / 4.0, about=0.0)
+    return _rod(mass, length, axis, 1, across=mass * length**2 / 4.0, about=0.0)
 
 
-def _rod(mass: float, length: float, axis: str, start: Vector, sign: int, across: float, about: float) -> Inertial:
-    """A body of revolution about `axis` with its centre half a length from `start`."""
-    i = AXES[axis]
-    com = [start[0], start[1], start[2]]
-    com[i] += sign * 0.5 * length
-    moments = [across, across, across]
-    moments[i] = about
-    return Inertial(mass, (com[0], com[1], com[2]), (moments[0], moments[1], moments[2], 0.0, 0.0, 0.0))
+def _rod(mass: float, length: float, axis: str, sign: int, across: float, about: float) -> Inertial:
+    """A body of revolution about `axis` with its centre half a length from the origin."""
+    x, y, z = (float(axis == one) for one in "xyz")
+    return rigid(mass, scale(sign * 0.5 * length, (x, y, z)), _about(axis, about, across))
+
+
+def _about(axis: str, about: float, across: float) -> Vector:
+    x, y, z = (about if axis == one else across for one in "xyz")
+    return (x, y, z)
 
 
 def block(mass: float, size: Vector, com: Vector = ZERO) -> Inertial:
     """A uniform box."""
     x, y, z = (s**2 for s in size)
     f = mass / 12.0
-    return Inertial(mass, com, (f * (y + z), f * (x + z), f * (x + y), 0.0, 0.0, 0.0))
+    return rigid(mass, com, (f * (y + z), f * (x + z), f * (x + y)))
 
 
-def disc(mass: float, radius: float, thickness: float, axis: str, com: Vector = ZERO) -> Inertial:
+def disc(mass: float, radius: float, thickness: float, axis: str) -> Inertial:
     """A uniform solid cylinder about `axis`."""
-    across = mass * (3.0 * radius**2 + thickness**2) / 12.0
-    moments = [across, across, across]
-    moments[AXES[axis]] = 0.5 * mass * radius**2
-    return Inertial(mass, com, (moments[0], moments[1], moments[2], 0.0, 0.0, 0.0))
+    return rigid(mass, ZERO, _about(axis, 0.5 * mass * radius**2, mass * (3.0 * radius**2 + thickness**2) / 12.0))
 
 
-@dataclass(frozen=True)
-class Link:
-    """A body: inertia (None: massless) and looks."""
-
-    name: str
-    inertial: Inertial | None = None
-    visuals: tuple[Shape, ...] = ()
-
-
-@dataclass(frozen=True)
-class Joint:
+def joint(
+    name: str, kind: str, parent: str, child: str, xyz: Vector = ZERO, rpy: Vector = ZERO, axis: Vector = ZERO,
+    lower: float = -2.0 * pi, upper: float = 2.0 * pi, effort: float = 0.0, velocity: float = 50.0,
+) -> Joint:  # fmt: skip
     """A joint of the open tree."""
-
-    name: str
-    type: str
-    parent: str
-    child: str
-    xyz: Vector = ZERO
-    rpy: Vector = ZERO
-    axis: Vector = ZERO
-    lower: float = -2.0 * pi
-    upper: float = 2.0 * pi
-    effort: float = 0.0
-    velocity: float = 50.0
+    made = Joint(name, JointType(kind), parent, child, at(xyz, rpy))
+    if not made.type.limited:
+        return made
+    limits = Limits(clean(lower), clean(upper), clean(velocity), clean(effort))
+    return Joint(name, made.type, parent, child, made.placement, np.array(axis), limits=limits)
 
 
-@dataclass(frozen=True)
-class Frame:
+def frame(link: str, xyz: Vector = ZERO) -> Frame:
     """A frame on a link."""
-
-    link: str
-    xyz: Vector = ZERO
-    rpy: Vector = ZERO
+    return Frame(link, at(xyz))
 
 
-@dataclass(frozen=True)
-class Cut:
+def cut(name: str, kind: str, a: Frame, b: Frame) -> CutJoint:
     """A cut joint between two frames."""
-
-    name: str
-    type: str
-    a: Frame
-    b: Frame
+    return CutJoint(name, CutType(kind), a, b)
 
 
-@dataclass(frozen=True)
-class Home:
-    """Exact actuated coordinates and rough passive ones."""
-
-    name: str
-    about: str
-    actuated: Mapping[str, float]
-    passive: Mapping[str, float | tuple[float, ...]]
-
-
-@dataclass(frozen=True)
-class Variant:
-    """Inertias that replace those of the tree."""
-
-    name: str
-    about: str
-    inertials: Mapping[str, Inertial] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Robot:
-    """Everything that urdf/<name>/ says."""
-
-    name: str
-    title: str
-    source: str
-    notes: tuple[str, ...]
-    links: tuple[Link, ...]
-    joints: tuple[Joint, ...]
-    cuts: tuple[Cut, ...]
-    actuators: tuple[str, ...]
-    homes: tuple[Home, ...]
-    tool: str = "tool"
-    gravity: Vector = (0.0, 0.0, -9.81)
-    variants: tuple[Variant, ...] = ()
+def posture(name: str, about: str, actuated: Mapping[str, float], passive: Rough) -> Home:
+    """A home: exact actuated coordinates, passive ones to four decimals."""
+    rough: dict[str, float | tuple[float, ...]] = {
+        one: tuple(clean(round(x, 4)) for x in value) if isinstance(value, tuple) else clean(round(value, 4))
+        for one, value in passive.items()
+    }
+    return Home(name, {one: clean(value) for one, value in actuated.items()}, rough, about)

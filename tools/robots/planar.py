@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from math import acos, atan2, cos, hypot, pi, sin
 
-from robots.parts import Home, Joint, Link, Shape, Vector, add, bar, rod, slender
+from cutjoint.description import Home, Joint, Link, Shape
+from robots.parts import Vector, add, bar, joint, posture, rod, slender
 
 UPRIGHT: Vector = (0.5 * pi, 0.0, 0.0)
 AXIS: Vector = (0.0, 0.0, 1.0)
@@ -48,7 +49,7 @@ def link(name: str, mass: float, length: float, k: int, colour: str, *more: Shap
 
 def hinge(name: str, parent: str, child: str, at: Vector, rpy: Vector = (0.0, 0.0, 0.0), effort: float = 0.0) -> Joint:
     """A revolute joint about local z; with `effort` it is a motor."""
-    return Joint(name, "revolute", parent, child, xyz=at, rpy=rpy, axis=AXIS, effort=effort)
+    return joint(name, "revolute", parent, child, xyz=at, rpy=rpy, axis=AXIS, effort=effort)
 
 
 def two_links(start: Point, end: Point, first: float, second: float, sign: int) -> tuple[float, float]:
@@ -66,4 +67,4 @@ def wrapped(angle: float) -> float:
 
 def home(about: str, actuated: dict[str, float], passive: dict[str, float]) -> Home:
     """The home called default."""
-    return Home("default", about, actuated, dict(passive))
+    return posture("default", about, actuated, dict(passive))

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from math import cos, pi, sin
 
-from robots.parts import Cut, Frame, Inertial, Joint, Link, Robot, Shape, Vector, ball, bar, rod
+from cutjoint.description import Joint, Link, RobotDescription, Shape
+from robots.parts import Vector, ball, bar, cut, frame, joint, rigid, rod
 from robots.planar import hinge, home, layer, link, motor, pin, two_links, wrapped
 
 CIRCLE, PROXIMAL, DISTAL = 0.3, 0.22, 0.22
@@ -17,9 +18,10 @@ HOME = (0.03, 0.02)  # tool, x and y
 COLOURS = (("blue", "sky"), ("vermilion", "orange"), ("green", "yellow"))
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 TIP: Vector = (DISTAL, 0.0, 0.0)
+NOTES = ("It lies in the x-y plane; three motors, two degrees of freedom.",)
 
 
-def robot() -> Robot:
+def robot() -> RobotDescription:
     """The robot lying in the x-y plane."""
     links: list[Link] = [Link("base", None, _base())]
     joints: list[Joint] = []
@@ -41,22 +43,22 @@ def robot() -> Robot:
             hinge(f"{limb}_elbow", f"{limb}_proximal", f"{limb}_distal", (PROXIMAL, 0.0, 0.0)),
         ]
     sphere = 0.4 * MASS_TOOL * TOOL_RADIUS**2
-    body = Inertial(MASS_TOOL, ORIGIN, (sphere, sphere, sphere, 0.0, 0.0, 0.0))
+    body = rigid(MASS_TOOL, ORIGIN, (sphere, sphere, sphere))
     looks = (ball(TOOL_RADIUS, "dark", (0.0, 0.0, layer(4))), pin(ORIGIN, 1, 3))
     links.append(Link("tool", body, looks))
-    joints.append(Joint("tool_mount", "fixed", "limb1_distal", "tool", xyz=TIP))
-    return Robot(
+    joints.append(joint("tool_mount", "fixed", "limb1_distal", "tool", xyz=TIP))
+    return RobotDescription(
         name="redundant",
         title="Redundantly actuated planar robot",
         source="Architecture of H. Cheng, Y.-K. Yiu and Z. Li, Dynamics and control of redundantly actuated parallel "
         "manipulators, IEEE/ASME Transactions on Mechatronics 8 (2003); size and masses are this project's",
-        notes=("It lies in the x-y plane; three motors, two degrees of freedom.",),
         links=tuple(links),
         joints=tuple(joints),
         cuts=tuple(
-            Cut(f"tip{i}", "revolute", Frame("limb1_distal", TIP), Frame(f"limb{i}_distal", TIP)) for i in (2, 3)
+            cut(f"tip{i}", "revolute", frame("limb1_distal", TIP), frame(f"limb{i}_distal", TIP)) for i in (2, 3)
         ),
         actuators=tuple(actuated),
+        tool=frame("tool"),
         homes=(home("tool near the middle; the three motor angles agree with one another", actuated, passive),),
     )
 

@@ -9,23 +9,8 @@ from __future__ import annotations
 
 from math import asin, atan2, cos, radians, sin, sqrt
 
-from robots.parts import (
-    Cut,
-    Frame,
-    Home,
-    Inertial,
-    Joint,
-    Link,
-    Robot,
-    Shape,
-    Vector,
-    ball,
-    bar,
-    box,
-    disc,
-    rod,
-    slender,
-)
+from cutjoint.description import CutJoint, Home, Joint, Link, RobotDescription, Shape
+from robots.parts import Vector, ball, bar, box, cut, disc, frame, joint, posture, rigid, rod, slender
 
 BASE, PLATFORM = 0.35, 0.2  # circles of the joints
 BASE_ANGLES = (12.0, 108.0, 132.0, 228.0, 252.0, 348.0)
@@ -38,35 +23,36 @@ SHORTEST, LONGEST = 0.38, 0.66
 TILT = radians(75.0)  # how far a universal joint bends
 HOME: Vector = (0.0, 0.0, 0.48)
 COLOUR = ("blue", "sky", "vermilion", "orange", "green", "yellow")
+NOTES = ("Six legs universal-prismatic-spherical; the slides' coordinates are the leg lengths.",)
 
 
-def robot() -> Robot:
+def robot() -> RobotDescription:
     """The robot with its platform level at home."""
     links = [Link("base", None, _base())]
     joints: list[Joint] = []
-    cuts: list[Cut] = []
+    cuts: list[CutJoint] = []
     for i in range(6):
         links += _leg_links(i)
         joints += _leg_joints(i)
         cuts.append(
-            Cut(f"ball{i + 1}", "spherical", Frame("platform_link", on_platform(i)), Frame(f"leg{i + 1}_piston"))
+            cut(f"ball{i + 1}", "spherical", frame("platform_link", on_platform(i)), frame(f"leg{i + 1}_piston"))
         )
     links += [Link("platform_link", disc(MASS_PLATFORM, PLATFORM, THICKNESS, "z"), _platform()), Link("tool")]
     joints += [
-        Joint("platform", "floating", "base", "platform_link"),
-        Joint("tool_mount", "fixed", "platform_link", "tool"),
+        joint("platform", "floating", "base", "platform_link"),
+        joint("tool_mount", "fixed", "platform_link", "tool"),
     ]
-    return Robot(
+    return RobotDescription(
         name="stewart",
         title="Stewart-Gough platform",
         source="Architecture of V. E. Gough and S. G. Whitehall, Universal tyre test machine, FISITA 1962, and "
         "D. Stewart, A platform with six degrees of freedom, Proc. Institution of Mechanical Engineers 180 "
         "(1965); size and masses are this project's",
-        notes=("Six legs universal-prismatic-spherical; the slides' coordinates are the leg lengths.",),
         links=tuple(links),
         joints=tuple(joints),
         cuts=tuple(cuts),
         actuators=tuple(f"leg{i + 1}_slide" for i in range(6)),
+        tool=frame("tool"),
         homes=(_home(),),
     )
 
@@ -97,13 +83,13 @@ def _home() -> Home:
         actuated[f"leg{i + 1}_slide"] = length
         passive |= {f"leg{i + 1}_swing": atan2(-y, dz), f"leg{i + 1}_tilt": asin(x / length)}
     passive["platform"] = (*HOME, 0.0, 0.0, 0.0)
-    return Home("default", "platform level, legs near the middle of their stroke", actuated, passive)
+    return posture("default", "platform level, legs near the middle of their stroke", actuated, passive)
 
 
 def _leg_joints(i: int) -> list[Joint]:
     leg, turn = f"leg{i + 1}", (0.0, 0.0, radians(BASE_ANGLES[i]))
     return [
-        Joint(
+        joint(
             f"{leg}_swing",
             "revolute",
             "base",
@@ -114,10 +100,10 @@ def _leg_joints(i: int) -> list[Joint]:
             lower=-TILT,
             upper=TILT,
         ),
-        Joint(
+        joint(
             f"{leg}_tilt", "revolute", f"{leg}_cross", f"{leg}_cylinder", axis=(0.0, 1.0, 0.0), lower=-TILT, upper=TILT
         ),
-        Joint(
+        joint(
             f"{leg}_slide",
             "prismatic",
             f"{leg}_cylinder",
@@ -135,7 +121,7 @@ def _leg_links(i: int) -> list[Link]:
     leg, colour = f"leg{i + 1}", COLOUR[i]
     # two equal rods, half the mass each, along x and y
     arm = 0.5 * MASS_CROSS * (2.0 * CROSS) ** 2 / 12.0 + 0.25 * MASS_CROSS * 0.006**2
-    cross = Inertial(MASS_CROSS, (0.0, 0.0, 0.0), (arm, arm, 2.0 * (arm - 0.25 * MASS_CROSS * 0.006**2), 0.0, 0.0, 0.0))
+    cross = rigid(MASS_CROSS, (0.0, 0.0, 0.0), (arm, arm, 2.0 * (arm - 0.25 * MASS_CROSS * 0.006**2)))
     cross_looks = (
         rod((-CROSS, 0.0, 0.0), (CROSS, 0.0, 0.0), 0.006, "light"),
         rod((0.0, -CROSS, 0.0), (0.0, CROSS, 0.0), 0.006, "light"),

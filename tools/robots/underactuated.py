@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from math import atan2, pi, sqrt
 
-from robots.parts import Cut, Frame, Inertial, Joint, Link, Robot, Shape, Vector, ball, block, box, rod
+from cutjoint.description import Inertial, Link, RobotDescription, Shape
+from robots.parts import Vector, ball, block, box, cut, frame, joint, rod
 from robots.planar import UPRIGHT, hinge, home, layer, link, pin, wrapped
 
 CART, ROD, WIDTH, DROP = 0.3, 0.5, 0.2, 0.06  # hinges on the cart, rods, hinges on the load, hinges to its centre
@@ -19,19 +20,19 @@ RIGHT: Vector = (0.5 * CART, 0.0, 0.0)
 END: Vector = (ROD, 0.0, 0.0)
 HOLE: Vector = (WIDTH, 0.0, 0.0)
 CENTRE: Vector = (0.5 * WIDTH, -DROP, 0.0)
+NOTES = ("It moves in the x-z plane; one motor, two degrees of freedom.",)
 
 
-def robot() -> Robot:
+def robot() -> RobotDescription:
     """The crane in the upright plane, its load hanging at rest."""
     inward = 0.5 * (CART - WIDTH)
     left = atan2(-sqrt(ROD**2 - inward**2), inward)
     right = -pi - left
-    return Robot(
+    return RobotDescription(
         name="underactuated",
         title="Underactuated crane",
         source="A gantry crane with a load on two rods, a textbook underactuated system; size and masses are this "
         "project's",
-        notes=("It moves in the x-z plane; one motor, two degrees of freedom.",),
         links=(
             Link("base", None, _rail()),
             Link("cart_link", block(MASS_CART, CART_SIZE), _cart()),
@@ -41,7 +42,7 @@ def robot() -> Robot:
             link("right_rod", MASS_ROD, ROD, 0, "orange", pin((0, 0, 0), -1, 0)),
         ),
         joints=(
-            Joint(
+            joint(
                 "cart",
                 "prismatic",
                 "base",
@@ -54,11 +55,12 @@ def robot() -> Robot:
             ),
             hinge("left", "cart_link", "left_rod", LEFT, UPRIGHT),
             hinge("load", "left_rod", "load_link", END),
-            Joint("tool_mount", "fixed", "load_link", "tool", xyz=CENTRE),
+            joint("tool_mount", "fixed", "load_link", "tool", xyz=CENTRE),
             hinge("right", "cart_link", "right_rod", RIGHT, UPRIGHT),
         ),
-        cuts=(Cut("right_to_load", "revolute", Frame("right_rod", END), Frame("load_link", HOLE)),),
+        cuts=(cut("right_to_load", "revolute", frame("right_rod", END), frame("load_link", HOLE)),),
         actuators=("cart",),
+        tool=frame("tool"),
         homes=(
             home(
                 "cart in the middle, load hanging at rest",
