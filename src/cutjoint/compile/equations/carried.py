@@ -22,12 +22,13 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.equations.cloud import run
+from cutjoint.compile.equations.dynamics import Motion, mass_matrix, velocities
 from cutjoint.compile.equations.elimination_order import Idle, Plan
+from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.equations.reduction import MassFactor, Reduction
-from cutjoint.compile.equations.tree import RATES, Motion, Pose, mass_matrix, velocities
-from cutjoint.compile.expressions import vectors
 from cutjoint.compile.expressions.graph import Expression, Graph, Number, is_zero
 from cutjoint.compile.expressions.program import assemble
+from cutjoint.compile.expressions.vectors import dot
 
 NO_MASS = 1e-12
 """An idle freedom whose inertia is below this part of that of the joints it moves, about any axis, moves no mass."""
@@ -89,7 +90,7 @@ def idle_masses(
     own = [mass_matrix(pose, [unit])[0][0] for unit in units]
     results = {"mass": [x for row in mass for x in row], "idle": [x for column in columns for x in column], "own": own}
     program = assemble(graph, "idle", {"q": q}, results)
-    groups = [list(range(step.u, step.u + RATES[step.kind])) for step in pose.tree.steps[1:]]
+    groups = [list(range(step.u, step.u + step.kind.rates)) for step in pose.tree.steps[1:]]
     found = []
     for one in cloud:
         values = run(program, one)
@@ -165,7 +166,7 @@ class Carried(Reduction):
         return total
 
     def _product(self, x: Sequence[Number], y: Sequence[Number]) -> Number:
-        return vectors.dot([w * a for w, a in zip(self._scale, x, strict=True)], y)
+        return dot([w * a for w, a in zip(self._scale, x, strict=True)], y)
 
     def undriven(
         self, u: Sequence[Number], motion: Motion, drift: Sequence[Number], offset: Sequence[Number]

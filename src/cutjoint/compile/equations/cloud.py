@@ -14,9 +14,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from cutjoint.arrays import Array
+from cutjoint.compile.equations.coordinates import moved
 from cutjoint.compile.equations.cut_rows import Loops
-from cutjoint.compile.equations.inertia import Kind
-from cutjoint.compile.equations.tree import Pose, Tree, moved
+from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions.graph import Graph
 from cutjoint.compile.expressions.program import Program, assemble, interpret
 
@@ -33,19 +34,18 @@ REGULAR = 0.02
 """Postures whose smallest singular value is below this part of the usual one are near a singularity."""
 
 
-def rate_scale(tree: Tree, length: float) -> Array:
+def rate_scale(tree: JointTree, length: float) -> Array:
     """Factor per rate that makes it dimensionless, shape (nv,)."""
     scale = np.ones(tree.nv)
     for step in tree.steps[1:]:
-        count = {Kind.SLIDE: 1, Kind.SHIFT: 3, Kind.FLAT: 2}.get(step.kind, 0)
-        scale[step.u : step.u + count] = length
+        scale[step.u : step.u + step.kind.lengths] = length
     return scale
 
 
 class Survey:
     """Numeric Jacobian, residual and motion of a tree with loops, from their expressions."""
 
-    def __init__(self, tree: Tree, loops: Loops, length: float) -> None:
+    def __init__(self, tree: JointTree, loops: Loops, length: float) -> None:
         graph = Graph()
         q = graph.symbols(tree.nq)
         u = graph.symbols(tree.nv)

@@ -17,47 +17,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum, auto
 
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.compile.expressions import vectors
+from cutjoint.compile.equations.joints import StepKind, TreeStep
 from cutjoint.compile.expressions.graph import Number
-from cutjoint.compile.expressions.vectors import Matrix, Vector
-
-
-class Kind(Enum):
-    """Elementary joints."""
-
-    TURN = auto()
-    SLIDE = auto()
-    SHIFT = auto()
-    """Three free translations; rates in world axes."""
-    FLAT = auto()
-    """Two free translations along x and y of the joint's placement; rates along those."""
-    BALL = auto()
-    """Free rotation, unit quaternion x, y, z, w; rates in world axes."""
-    SPIN = auto()
-    """Turn about z given by its cosine and sine."""
+from cutjoint.compile.expressions.vectors import ROUNDING, Vector, constant_vector
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
-    """An elementary joint: parent step, constant placement in it, what moves, first coordinate and first rate."""
-
-    parent: int
-    rotation: Matrix
-    translation: Vector
-    kind: Kind
-    axis: int
-    q: int
-    u: int
-
-
-@dataclass(frozen=True, eq=False)
-class Body:
-    """What moves with a step, after regrouping (see `cutjoint.compile.equations.inertia`).
+class BodyInertia:
+    """What moves with a step, after regrouping (see `regrouped`).
 
     Attributes:
         step: the step.
@@ -74,6 +45,15 @@ class Body:
 
 
 @dataclass(frozen=True, eq=False)
+class PointMass:
+    """A mass that is an argument of the compiled function (a payload), at `lever` in the frame of a step."""
+
+    step: int
+    mass: Number
+    lever: Vector
+
+
+@dataclass(frozen=True, eq=False)
 class Moments:
     """Mass [kg], first moment (3,) [kg m] and inertia (3, 3) [kg m2] about a step's origin in its frame."""
 
@@ -85,7 +65,7 @@ class Moments:
         return Moments(self.mass + other.mass, self.first + other.first, self.second + other.second)
 
 
-def regrouped(steps: Sequence[Step], moments: Mapping[int, Moments]) -> tuple[list[Body], Vector]:
+def regrouped(steps: Sequence[TreeStep], moments: Mapping[int, Moments]) -> tuple[list[BodyInertia], Vector]:
     """The bodies of a tree (step 0 is the world) after handing inwards all that can be.
 
     Returns:
@@ -110,37 +90,34 @@ def regrouped(steps: Sequence[Step], moments: Mapping[int, Moments]) -> tuple[li
             - np.outer(offset, first),
         )
         carried[step.parent] = carried[step.parent] + moved
-    bodies = [body for k in range(1, len(steps)) if (body := make_body(k, carried[k])) is not None]
-    return bodies, vectors.constant_vector(carried[0].first)
+    bodies = [body for k in range(1, len(steps)) if (body := body_inertia(k, carried[k])) is not None]
+    return bodies, constant_vector(carried[0].first)
 
 
-def _split(step: Step, own: Moments) -> tuple[Moments, Moments]:
+def _split(step: TreeStep, own: Moments) -> tuple[Moments, Moments]:
     """What stays with a step, and what its parent takes (in the step's frame at its zero)."""
     nothing, none = np.zeros(3), np.zeros((3, 3))
-    match step.kind:
-        case Kind.BALL:
-            return Moments(0.0, own.first, own.second), Moments(own.mass, nothing, none)
-        case Kind.TURN | Kind.SPIN:
-            axis = np.eye(3)[step.axis]
-            along = own.first[step.axis] * axis
-            across = [i for i in range(3) if i != step.axis]
-            # moving the moment along the axis inwards leaves the second moments about the origin as they are
-            symmetric = float(np.linalg.eigvalsh(own.second[np.ix_(across, across)])[-1]) * (
-                np.eye(3) - np.outer(axis, axis)
-            )
-            return Moments(0.0, own.first - along, own.second - symmetric), Moments(own.mass, along, symmetric)
-        case Kind.SLIDE | Kind.FLAT | Kind.SHIFT:
-            return Moments(own.mass, own.first, none), Moments(0.0, nothing, own.second)
+    if step.kind.slides:
+        return Moments(own.mass, own.first, none), Moments(0.0, nothing, own.second)
+    if step.kind is StepKind.BALL:
+        return Moments(0.0, own.first, own.second), Moments(own.mass, nothing, none)
+    axis = np.eye(3)[step.axis]
+    along = own.first[step.axis] * axis
+    across = [i for i in range(3) if i != step.axis]
+    # moving the moment along the axis inwards leaves the second moments about the origin as they are
+    largest = float(np.linalg.eigvalsh(own.second[np.ix_(across, across)])[-1])
+    symmetric = largest * (np.eye(3) - np.outer(axis, axis))
+    return Moments(0.0, own.first - along, own.second - symmetric), Moments(own.mass, along, symmetric)
 
 
-def make_body(step: int, own: Moments) -> Body | None:
+def body_inertia(step: int, own: Moments) -> BodyInertia | None:
     """What a step carries, or None where that is nothing."""
     size = max(float(np.abs(own.second).max()), 1e-300)
     values, directions = np.linalg.eigh(own.second)
     base, axes = _principal(values, directions, size)
     if own.mass == 0.0 and not np.any(own.first) and base == 0.0 and not axes:
         return None
-    return Body(step, own.mass, vectors.constant_vector(own.first), base, axes)
+    return BodyInertia(step, own.mass, constant_vector(own.first), base, axes)
 
 
 def _principal(values: Array, directions: Array, size: float) -> tuple[float, tuple[tuple[float, Vector], ...]]:
@@ -149,9 +126,9 @@ def _principal(values: Array, directions: Array, size: float) -> tuple[float, tu
     counts = [int(np.sum(np.abs(values - value) <= same)) for value in values]
     base = float(values[int(np.argmax(counts))]) if max(counts) > 1 else 0.0
     base = 0.0 if abs(base) <= same else base
-    exact = np.where(np.abs(directions - np.round(directions)) <= vectors.ROUNDING, np.round(directions), directions)
+    exact = np.where(np.abs(directions - np.round(directions)) <= ROUNDING, np.round(directions), directions)
     return base, tuple(
-        (float(value) - base, vectors.constant_vector(exact[:, k]))
+        (float(value) - base, constant_vector(exact[:, k]))
         for k, value in enumerate(values)
         if abs(value - base) > same
     )

@@ -15,18 +15,11 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from cutjoint.compile.equations.cut_rows import Loops
+from cutjoint.compile.equations.dynamics import Motion, accelerations, generalised_forces, mass_matrix, velocities
 from cutjoint.compile.equations.elimination_order import Plan
-from cutjoint.compile.equations.tree import (
-    Motion,
-    Pose,
-    accelerations,
-    generalised_forces,
-    mass_matrix,
-    velocities,
-)
-from cutjoint.compile.expressions import vectors
+from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.expressions.graph import Expression, Number, absolute, is_zero, maximum
-from cutjoint.compile.expressions.vectors import ZERO
+from cutjoint.compile.expressions.vectors import ZERO, dot, scale
 from cutjoint.errors import CompileError
 
 STRAIN_LIMIT = 1e3
@@ -111,7 +104,7 @@ class Reduction:
 
     def rates(self, v: Sequence[Number]) -> list[Number]:
         """u = T v, length nv."""
-        return [vectors.dot(row, v) for row in self.tangent]
+        return [dot(row, v) for row in self.tangent]
 
     def drift(self, u: Sequence[Number], motion: Motion) -> list[Number]:
         """s, length nv."""
@@ -128,7 +121,7 @@ class Reduction:
         for rate, value in zip(self.plan.independent, change, strict=True):
             result[rate] = value
         right = [
-            row.residual + vectors.dot([row.coefficients.get(k, 0.0) for k in self.plan.independent], change)
+            row.residual + dot([row.coefficients.get(k, 0.0) for k in self.plan.independent], change)
             for row in self._rows
         ]
         for rate, value in self._solve(right):
@@ -149,7 +142,7 @@ class Reduction:
 
     def effort(self, u: Sequence[Number], motion: Motion, du: Sequence[Number], *, weight: bool = True) -> list[Number]:
         """Effort in the independent rates for the rates `u` and their derivatives `du`, length n."""
-        base = vectors.scale(-1.0, self.pose.tree.gravity) if weight else ZERO
+        base = scale(-1.0, self.pose.tree.gravity) if weight else ZERO
         forces = generalised_forces(self.pose, motion, accelerations(self.pose, u, motion, du, base))
         return self.reduced(forces)
 
@@ -160,7 +153,7 @@ class Reduction:
 
     def reduced(self, forces: Sequence[Number]) -> list[Number]:
         """T' f, length n."""
-        return [vectors.dot([row[k] for row in self.tangent], forces) for k in range(self.n)]
+        return [dot([row[k] for row in self.tangent], forces) for k in range(self.n)]
 
 
 class MassFactor:

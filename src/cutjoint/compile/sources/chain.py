@@ -14,17 +14,13 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.compile.equations.carried import idle_masses, supports, weighed
 from cutjoint.compile.equations.cloud import Survey, null_space, rate_scale
-from cutjoint.compile.equations.cut_rows import CutFrames, Gear, Loops
+from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.elimination_order import Idle, Plan, choose
-from cutjoint.compile.equations.inertia import Body, Kind
+from cutjoint.compile.equations.inertia import BodyInertia, PointMass
+from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.equations.projection import Projection
 from cutjoint.compile.equations.reduction import Reduction
-from cutjoint.compile.equations.tree import (
-    PointMass,
-    Pose,
-    Tree,
-    motion_subspace,
-)
+from cutjoint.compile.equations.tree import JointTree, motion_subspace
 from cutjoint.compile.expressions import vectors
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.once import once
@@ -100,7 +96,7 @@ class ChainSource:
         if self.chain.n == 0:
             return None
         at_home = self._idle_at(self.chain.home)
-        if at_home is not None or not len(self.loops.names):
+        if at_home is not None or not self.loops.count:
             return at_home
         try:
             cloud = self.cloud
@@ -134,10 +130,10 @@ class ChainSource:
         return tuple(bool(x) for x in self._closure.is_length)
 
     @once
-    def tree(self) -> Tree:
+    def tree(self) -> JointTree:
         """The tree without the links whose masses are arguments."""
         varied = [name for name in self.parameters if name != PAYLOAD]
-        return Tree(self._without(varied) if varied else self.model)
+        return JointTree(self._without(varied) if varied else self.model)
 
     def _without(self, links: Sequence[str]) -> pin.Model:
         """The model without the inertias of some links."""
@@ -159,16 +155,7 @@ class ChainSource:
     @once
     def loops(self) -> Loops:
         """Its cuts and couplings."""
-        closure = self._closure
-        cuts = [
-            CutFrames(cut.name, cut.type, cut.joint_a, cut.placement_a, cut.joint_b, cut.placement_b)
-            for cut in closure.cuts
-        ]
-        gears = [
-            Gear(one.name, one.q_joint, one.q_driver, one.v_joint, one.v_driver, one.ratio, one.offset, one.is_length)
-            for one in closure.ratios
-        ]
-        return Loops(self.tree, cuts, gears)
+        return Loops(self.tree, self._closure.cuts, self._closure.ratios)
 
     @once
     def _closure(self) -> Closure:
@@ -283,8 +270,7 @@ class ChainSource:
         """Robot's length for configuration coordinates that are lengths, 1 for the others, length nq."""
         scale = [1.0] * self.positions
         for step in self.tree.steps[1:]:
-            count = {Kind.SLIDE: 1, Kind.SHIFT: 3, Kind.FLAT: 2}.get(step.kind, 0)
-            scale[step.q : step.q + count] = [float(self.chain.length)] * count
+            scale[step.q : step.q + step.kind.lengths] = [float(self.chain.length)] * step.kind.lengths
         return tuple(scale)
 
     @once
@@ -336,7 +322,7 @@ class ChainSource:
     def pose(self, q: Sequence[Number], parameters: Sequence[Number]) -> Pose:
         """The tree at the configuration `q`, with the values of the inertial parameters."""
         points: list[PointMass] = []
-        bodies: list[Body] = []
+        bodies: list[BodyInertia] = []
         for name, value in zip(self.parameters, parameters, strict=True):
             if name == PAYLOAD:
                 step, lever = self.tool_point
@@ -356,7 +342,7 @@ class ChainSource:
         joint, placement = bind_frame(self.model, tool)
         return self.tree.point(joint, np.asarray(placement.translation))
 
-    def _body(self, name: str, mass: Number) -> Body:
+    def _body(self, name: str, mass: Number) -> BodyInertia:
         """A link whose mass is an argument."""
         inertial = self.chain.description.link(name).inertial
         assert inertial is not None

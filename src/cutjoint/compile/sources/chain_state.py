@@ -6,20 +6,17 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from cutjoint.compile.equations.carried import Carried
-from cutjoint.compile.equations.reduction import MassFactor, Reduction
-from cutjoint.compile.equations.tree import (
-    Motion,
-    Pose,
-    accelerations,
+from cutjoint.compile.equations.coordinates import (
     configuration_rate,
     from_rate_derivatives,
     from_rates,
     moved,
-    potential_energy,
     to_rates,
     turning_axes,
-    velocities,
 )
+from cutjoint.compile.equations.dynamics import Motion, accelerations, potential_energy, velocities
+from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.reduction import MassFactor, Reduction
 from cutjoint.compile.expressions import vectors
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 

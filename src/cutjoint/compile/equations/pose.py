@@ -1,0 +1,85 @@
+"""Where everything is: the placements of all elementary joints at a configuration, as expressions in world axes.
+
+World axes leave zeros for a planar limb where rotated axes would leave rotated zeros.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cutjoint.compile.equations.inertia import BodyInertia, PointMass
+from cutjoint.compile.equations.tree import JointTree
+from cutjoint.compile.expressions.graph import Number
+from cutjoint.compile.expressions.vectors import IDENTITY, ZERO, Matrix, Vector, add, cross, dot, product, turn
+
+
+class Pose:
+    """Placements of all steps for a configuration `q` (expressions, Pinocchio's layout).
+
+    Attributes:
+        bodies, points: those of the tree, and further ones whose masses are expressions.
+        rotation: of every step, in world axes.
+        placed: rotation before the step's own motion.
+        offset: from the parent's origin to the step's, in world axes.
+        directions: what the rates of every step are along or about, in world axes.
+    """
+
+    def __init__(
+        self,
+        tree: JointTree,
+        q: Sequence[Number],
+        bodies: Sequence[BodyInertia] = (),
+        points: Sequence[PointMass] = (),
+    ) -> None:
+        self.tree, self.q = tree, tuple(q)
+        self.bodies, self.points = (*tree.bodies, *bodies), tuple(points)
+        self.rotation: list[Matrix] = [IDENTITY]
+        self.placed: list[Matrix] = [IDENTITY]
+        self.offset: list[Vector] = [ZERO]
+        self.directions: list[tuple[Vector, ...]] = [()]
+        for step in tree.steps[1:]:
+            carrier = self.rotation[step.parent]
+            placed = product(carrier, step.rotation)
+            rotation, offset = step.displaced(placed, turn(carrier, step.translation), self.q)
+            self.placed.append(placed)
+            self.rotation.append(rotation)
+            self.offset.append(offset)
+            self.directions.append(step.directions(placed))
+
+    @property
+    def mass(self) -> Number:
+        """Mass of everything that moves [kg]."""
+        total: Number = self.tree.mass
+        for body in self.bodies[len(self.tree.bodies) :]:
+            total = total + body.mass
+        for point in self.points:
+            total = total + point.mass
+        return total
+
+    def origin(self, step: int) -> Vector:
+        """Origin of a step in the world."""
+        total = ZERO
+        for k in self.tree.path(step):
+            total = add(self.offset[k], total)
+        return total
+
+    def lever(self, step: int, lever: Vector) -> Vector:
+        """A vector of a step's frame in world axes."""
+        return turn(self.rotation[step], lever)
+
+    def columns(self, step: int, lever: Vector) -> list[tuple[int, Vector, Vector]]:
+        """(rate, velocity of a point, angular velocity) for every rate that moves the point `lever` [m] of `step`."""
+        arm = self.lever(step, lever)
+        found: list[tuple[int, Vector, Vector]] = []
+        for k in self.tree.path(step):
+            here = self.tree.steps[k]
+            for rate, along in enumerate(self.directions[k], start=here.u):
+                found.append((rate, along, ZERO) if here.kind.slides else (rate, cross(along, arm), along))
+            arm = add(arm, self.offset[k])
+        return found
+
+    def own_rate(self, k: int, u: Sequence[Number]) -> Vector:
+        """What the rates `u` give to a step beside what carries it: a velocity where it slides, else an angular one."""
+        rates = u[self.tree.steps[k].u :][: len(self.directions[k])]
+        x, y, z = (dot(rates, along) for along in zip(*self.directions[k], strict=True))
+        return x, y, z
