@@ -10,9 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cutjoint.compile.expressions import functions
 from cutjoint.compile.expressions.derivative import tangent
-from cutjoint.compile.expressions.graph import Expression, Functions, Graph, Op, maximum, minimum
-from cutjoint.compile.expressions.program import assemble, interpret
+from cutjoint.compile.expressions.functions import maximum, minimum
+from cutjoint.compile.expressions.graph import Expression, Graph
+from cutjoint.compile.expressions.interpret import interpret
+from cutjoint.compile.expressions.operations import Op
+from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.machine.llvm import text
 from cutjoint.compile.machine.llvm.native import Kernel
 from cutjoint.compile.machine.llvm.sine_cosine import LARGEST
@@ -41,9 +45,9 @@ def evaluate(tree: Any, x: list[Any]) -> Any:
         case ("abs", a):
             return abs(evaluate(a, x))
         case ("sin", a):
-            return Functions.sin(evaluate(a, x))
+            return functions.sin(evaluate(a, x))
         case ("cos", a):
-            return Functions.cos(evaluate(a, x))
+            return functions.cos(evaluate(a, x))
     sign, a, b = tree[0], evaluate(tree[1], x), evaluate(tree[2], x)
     match sign:
         case "+":
@@ -53,7 +57,7 @@ def evaluate(tree: Any, x: list[Any]) -> Any:
         case "*":
             return a * b
         case "/":
-            return a / (Functions.sqrt(b * b + 1.5))
+            return a / (functions.sqrt(b * b + 1.5))
         case "<":
             return minimum(a, b) if any(isinstance(y, Expression) for y in (a, b)) else min(a, b)
     return maximum(a, b) if any(isinstance(y, Expression) for y in (a, b)) else max(a, b)
@@ -80,15 +84,15 @@ def test_signs_and_order_do_not_make_new_nodes() -> None:
     assert (-a - b).ref == -(a + b).ref
     assert ((a + b) - (b + a)).constant == 0.0
     assert (2.0 * (3.0 * c)).ref == (6.0 * c).ref
-    assert (Functions.sin(a - b) + Functions.sin(b - a)).constant == 0.0
-    assert (Functions.cos(a - b) - Functions.cos(b - a)).constant == 0.0
+    assert (functions.sin(a - b) + functions.sin(b - a)).constant == 0.0
+    assert (functions.cos(a - b) - functions.cos(b - a)).constant == 0.0
 
 
 def test_trigonometry_of_inverse_functions_becomes_algebra() -> None:
     graph = Graph()
     u, w, k = graph.symbols(3)
-    angle = Functions.atan2(w, u) - Functions.acos(k)
-    program = assemble(graph, "f", {"x": [u, w, k]}, {"y": [Functions.sin(angle), Functions.cos(angle)]})
+    angle = functions.atan2(w, u) - functions.acos(k)
+    program = assemble(graph, "f", {"x": [u, w, k]}, {"y": [functions.sin(angle), functions.cos(angle)]})
     assert not {"sin", "cos", "atan2", "acos"} & set(program.counts())
     sine, cosine = interpret(program, [0.4, -0.7, 0.3])
     wanted = math.atan2(-0.7, 0.4) - math.acos(0.3)
@@ -125,11 +129,11 @@ def test_every_rule_of_differentiation() -> None:
     graph = Graph()
     x = graph.symbols(2)
     made = {
-        "acos": (Functions.acos(x[0] * x[1]), lambda a, b: math.acos(a * b)),
-        "atan2": (Functions.atan2(x[0], x[1]), math.atan2),
-        "sqrt": (Functions.sqrt(x[0] + x[1] * x[1]), lambda a, b: math.sqrt(a + b * b)),
+        "acos": (functions.acos(x[0] * x[1]), lambda a, b: math.acos(a * b)),
+        "atan2": (functions.atan2(x[0], x[1]), math.atan2),
+        "sqrt": (functions.sqrt(x[0] + x[1] * x[1]), lambda a, b: math.sqrt(a + b * b)),
         "div": (x[0] / (x[1] + 3.0), lambda a, b: a / (b + 3.0)),
-        "trig": (Functions.sin(x[0]) * Functions.cos(x[1]), lambda a, b: math.sin(a) * math.cos(b)),
+        "trig": (functions.sin(x[0]) * functions.cos(x[1]), lambda a, b: math.sin(a) * math.cos(b)),
     }
     at, h = (0.4, 0.7), 1e-6
     for name, (expression, function) in made.items():
@@ -145,7 +149,7 @@ def kernel_of_everything() -> Kernel:
     """A kernel that uses every operation at least once."""
     graph = Graph()
     x = graph.symbols(6)
-    fn = Functions
+    fn = functions
     results = [
         fn.sin(x[0]),
         fn.cos(x[0]),

@@ -8,15 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cutjoint.compile.expressions.graph import Functions, Graph, Op
-from cutjoint.compile.expressions.program import Program, ProgramError, assemble, interpret
+from cutjoint.compile.expressions import functions
+from cutjoint.compile.expressions.graph import Graph
+from cutjoint.compile.expressions.interpret import interpret
+from cutjoint.compile.expressions.operations import Op
+from cutjoint.compile.expressions.program import Program, ProgramError
+from cutjoint.compile.expressions.straight_line import assemble
 
 
 @pytest.fixture
 def program() -> Program:
     graph = Graph()
     a, b = graph.symbols(2), graph.symbols(1)
-    y = [a[0] * a[1] + b[0], Functions.sin(a[0]) / b[0] + a[1] / b[0]]
+    y = [a[0] * a[1] + b[0], functions.sin(a[0]) / b[0] + a[1] / b[0]]
     return assemble(graph, "small", {"a": a, "b": b}, {"y": y, "z": [2.5]})
 
 

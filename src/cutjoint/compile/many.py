@@ -22,8 +22,10 @@ from cutjoint.arrays import Array, positive
 from cutjoint.compile.batch import cores
 from cutjoint.compile.compiler import Compiled
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
-from cutjoint.compile.expressions.graph import Graph, Number, absolute, maximum
-from cutjoint.compile.expressions.program import Program, assemble
+from cutjoint.compile.expressions.functions import absolute, maximum
+from cutjoint.compile.expressions.graph import Graph, Number
+from cutjoint.compile.expressions.program import Program
+from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.functions.table import accelerations
 from cutjoint.compile.machine.llvm.native import PREAMBLE, Machine, host
 from cutjoint.compile.machine.llvm.run_loop import Sizes, run_loop

@@ -7,7 +7,8 @@ the desired motion alone is not among them: it can be computed before the robot 
 from __future__ import annotations
 
 from cutjoint.compile import CompiledPaper
-from cutjoint.compile.expressions.graph import Graph, Op
+from cutjoint.compile.expressions.graph import Graph
+from cutjoint.compile.expressions.operations import Op
 from cutjoint.compile.sources.law import Table, TracedDesired, trace_law
 from cutjoint.compile.sources.paper import PaperModel
 from cutjoint.control import Law

@@ -26,8 +26,9 @@ from cutjoint.compile.equations.dynamics import Motion, mass_matrix, velocities
 from cutjoint.compile.equations.elimination_order import Idle, Plan
 from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.equations.reduction import MassFactor, Reduction
-from cutjoint.compile.expressions.graph import Expression, Graph, Number, is_zero
-from cutjoint.compile.expressions.program import assemble
+from cutjoint.compile.expressions.functions import is_zero
+from cutjoint.compile.expressions.graph import Expression, Graph, Number
+from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.expressions.vectors import dot
 
 NO_MASS = 1e-12

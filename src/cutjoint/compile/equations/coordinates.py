@@ -11,7 +11,9 @@ from collections.abc import Sequence
 from cutjoint.compile.equations.dynamics import Motion
 from cutjoint.compile.equations.joints import StepKind, TreeStep
 from cutjoint.compile.equations.pose import Pose
-from cutjoint.compile.expressions.graph import Functions, Number, is_zero
+from cutjoint.compile.expressions import functions
+from cutjoint.compile.expressions.functions import is_zero
+from cutjoint.compile.expressions.graph import Number
 from cutjoint.compile.expressions.vectors import Vector, cross, dot, transposed, turn
 
 
@@ -85,6 +87,6 @@ def moved(pose: Pose, u: Sequence[Number]) -> list[Number]:
     for step in pose.tree.steps:
         if step.kind.coordinates > step.kind.rates:
             span = slice(step.q, step.q + step.kind.coordinates)
-            factor = 1.0 / Functions.sqrt(dot(q[span], q[span]))
+            factor = 1.0 / functions.sqrt(dot(q[span], q[span]))
             q[span] = [factor * x for x in q[span]]
     return q

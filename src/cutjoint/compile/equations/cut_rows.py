@@ -25,7 +25,8 @@ import numpy as np
 from cutjoint.compile.equations.dynamics import Motion
 from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.equations.tree import JointTree
-from cutjoint.compile.expressions.graph import Expression, Number, is_zero
+from cutjoint.compile.expressions.functions import is_zero
+from cutjoint.compile.expressions.graph import Expression, Number
 from cutjoint.compile.expressions.vectors import (
     ZERO,
     Matrix,

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from cutjoint.compile.equations.inertia import BodyInertia
 from cutjoint.compile.equations.pose import Pose
-from cutjoint.compile.expressions.graph import Number, is_zero
+from cutjoint.compile.expressions.functions import is_zero
+from cutjoint.compile.expressions.graph import Number
 from cutjoint.compile.expressions.vectors import ZERO, Vector, add, cross, dot, scale
 
 

@@ -12,7 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from cutjoint.compile.expressions.graph import Functions, Number
+from cutjoint.compile.expressions import functions
+from cutjoint.compile.expressions.graph import Number
 from cutjoint.compile.expressions.vectors import (
     IDENTITY,
     Matrix,
@@ -112,7 +113,7 @@ class TreeStep:
         own = q[self.q : self.q + self.kind.coordinates]
         match self.kind:
             case StepKind.TURN:
-                return product(placed, about(self.axis, Functions.sin(own[0]), Functions.cos(own[0]))), offset
+                return product(placed, about(self.axis, functions.sin(own[0]), functions.cos(own[0]))), offset
             case StepKind.SPIN:
                 return product(placed, about(self.axis, own[1], own[0])), offset
             case StepKind.BALL:

@@ -18,7 +18,8 @@ from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.dynamics import Motion, accelerations, generalised_forces, mass_matrix, velocities
 from cutjoint.compile.equations.elimination_order import Plan
 from cutjoint.compile.equations.pose import Pose
-from cutjoint.compile.expressions.graph import Expression, Number, absolute, is_zero, maximum
+from cutjoint.compile.expressions.functions import absolute, is_zero, maximum
+from cutjoint.compile.expressions.graph import Expression, Number
 from cutjoint.compile.expressions.vectors import ZERO, dot, scale
 from cutjoint.errors import CompileError
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from cutjoint.compile.expressions.graph import ARITY, Expression, Graph, Number, Op
+from cutjoint.compile.expressions.graph import Expression, Graph, Number
+from cutjoint.compile.expressions.operations import Op
 from cutjoint.errors import InputError
 
 
@@ -35,9 +36,8 @@ def tangent(graph: Graph, outputs: Sequence[Number], seed: Mapping[int, Number])
         if node in seed:
             continue
         op, a, b = graph.op[node], graph.a[node], graph.b[node]
-        count = ARITY.get(op, 2)
-        da = of(a) if count > 0 else zero
-        db = of(b) if count > 1 else zero
+        da = of(a) if op.arity > 0 else zero
+        db = of(b) if op.arity > 1 else zero
         if da == zero and db == zero:
             continue
         rate[node] = _rule(graph, op, node, a, b, da, db)
@@ -58,15 +58,15 @@ def _rule(g: Graph, op: Op, node: int, a: int, b: int, da: int, db: int) -> int:
         case Op.SQRT:
             return g.div(g.mul(g.constant(0.5), da), node)
         case Op.SIN:
-            return g.mul(g.cos(a), da)
+            return g.mul(g.function(Op.COS, a), da)
         case Op.COS:
-            return -g.mul(g.sin(a), da)
+            return -g.mul(g.function(Op.SIN, a), da)
         case Op.ATAN2:
             square = g.add(g.mul(a, a), g.mul(b, b))
             return g.div(g.add(g.mul(b, da), -g.mul(a, db)), square)
         case Op.ACOS:
             one = g.constant(1.0)
-            return -g.div(da, g.sqrt(g.mul(g.add(one, -a), g.add(one, a))))
+            return -g.div(da, g.function(Op.SQRT, g.mul(g.add(one, -a), g.add(one, a))))
     raise InputError(f"{op.name} has no derivative; it may only be used to monitor quality")
 
 

@@ -4,7 +4,7 @@ A model that is evaluated on `Expression`s instead of floats leaves its arithmet
 again by what they compute (hash consing), so common sub-expressions merge while the model is traced; constants are
 folded, signs are pulled outwards (so a - b and b - a share a node), and sums inside sine and cosine are expanded when
 they consist of inverse trigonometric functions (cos(acos x) is x).  What is left is turned into a straight line by
-`cutjoint.compile.expressions.program` and differentiated by `cutjoint.compile.expressions.derivative`.
+`cutjoint.compile.expressions.straight_line` and differentiated by `cutjoint.compile.expressions.derivative`.
 
 A reference is a signed number: +k is the value of node k, -k its negative; node numbers start at 1.
 """
@@ -12,57 +12,25 @@ A reference is a signed number: +k is the value of node k, -k its negative; node
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from enum import IntEnum
-from typing import Any, TypeAlias, Union
+from collections.abc import Callable, Iterable, Mapping
+from typing import TypeAlias, Union
 
+from cutjoint.compile.expressions.operations import Op
 from cutjoint.errors import InputError
 
-
-class Op(IntEnum):
-    """What a node computes from its operands a, b, c.  The numbers are part of the file format of the cache."""
-
-    CONST = 1
-    INPUT = 2
-    ADD = 3
-    SUB = 4
-    MUL = 5
-    DIV = 6
-    SQRT = 7
-    SIN = 8
-    COS = 9
-    ATAN2 = 10
-    ACOS = 11
-    ABS = 12
-    MIN = 13
-    MAX = 14
-    NEG = 15
-    FMA = 16
-    """a b + c; made by the program, not by the tracer."""
-    FMS = 17
-    """a b - c"""
-    FNMA = 18
-    """c - a b"""
-
-
-ARITY = {
-    Op.CONST: 0,
-    Op.INPUT: 0,
-    Op.SQRT: 1,
-    Op.SIN: 1,
-    Op.COS: 1,
-    Op.ACOS: 1,
-    Op.ABS: 1,
-    Op.NEG: 1,
-    Op.FMA: 3,
-    Op.FMS: 3,
-    Op.FNMA: 3,
-}
-"""Number of operands; two where nothing is said."""
-
-COMMUTES = (Op.ADD, Op.MUL, Op.MIN, Op.MAX)
-
 Number: TypeAlias = Union["Expression", float]
+
+FOLDED: Mapping[Op, Callable[..., float]] = {
+    Op.SQRT: math.sqrt,
+    Op.SIN: math.sin,
+    Op.COS: math.cos,
+    Op.ATAN2: math.atan2,
+    Op.ACOS: math.acos,
+    Op.ABS: abs,
+    Op.MIN: min,
+    Op.MAX: max,
+}
+"""The functions on plain numbers."""
 
 
 class Graph:
@@ -175,60 +143,38 @@ class Graph:
         sign = 1 if (x > 0) == (y > 0) else -1
         return sign * self._node(Op.DIV, abs(x), abs(y))
 
-    def sqrt(self, x: int) -> int:
-        p = self.constant_of(x)
-        return self._node(Op.SQRT, x) if p is None else self.constant(math.sqrt(p))
+    def function(self, op: Op, *operands: int) -> int:
+        """A function of references: one of `FOLDED`."""
+        if op in (Op.SIN, Op.COS):
+            return self.sine_cosine(operands[0])[0 if op is Op.SIN else 1]
+        known = [number for x in operands if (number := self.constant_of(x)) is not None]
+        if len(known) == len(operands):
+            return self.constant(FOLDED[op](*known))
+        x = operands[0]
+        if op is Op.ABS:
+            return abs(x) if self.op[abs(x)] in (Op.ABS, Op.SQRT) else self._node(op, abs(x))
+        if op in (Op.MIN, Op.MAX):
+            y = operands[1]
+            return x if x == y else self._node(op, *((x, y) if abs(x) < abs(y) else (y, x)))
+        return self._node(op, *operands)
 
-    def absolute(self, x: int) -> int:
-        return abs(x) if self.op[abs(x)] in (Op.CONST, Op.ABS, Op.SQRT) else self._node(Op.ABS, abs(x))
-
-    def minimum(self, x: int, y: int) -> int:
-        return self._extreme(Op.MIN, min, x, y)
-
-    def maximum(self, x: int, y: int) -> int:
-        return self._extreme(Op.MAX, max, x, y)
-
-    def _extreme(self, op: Op, fold: Callable[[float, float], float], x: int, y: int) -> int:
-        p, q = self.constant_of(x), self.constant_of(y)
-        if p is not None and q is not None:
-            return self.constant(fold(p, q))
-        if x == y:
-            return x
-        return self._node(op, *((x, y) if abs(x) < abs(y) else (y, x)))
-
-    def atan2(self, y: int, x: int) -> int:
-        p, q = self.constant_of(y), self.constant_of(x)
-        if p is not None and q is not None:
-            return self.constant(math.atan2(p, q))
-        return self._node(Op.ATAN2, y, x)
-
-    def acos(self, x: int) -> int:
-        p = self.constant_of(x)
-        return self._node(Op.ACOS, x) if p is None else self.constant(math.acos(p))
-
-    def sin(self, x: int) -> int:
-        return self._sin_cos(x)[0]
-
-    def cos(self, x: int) -> int:
-        return self._sin_cos(x)[1]
-
-    def _sin_cos(self, x: int) -> tuple[int, int]:
-        """References to sine and cosine."""
+    def sine_cosine(self, x: int) -> tuple[int, int]:
+        """References to sine and cosine of one."""
         if x < 0:
-            sine, cosine = self._sin_cos(-x)
+            sine, cosine = self.sine_cosine(-x)
             return -sine, cosine
         p = self.constant_of(x)
         if p is not None:
             return self.constant(_clean(math.sin(p))), self.constant(_clean(math.cos(p)))
         op, a, b = self.op[x], self.a[x], self.b[x]
         if op is Op.ACOS:
-            return self.sqrt(self.mul(self.add(self._one, -a), self.add(self._one, a))), a
+            return self.function(Op.SQRT, self.mul(self.add(self._one, -a), self.add(self._one, a))), a
         if op is Op.ATAN2:
-            radius = self.sqrt(self.add(self.mul(a, a), self.mul(b, b)))
+            radius = self.function(Op.SQRT, self.add(self.mul(a, a), self.mul(b, b)))
             return self.div(a, radius), self.div(b, radius)
         if op in (Op.ADD, Op.SUB) and self._is_inverse(a) and self._is_inverse(b):
-            sa, ca = self._sin_cos(a)
-            sb, cb = self._sin_cos(b if op is Op.ADD else -b)
+            sa, ca = self.sine_cosine(a)
+            sb, cb = self.sine_cosine(b if op is Op.ADD else -b)
             return (
                 self.add(self.mul(sa, cb), self.mul(ca, sb)),
                 self.add(self.mul(ca, cb), -self.mul(sa, sb)),
@@ -261,11 +207,7 @@ class Graph:
             if node in wanted:
                 continue
             wanted.add(node)
-            count = ARITY.get(self.op[node], 2)
-            if count > 0:
-                stack.append(abs(self.a[node]))
-            if count > 1:
-                stack.append(abs(self.b[node]))
+            stack += (abs(x) for x in (self.a[node], self.b[node])[: self.op[node].arity])
         return sorted(wanted)
 
 
@@ -275,6 +217,7 @@ def _clean(value: float) -> float:
     return float(nearest) if abs(value - nearest) < 1e-15 else value
 
 
+# long: Python's operators, a line each
 class Expression:
     """A value in a graph that can be calculated with like a float.
 
@@ -293,6 +236,9 @@ class Expression:
 
     def _make(self, ref: int) -> Expression:
         return Expression(self.graph, ref)
+
+    def _apply(self, op: Op) -> Expression:
+        return self._make(self.graph.function(op, self.ref))
 
     def __add__(self, other: Number) -> Expression:
         return self._make(self.graph.add(self.ref, self.graph.reference(other)))
@@ -325,7 +271,7 @@ class Expression:
         return self._make(-self.ref)
 
     def __abs__(self) -> Expression:
-        return self._make(self.graph.absolute(self.ref))
+        return self._apply(Op.ABS)
 
     def __gt__(self, other: Number) -> bool:
         difference = (self - other).constant
@@ -343,87 +289,21 @@ class Expression:
 
     def sin(self) -> Expression:
         """Sine."""
-        return self._make(self.graph.sin(self.ref))
+        return self._apply(Op.SIN)
 
     def cos(self) -> Expression:
         """Cosine."""
-        return self._make(self.graph.cos(self.ref))
+        return self._apply(Op.COS)
 
     def sqrt(self) -> Expression:
         """Square root."""
-        return self._make(self.graph.sqrt(self.ref))
+        return self._apply(Op.SQRT)
 
-    def acos(self) -> Expression:
+    def arccos(self) -> Expression:
         """Inverse cosine."""
-        return self._make(self.graph.acos(self.ref))
+        return self._apply(Op.ACOS)
 
     @property
     def constant(self) -> float | None:
         """The number, if it is one."""
         return self.graph.constant_of(self.ref)
-
-
-def is_zero(value: Number) -> bool:
-    """Whether a value is zero whatever the inputs are."""
-    return (value.constant if isinstance(value, Expression) else value) == 0.0
-
-
-def absolute(x: Number) -> Number:
-    """|x|."""
-    return Expression(x.graph, x.graph.absolute(x.ref)) if isinstance(x, Expression) else abs(x)
-
-
-def minimum(x: Number, y: Number) -> Number:
-    """The smaller one."""
-    graph = _graph(x, y)
-    if graph is None:
-        return min(x, y, key=float)  # type: ignore[arg-type]
-    return Expression(graph, graph.minimum(graph.reference(x), graph.reference(y)))
-
-
-def maximum(x: Number, y: Number) -> Number:
-    """The larger one."""
-    graph = _graph(x, y)
-    if graph is None:
-        return max(x, y, key=float)  # type: ignore[arg-type]
-    return Expression(graph, graph.maximum(graph.reference(x), graph.reference(y)))
-
-
-def _graph(*values: Number) -> Graph | None:
-    return next((value.graph for value in values if isinstance(value, Expression)), None)
-
-
-class Functions:
-    """The elementary functions on expressions and floats alike."""
-
-    @staticmethod
-    def sqrt(x: Number) -> Number:
-        """Square root."""
-        return x.sqrt() if isinstance(x, Expression) else math.sqrt(x)
-
-    @staticmethod
-    def sin(x: Number) -> Number:
-        """Sine."""
-        return x.sin() if isinstance(x, Expression) else math.sin(x)
-
-    @staticmethod
-    def cos(x: Number) -> Number:
-        """Cosine."""
-        return x.cos() if isinstance(x, Expression) else math.cos(x)
-
-    @staticmethod
-    def acos(x: Number) -> Number:
-        """Inverse cosine."""
-        return x.acos() if isinstance(x, Expression) else math.acos(x)
-
-    @staticmethod
-    def atan2(y: Number, x: Number) -> Number:
-        """Angle of the point (x, y)."""
-        graph = _graph(x, y)
-        if graph is None:
-            return math.atan2(y, x)  # type: ignore[arg-type]
-        return Expression(graph, graph.atan2(graph.reference(y), graph.reference(x)))
-
-
-FUNCTIONS: Any = Functions
-"""The namespace that the papers' equations ask for."""

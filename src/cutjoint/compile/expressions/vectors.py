@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.compile.expressions.graph import Number, is_zero
+from cutjoint.compile.expressions.graph import Number
 
 Vector: TypeAlias = tuple[Number, Number, Number]
 Matrix: TypeAlias = tuple[Vector, Vector, Vector]
@@ -31,11 +31,6 @@ def constant_rotation(values: Array) -> Matrix:
     exact = np.where(np.abs(values - np.round(values)) <= ROUNDING, np.round(values), values)
     a, b, c = (constant_vector(row) for row in exact)
     return (a, b, c)
-
-
-def is_null(a: Vector) -> bool:
-    """Whether a vector is zero whatever the inputs are."""
-    return all(is_zero(x) for x in a)
 
 
 def add(a: Vector, b: Vector) -> Vector:

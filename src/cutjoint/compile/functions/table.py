@@ -11,7 +11,8 @@ from typing import TypeAlias
 from cutjoint.compile.equations.reduction import MassFactor
 from cutjoint.compile.expressions.derivative import tangent
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
-from cutjoint.compile.expressions.program import Program, assemble
+from cutjoint.compile.expressions.program import Program
+from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.machine.schedule import scheduled
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.chain_state import ChainState

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cutjoint.compile.expressions.graph import ARITY, Op
+from cutjoint.compile.expressions.operations import Op
 from cutjoint.compile.expressions.program import Program
 
 LATENCY = {Op.INPUT: 0, Op.CONST: 0, Op.DIV: 13, Op.SQRT: 18, Op.SIN: 60, Op.COS: 60, Op.ATAN2: 80, Op.ACOS: 80}
@@ -30,7 +30,7 @@ def scheduled(program: Program) -> Program:
         return program
     ops = [Op(code) for code in program.op.tolist()]
     rows = program.operands.tolist()
-    reads = [rows[k][: ARITY.get(op, 2)] for k, op in enumerate(ops)]
+    reads = [rows[k][: op.arity] for k, op in enumerate(ops)]
     users: list[list[int]] = [[] for _ in range(count)]
     for k, operands in enumerate(reads):
         for operand in set(operands):

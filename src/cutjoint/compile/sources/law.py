@@ -221,7 +221,7 @@ def trace_law(
         asked = np.asarray(twin.effort(desired, q, speed, own), dtype=object)
         given = asked
         if limits is not None:
-            from cutjoint.compile.expressions.graph import maximum, minimum
+            from cutjoint.compile.expressions.functions import maximum, minimum
 
             clipped = [maximum(-top, minimum(float(top), x)) for x, top in zip(asked, limits, strict=True)]
             given = _objects(clipped)

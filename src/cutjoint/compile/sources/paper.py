@@ -11,17 +11,20 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
-from cutjoint.compile.expressions.graph import FUNCTIONS, Expression, Graph, Number, maximum
+from cutjoint.compile.expressions import functions
+from cutjoint.compile.expressions.functions import maximum
+from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.errors import UnknownNameError
 from cutjoint.papers.cpm import CpmModel
 from cutjoint.papers.cpm import equations as cpm
 from cutjoint.papers.omega3 import Omega3Model
 from cutjoint.papers.omega3 import equations as omega3
-from cutjoint.papers.scalars import inverse, symmetric, times
+from cutjoint.papers.scalars import Functions, inverse, symmetric, times
 
 PAYLOAD = "payload"
+FUNCTIONS = cast(Functions, functions)
 _CARRIES = {"cpm": "m4", "omega3": "m_payload"}
 """The parameter that a payload adds to."""
 

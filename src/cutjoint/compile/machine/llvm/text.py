@@ -7,7 +7,7 @@ store, and each of them gets the digits that a scalar call gives.
 
 from __future__ import annotations
 
-from cutjoint.compile.expressions.graph import ARITY, Op
+from cutjoint.compile.expressions.operations import Op
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.machine.llvm.sine_cosine import Arithmetic, sine_cosine
 
@@ -85,7 +85,7 @@ class _Flat:
         """Last piece that reads each value."""
         last = [0] * len(self.rows)
         for k, (code, operands, _) in enumerate(self.rows):
-            for operand in operands[: ARITY.get(Op(code), 2)]:
+            for operand in operands[: Op(code).arity]:
                 last[operand] = max(last[operand], k // self.piece)
         for source in self.program.outputs.tolist():
             last[source] = self.pieces - 1
@@ -143,7 +143,7 @@ class _Flat:
             if op in (Op.SIN, Op.COS):
                 names[k] = angle(operands[0])[0 if op is Op.SIN else 1]
             else:
-                given = [name(i) for i in operands[: ARITY.get(op, 2)]]
+                given = [name(i) for i in operands[: op.arity]]
                 names[k] = _instruction(out, a, op, given, self.flags)
             if self.last_piece[k] > piece:
                 self._store(out, (k, "value"), names[k])
