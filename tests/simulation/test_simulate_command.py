@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from cutjoint.commands.motions import trajectory_of
 from cutjoint.commands.simulate import command
 from cutjoint.errors import CutjointError, SimulationError
-from cutjoint.motion import Circle, Hold, PointToPoint, Reference
+from cutjoint.motion import TRAJECTORIES, Circle, Hold, PointToPoint, Reference
 from cutjoint.robots import load
 from cutjoint.simulation import load as load_result
 
@@ -79,6 +79,8 @@ def test_gains_as_list_and_matrix():
         (["cpm", "--trajectory", "circl:1"], "did you mean 'circle'"),
         (["cpm", "--trajectory", "line:1,2"], "is no trajectory"),
         (["cpm", "--trajectory", "line:a,b,c"], "is no trajectory"),
+        (["cpm", "--trajectory", "hold:1,2"], "hold[:SECONDS]"),
+        (["cpm", "--trajectory", "paper:1"], "is no trajectory"),
         (["cpm", "--trajectory", "circle:-1"], "radius"),
         (["cpm", "--trajectory", "line:5,0,0"], "leaves the workspace"),
         (["omega3", "--trajectory", "circle:0.5"], "leaves the workspace"),
@@ -130,7 +132,7 @@ def test_a_run_that_stops_keeps_what_there_was_beside_the_asked_name(tmp_path):
 
 @pytest.mark.parametrize(
     ("spec", "kind"),
-    [("hold", Hold), ("hold:2", Hold), ("line:0.55,0.45,0.3,2", PointToPoint), ("circle:0.05,3", Circle)],
+    [("hold", Hold), ("hold:2", Hold), ("line:-0.05,0.025,0,2", PointToPoint), ("circle:0.05,3", Circle)],
 )
 def test_trajectories_start_at_home(spec, kind):
     chain = load("cpm")
@@ -140,3 +142,21 @@ def test_trajectories_start_at_home(spec, kind):
     Reference(trajectory, chain)
     if "," in spec or ":" in spec:
         assert trajectory.duration == pytest.approx(float(spec.split(",")[-1].split(":")[-1]))
+
+
+@pytest.mark.parametrize("robot", ["cpm", "fivebar"])
+def test_a_line_goes_so_many_metres_from_home(robot):
+    """Its end, not only its start: home and the end point differ by the numbers that were given."""
+    chain = load(robot)
+    home = chain.tool(chain.home).position
+    line = trajectory_of(chain, "line:0.01,-0.02,0,0.5")
+    assert np.allclose(line.at(0.5).position - home, [0.01, -0.02, 0.0], rtol=0, atol=1e-15)
+
+
+def test_help_and_errors_name_every_trajectory_and_its_numbers(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "300")
+    shown = " ".join(simulate("--help").output.replace("│", " ").split())
+    for name, row in TRAJECTORIES.items():
+        assert f"{name}{row.form}" in shown
+        assert f"{name}{row.form}" in str(simulate("fivebar").exception)
+        assert all(str(one) in shown for one in row.arguments)

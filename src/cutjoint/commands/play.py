@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cutjoint.commands.motions import HELP, trajectory_of
 from cutjoint.commands.output import console
 from cutjoint.commands.view import announce, write
 
@@ -24,7 +25,7 @@ def command(
         typer.Argument(metavar="RESULT|ROBOT", help="A result that `cutjoint simulate --save` wrote, or a robot."),
     ],
     trajectory: Annotated[
-        str | None, typer.Option(metavar="NAME", help="With a robot: the trajectory that it follows exactly.")
+        str | None, typer.Option(metavar="SPEC", help=f"With a robot, what it follows exactly: {HELP}")
     ] = None,
     robot: Annotated[
         str | None, typer.Option(metavar="ROBOT", help="With a result: the robot, where its file does not tell.")
@@ -66,7 +67,6 @@ def command(
 
 
 def _document(source: str, trajectory: str | None, robot: str | None, variant: str | None) -> Document:
-    from cutjoint.commands.motions import trajectory_of
     from cutjoint.errors import InputError
     from cutjoint.robots import load
     from cutjoint.viewer import play
@@ -79,7 +79,7 @@ def _document(source: str, trajectory: str | None, robot: str | None, variant: s
         result = load_result(source)
         return play(_chain_of(result, robot, variant), result)
     if trajectory is None:
-        raise InputError(f"say what {source} should do with --trajectory NAME, or give a result file ({RESULT_SUFFIX})")
+        raise InputError(f"say what {source} should do with --trajectory SPEC, or give a result file ({RESULT_SUFFIX})")
     if robot is not None:
         raise InputError("--robot goes with a result file; here the robot is the first argument")
     chain = load(source, variant)

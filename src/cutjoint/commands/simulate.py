@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cutjoint.commands.motions import HELP
+from cutjoint.commands.motions import HELP, trajectory_of
 from cutjoint.commands.output import console, print_json, table
 
 if TYPE_CHECKING:
@@ -101,7 +101,6 @@ def _prepare(
     duration: float | None,
 ) -> tuple[Any, Any, Any]:
     """Plant, law and reference."""
-    from cutjoint.commands.motions import trajectory_of
     from cutjoint.control import law
     from cutjoint.errors import UnknownNameError
     from cutjoint.motion import Reference

@@ -1,10 +1,12 @@
 """Trajectories of the tool, and the motion of the actuators that follows them through a mechanism."""
 
+from cutjoint.motion.catalogue import TRAJECTORIES
 from cutjoint.motion.paths import Circle, Hold, Lissajous, PointToPoint
 from cutjoint.motion.reference import Desired, Reference
 from cutjoint.motion.trajectory import ToolMotion, Trajectory
 
 __all__ = [
+    "TRAJECTORIES",
     "Circle",
     "Desired",
     "Hold",

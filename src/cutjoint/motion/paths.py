@@ -1,7 +1,9 @@
 """The trajectories: hold, point to point, circle and Lissajous curve.
 
-The circle is that of the Cartesian Parallel Manipulator (Elkady et al. 2008, section 5.3), the Lissajous curve that of
-the Omega-3 (equation 43).  Both start at full speed: a robot at rest meets a step of the desired velocity.
+Point to point is the minimum-jerk quintic (T. Flash, N. Hogan: The coordination of arm movements. J. Neurosci. 5 (1985)
+1688-1703), the circle that of the Cartesian Parallel Manipulator (Elkady et al. 2008, section 5.3), the Lissajous curve
+that of the Omega-3 (equation 43).  The last two start at full speed: a robot at rest meets a step of the desired
+velocity.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
 from cutjoint.errors import InputError
+from cutjoint.mechanism import Mechanism
 from cutjoint.motion.trajectory import ToolMotion
 
 
@@ -27,6 +30,11 @@ class Hold(Values):
         object.__setattr__(self, "position", readonly(as_vector("position", self.position, 3, "m")))
         positive("duration", self.duration, "s")
 
+    @classmethod
+    def at_home(cls, mechanism: Mechanism, seconds: float) -> Hold:
+        """Where the tool is at home."""
+        return cls(mechanism.tool(mechanism.home).position, seconds)
+
     def at(self, t: float) -> ToolMotion:
         """The same point at every time `t` [s]."""
         return ToolMotion(self.position, np.zeros(3), np.zeros(3))
@@ -36,8 +44,9 @@ class Hold(Values):
 class PointToPoint(Values):
     """A straight line from `start` to `goal`, shape (3,) [m], in `duration` [s], at rest at both ends.
 
-    The fraction of the way is the quintic 10 s^3 - 15 s^4 + 6 s^5 of s = t / duration: position, velocity and
-    acceleration are continuous.  Before 0 it rests at `start`, after `duration` at `goal`.
+    The fraction of the way is the quintic 10 s^3 - 15 s^4 + 6 s^5 of s = t / duration, which has the least mean squared
+    jerk between two points at rest: position, velocity and acceleration are continuous.  Before 0 it rests at `start`,
+    after `duration` at `goal`.
     """
 
     start: Array
@@ -49,6 +58,12 @@ class PointToPoint(Values):
         object.__setattr__(self, "start", readonly(as_vector("start", self.start, 3, "m")))
         object.__setattr__(self, "goal", readonly(as_vector("goal", self.goal, 3, "m")))
         positive("duration", self.duration, "s")
+
+    @classmethod
+    def from_home(cls, mechanism: Mechanism, x: float, y: float, z: float, seconds: float) -> PointToPoint:
+        """From where the tool is at home to the point that is (x, y, z) [m] away from there."""
+        home = mechanism.tool(mechanism.home).position
+        return cls(home, home + np.array([x, y, z]), seconds)
 
     def at(self, t: float) -> ToolMotion:
         """The desired motion at time `t` [s]."""
@@ -88,6 +103,22 @@ class Circle(Values):
         axes = np.array([self.first, self.second])
         if not np.allclose(axes @ axes.T, np.eye(2), rtol=0.0, atol=1e-12):
             raise InputError(f"first and second must be orthogonal unit vectors, found {axes.tolist()}")
+
+    @classmethod
+    def through_home(cls, mechanism: Mechanism, radius: float, seconds: float) -> Circle:
+        """From where the tool is at home, in the plane in which it moves most easily, a turn in `seconds` [s].
+
+        Raises:
+            InputError: the tool can only move along a line, or an argument is not > 0.
+        """
+        positive("radius", radius, "m")
+        positive("seconds", seconds, "s")
+        tool = mechanism.tool(mechanism.home)
+        directions, sizes, _ = np.linalg.svd(tool.jacobian)
+        if mechanism.n < 2 or sizes[1] < 1e-9 * sizes[0]:
+            raise InputError(f"the tool of {mechanism.name} moves along a line; it cannot follow a circle")
+        first, second = (axis * np.sign(axis[np.argmax(np.abs(axis))]) for axis in directions.T[:2])
+        return cls(tool.position - radius * first, radius, 2.0 * np.pi / seconds, first, second)
 
     @property
     def duration(self) -> float:
