@@ -1,9 +1,15 @@
 """Control laws, by what they promise of the closed loop."""
 
+from inspect import signature
+from typing import Annotated
+
 import numpy as np
 import pytest
 
 from cutjoint.control import LAWS, PD, PID, ComputedTorque, Feedforward, Law, NoControl, PDGravity, law
+from cutjoint.control.catalogue import LawRow
+from cutjoint.control.law import Gain, GainHelp
+from cutjoint.control.pd import Kd, Kp
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.motion import Circle, Hold, Reference
 from cutjoint.papers.cpm import CpmModel
@@ -97,6 +103,34 @@ def test_every_row_of_the_catalogue_makes_a_law(name, case):
     assert effort.shape == (3,)
     assert np.isfinite(effort).all()
     assert set(made.gains) == set(LAWS[name].gains)
+
+
+@pytest.mark.parametrize("row", LAWS.values(), ids=LAWS)
+def test_a_constructor_takes_a_model_and_gains_that_say_what_they_are(row):
+    parameters = [name for name in signature(row.make).parameters if name != "model"]
+    assert list(row.gains) == parameters
+    assert all(about.about and about.unit for about in row.gains.values())
+    assert row.about
+
+
+def test_a_law_with_a_gain_of_its_own_is_a_class_and_a_row(monkeypatch, case):
+    class Damped(PD):
+        def __init__(self, kp: Kp, kd: Kd, drag: Annotated[float, GainHelp("against the speed", "N s/m")]) -> None:
+            super().__init__(kp, kd)
+            self.drag = Gain("drag", drag)
+
+        def effort(self, desired, q, v, memory):
+            return self.feedback(desired, q, v) - self.drag(v)
+
+    monkeypatch.setitem(LAWS, "damped", LawRow(Damped, "PD and drag"))
+    model, now, q, v = case
+    made = law("damped", model, {"kp": 7.0, "kd": 3.0, "drag": 2.0})
+    assert made.gains == {"kp": [[7.0]], "kd": [[3.0]], "drag": [[2.0]]}
+    assert np.allclose(made.effort(now, q, v, NONE), PD(7.0, 3.0).effort(now, q, v, NONE) - 2.0 * v)
+    with pytest.raises(InputError, match="takes the gains kp, kd, drag; found kd, kp"):
+        law("damped", model, {"kp": 7.0, "kd": 3.0})
+    with pytest.raises(InputError, match=r"gain drag has shape \(2,\)"):
+        law("damped", model, {"kp": 7.0, "kd": 3.0, "drag": [1.0, 2.0]})
 
 
 def test_no_control_is_no_effort(case):

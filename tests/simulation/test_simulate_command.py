@@ -1,14 +1,21 @@
 """`cutjoint simulate`: what it prints and saves, and bad input: one clear error, nothing left under the asked name."""
 
+import importlib
 import json
+from typing import Annotated
 
 import numpy as np
 import pytest
 import typer
 from typer.testing import CliRunner
 
+from cutjoint.commands import simulate as simulate_command
 from cutjoint.commands.motions import trajectory_of
 from cutjoint.commands.simulate import command
+from cutjoint.control import LAWS, PD
+from cutjoint.control.catalogue import LawRow
+from cutjoint.control.law import Gain, GainHelp
+from cutjoint.control.pd import Kd, Kp
 from cutjoint.errors import CutjointError, SimulationError
 from cutjoint.motion import TRAJECTORIES, Circle, Hold, PointToPoint, Reference
 from cutjoint.robots import load
@@ -160,3 +167,37 @@ def test_help_and_errors_name_every_trajectory_and_its_numbers(monkeypatch):
         assert f"{name}{row.form}" in shown
         assert f"{name}{row.form}" in str(simulate("fivebar").exception)
         assert all(str(one) in shown for one in row.arguments)
+
+
+def test_help_says_which_law_takes_which_gain(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "300")
+    lines = simulate("--help").output.splitlines()
+    for gain in {one for row in LAWS.values() for one in row.gains}:
+        shown = next(line for line in lines if f"--{gain} " in line)
+        for name, row in LAWS.items():
+            assert (f"{name}," in shown or f"{name}:" in shown) == (gain in row.gains), (gain, name)
+    assert all(name in " ".join(lines) for name in LAWS)
+
+
+def test_a_gain_of_a_new_law_is_an_option(monkeypatch):
+    """Options are made when the command is: so its module is loaded anew, with one more row."""
+
+    class Damped(PD):
+        def __init__(self, kp: Kp, kd: Kd, dry_drag: Annotated[float, GainHelp("against the speed", "N s/m")]) -> None:
+            super().__init__(kp, kd)
+            self.dry_drag = Gain("dry_drag", dry_drag)
+
+    monkeypatch.setitem(LAWS, "damped", LawRow(Damped, "PD and drag"))
+    anew = typer.Typer()
+    anew.command()(importlib.reload(simulate_command).command)
+    plain = ["fivebar", "--trajectory", "hold", "--controller", "damped", "--json", *QUICK]
+    done = CliRunner().invoke(anew, [*plain, "--kp", "40", "--kd", "2", "--dry-drag", "0.1,0.2"])
+    assert json.loads(done.stdout)["gains"] == {"kp": [[40.0]], "kd": [[2.0]], "dry_drag": [[0.1, 0.2]]}
+    for given, about in (
+        (["--kp", "40", "--kd", "2"], "takes --kp, --kd, --dry-drag; missing --dry-drag"),
+        ([], "give --kp and --kd and --dry-drag"),
+        (["--kp", "1", "--kd", "1", "--ki", "1", "--dry-drag", "1"], "not used --ki"),
+    ):
+        assert about in str(CliRunner().invoke(anew, [*plain, *given]).exception)
+    monkeypatch.undo()
+    importlib.reload(simulate_command)

@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
+from cutjoint.commands.gains import CONTROLLERS, gains_of, numbers, with_gains
 from cutjoint.commands.motions import HELP, trajectory_of
 from cutjoint.commands.output import console, print_json, table
 
 if TYPE_CHECKING:
+    from cutjoint.chain import ClosedChain
+    from cutjoint.control import Law
     from cutjoint.mechanism import Mechanism
-    from cutjoint.simulation import Integrator, Result
+    from cutjoint.motion import Reference
+    from cutjoint.simulation import Integrator, Plant, Result
 
 LONGEST_STEP = 1e-3
+SETTINGS = ("plant", "law", "gains", "trajectory", "integrator", "rate", "limits")
+Robot = TypeVar("Robot", bound="Mechanism")
 
 
+@with_gains
 def command(
     robot: Annotated[str, typer.Argument(metavar="ROBOT", help="A robot's name, folder or file.")],
-    controller: Annotated[
-        str,
-        typer.Option(metavar="NAME", help="pd, pd-gravity, feedforward, computed-torque, pid, or none for free fall."),
-    ] = "computed-torque",
+    controller: Annotated[str, typer.Option(metavar="NAME", help=CONTROLLERS)] = "computed-torque",
     trajectory: Annotated[str, typer.Option(metavar="SPEC", help=HELP)] = "paper",
     plant: Annotated[
         str, typer.Option(metavar="chain|paper", help="The robot: all joints in Pinocchio, or the published model.")
@@ -34,9 +38,6 @@ def command(
         ),
     ] = None,
     variant: Annotated[str | None, typer.Option(help="Inertias of the chain, such as lumped.")] = None,
-    kp: Annotated[str | None, typer.Option(help="Gain: 5, 1,2,3 or [[..],[..],[..]]; default the paper's.")] = None,
-    kd: Annotated[str | None, typer.Option(help="Gain, as --kp.")] = None,
-    ki: Annotated[str | None, typer.Option(help="Gain of pid, as --kp.")] = None,
     rate: Annotated[
         float | None, typer.Option(metavar="HZ", help="Sample rate of the controller; default continuous control.")
     ] = None,
@@ -58,23 +59,32 @@ def command(
         Path | None, typer.Option(metavar="FILE", help="Write the result: .npz (to load and play) or .csv.")
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    **gains: str | None,
 ) -> None:
     """Simulate a robot under a controller and say how well it followed, and whether the simulation can be believed.
 
     The robot starts at rest in the first desired posture.  A run that cannot go on ends with exit status 2; with
     `--save FILE` what was simulated until then is kept beside it as FILE's name with `.stopped` in it.
     """
-    from cutjoint.errors import SimulationError
+    from cutjoint.control import law
+    from cutjoint.errors import SimulationError, UnknownNameError
+    from cutjoint.motion import Reference
+    from cutjoint.robots import load
     from cutjoint.simulation import save as write
     from cutjoint.simulation.files import check_target
 
     if save is not None:
         check_target(save)
-    setup = _prepare(
-        robot, controller, trajectory, plant, model, variant, {"kp": kp, "kd": kd, "ki": ki}, payload, duration
-    )
+    for option, value in (("plant", plant), ("model", model)):
+        if value not in (None, "chain", "paper"):
+            raise UnknownNameError(option, str(value), ("chain", "paper"))
+    chain = load(robot, variant)
+    inside = _believed(chain, model)
+    made = law(controller, inside, gains_of(chain.description.name, controller, gains))
+    moving = _plant(chain, plant, payload)
+    reference = Reference(trajectory_of(chain, trajectory, inside), inside, duration)
     try:
-        result = _run(setup, duration, rate, limit, every, step)
+        result = _run(moving, made, reference, rate, limit, every, step)
     except SimulationError as error:
         if save is not None:
             beside = write(error.result, save.with_name(f"{save.stem}.stopped{save.suffix}"))  # type: ignore[arg-type]
@@ -89,85 +99,32 @@ def command(
         _show(result, figures)
 
 
-def _prepare(
-    robot: str,
-    controller: str,
-    trajectory: str,
-    plant: str,
-    model: str | None,
-    variant: str | None,
-    gains: dict[str, str | None],
-    payload: float,
-    duration: float | None,
-) -> tuple[Any, Any, Any]:
-    """Plant, law and reference."""
-    from cutjoint.control import law
-    from cutjoint.errors import UnknownNameError
-    from cutjoint.motion import Reference
-    from cutjoint.robots import PUBLISHED, load, published
+def _plant(chain: ClosedChain, side: str, payload: float) -> Plant:
+    """The robot that moves, as a plant that carries `payload` [kg]."""
+    from cutjoint.robots import published
     from cutjoint.simulation import ConstrainedPlant, ReducedPlant
 
-    for option, value in (("plant", plant), ("model", model)):
-        if value not in (None, "chain", "paper"):
-            raise UnknownNameError(option, str(value), ("chain", "paper"))
-    chain = load(robot, variant)
-    name = chain.description.name
-    believed = model or ("paper" if name in PUBLISHED else "chain")
-    inside: Mechanism = published(name) if believed == "paper" else chain
-    made = law(controller, inside, _gains(name, controller, gains))
-    if plant == "paper":
-        moving: Any = ReducedPlant(_loaded(published(name), payload))
-    else:
-        moving = ConstrainedPlant(_loaded(chain, payload))
-    return moving, made, Reference(trajectory_of(chain, trajectory, inside), inside, duration)
+    if side == "paper":
+        return ReducedPlant(_loaded(published(chain.description.name), payload))
+    return ConstrainedPlant(_loaded(chain, payload))
 
 
-def _loaded(robot: Any, payload: float) -> Any:
+def _loaded(robot: Robot, payload: float) -> Robot:
     return robot.with_payload(payload) if payload != 0.0 else robot
 
 
-def _gains(robot: str, controller: str, given: dict[str, str | None]) -> dict[str, Any]:
-    """The gains from the command line, or the known ones where none is given."""
-    from cutjoint.control import LAWS
-    from cutjoint.errors import InputError, UnknownNameError
-    from cutjoint.experiments.gains import default_gains
+def _believed(chain: ClosedChain, side: str | None) -> Mechanism:
+    """What the controller believes."""
+    from cutjoint.robots import PUBLISHED, published
 
-    if controller not in LAWS:
-        raise UnknownNameError("controller", controller, list(LAWS))
-    gains = {name: _number(f"--{name}", text) for name, text in given.items() if text is not None}
-    wanted = LAWS[controller].gains
-    if not gains:
-        return dict(default_gains(robot, controller))
-    missing = [f"--{name}" for name in wanted if name not in gains]
-    unused = [f"--{name}" for name in gains if name not in wanted]
-    if missing or unused:
-        raise InputError(
-            f"controller '{controller}' takes {', '.join(f'--{name}' for name in wanted) or 'no gains'}; "
-            + "; ".join(
-                f"{what} {', '.join(names)}" for what, names in (("missing", missing), ("not used", unused)) if names
-            )
-        )
-    return gains
-
-
-def _number(option: str, text: str) -> Any:
-    """One number, several with commas, or a matrix in JSON."""
-    import json
-
-    from cutjoint.errors import InputError
-
-    try:
-        if text.lstrip().startswith("["):
-            return json.loads(text)
-        numbers = [float(one) for one in text.split(",")]
-    except ValueError as error:
-        raise InputError(f"{option} must be a number, numbers with commas, or [[..],[..]]; found '{text}'") from error
-    return numbers[0] if len(numbers) == 1 else numbers
+    name = chain.description.name
+    return published(name) if side == "paper" or (side is None and name in PUBLISHED) else chain
 
 
 def _run(
-    setup: tuple[Any, Any, Any],
-    duration: float | None,
+    plant: Plant,
+    law: Law,
+    reference: Reference,
     rate: float | None,
     limit: str | None,
     every: float | None,
@@ -177,7 +134,6 @@ def _run(
 
     from cutjoint.simulation import Adaptive, RungeKutta4, run
 
-    plant, law, reference = setup
     method: Integrator = Adaptive(1e-8, 1e-10)
     if step is not None or rate is not None:
         method = RungeKutta4(LONGEST_STEP if step is None else step)
@@ -189,17 +145,17 @@ def _run(
             reference,
             integrator=method,
             rate=rate,
-            limits=None if limit is None else _number("--limit", limit),
+            limits=None if limit is None else numbers("--limit", limit),
             every=max(LONGEST_STEP, step or 0.0) if every is None else every,
             progress=lambda t: bar.update(task, completed=t),
         )
 
 
-def _figures(result: Result) -> dict[str, Any]:
+def _figures(result: Result) -> dict[str, object]:
     """What a run comes to."""
     rms, over_time, gap = result.rmse(), result.rmse_over_time(), result.loop_gap()
     return {
-        **{key: result.about[key] for key in ("plant", "law", "gains", "trajectory", "integrator", "rate", "limits")},
+        **{key: value for key, value in result.about.items() if key in SETTINGS},
         "samples": len(result),
         "duration_s": float(result.time[-1]),
         "error_rms_m": rms.position,
@@ -207,9 +163,7 @@ def _figures(result: Result) -> dict[str, Any]:
         "error_rms_over_time_m": over_time.position,
         "error_worst_m": result.worst_error(),
         "error_last_m": result.worst_error(float(result.time[-1])),
-        "effort_peak": {
-            row[0]: peak for row, peak in zip(result.about["actuators"], result.peak_effort(), strict=True)
-        },
+        "effort_peak": {name: peak for name, _, peak in _peaks(result)},
         "loop_gap_m": gap[0],
         "loop_gap_rad": gap[1],
         "loop_gap_before_projection_m": result.about["strayed"],
@@ -219,11 +173,16 @@ def _figures(result: Result) -> dict[str, Any]:
     }
 
 
-def _show(result: Result, figures: dict[str, Any]) -> None:
+def _peaks(result: Result) -> list[tuple[str, str, float]]:
+    """Name, unit of its effort, and largest effort of every actuator."""
+    rows = zip(result.about["actuators"], result.peak_effort(), strict=True)
+    return [(name, "N" if kind == "translation" else "N m", float(peak)) for (name, kind), peak in rows]
+
+
+def _show(result: Result, figures: dict[str, object]) -> None:
     shown = table(f"{figures['plant']}: {figures['law']}, {figures['trajectory']}", ("", ""))
-    gains = ", ".join(f"{name} {_short(value)}" for name, value in figures["gains"].items()) or "none"
+    gains = ", ".join(f"{name} {_short(value)}" for name, value in result.about["gains"].items()) or "none"
     rate = "continuous" if figures["rate"] is None else f"{figures['rate']:g} Hz, held in between"
-    units = {row[0]: "N" if row[1] == "translation" else "N m" for row in result.about["actuators"]}
     rows = (
         ("gains", gains),
         ("control", rate),
@@ -232,7 +191,7 @@ def _show(result: Result, figures: dict[str, Any]) -> None:
         ("", f"{figures['error_rms_over_time_m']:.4g} m rms over time"),
         ("", f"{figures['error_worst_m']:.4g} m at worst, {figures['error_last_m']:.4g} m at the end"),
         ("tool velocity error", f"{figures['error_rms_m_per_s']:.4g} m/s rms of the samples"),
-        ("peak effort", ", ".join(f"{name} {peak:.4g} {units[name]}" for name, peak in figures["effort_peak"].items())),
+        ("peak effort", ", ".join(f"{name} {peak:.4g} {unit}" for name, unit, peak in _peaks(result))),
         ("loops", f"closed to {figures['loop_gap_m']:.1e} m, {figures['loop_gap_rad']:.1e} rad"),
         ("", f"steps strayed by up to {figures['loop_gap_before_projection_m']:.1e} m before they were put back"),
         ("energy balance", f"off by {figures['energy_drift']:.1e} of the energy turned over"),
@@ -240,7 +199,7 @@ def _show(result: Result, figures: dict[str, Any]) -> None:
     for row in rows:
         shown.add_row(*row)
     if "saved" in figures:
-        shown.add_row("saved", figures["saved"])
+        shown.add_row("saved", str(figures["saved"]))
     shown.print()
 
 

@@ -1,15 +1,19 @@
-"""The laws by the names that the command line uses.  A new law: its file, and a row here."""
+"""The laws by the names that the command line uses.  A new law: its file, and a row here.
+
+The gains of a law are those parameters of its constructor that carry a `GainHelp`; nothing else lists them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from inspect import signature
 
 import numpy.typing as npt
 
 from cutjoint.control.computed_torque import ComputedTorque
 from cutjoint.control.feedforward import Feedforward
-from cutjoint.control.law import Law
+from cutjoint.control.law import GainHelp, Law
 from cutjoint.control.none import NoControl
 from cutjoint.control.pd import PD
 from cutjoint.control.pd_gravity import PDGravity
@@ -19,22 +23,44 @@ from cutjoint.mechanism import Mechanism
 
 
 @dataclass(frozen=True)
-class Row:
-    """How to make a law: the gains it takes and a maker (model, gains) -> law."""
+class LawRow:
+    """A law's class and a line about it.  Its constructor takes the gains and, where it has a model inside, `model`."""
 
-    gains: tuple[str, ...]
-    make: Callable[[Mechanism, Mapping[str, npt.ArrayLike]], Law]
+    make: Callable[..., Law]
     about: str
 
+    @property
+    def gains(self) -> dict[str, GainHelp]:
+        """The gains that the law takes, by name, in the order of its constructor."""
+        parameters = signature(self.make, eval_str=True).parameters.values()
+        notes = ((one.name, note) for one in parameters for note in getattr(one.annotation, "__metadata__", ()))
+        return {name: note for name, note in notes if isinstance(note, GainHelp)}
 
-LAWS: dict[str, Row] = {
-    "none": Row((), lambda model, k: NoControl(), "no effort"),
-    "pd": Row(("kp", "kd"), lambda model, k: PD(k["kp"], k["kd"]), "PD"),
-    "pid": Row(("kp", "ki", "kd"), lambda model, k: PID(k["kp"], k["ki"], k["kd"]), "PID with anti-windup"),
-    "pd-gravity": Row(("kp", "kd"), lambda model, k: PDGravity(model, k["kp"], k["kd"]), "PD + gravity"),
-    "feedforward": Row(("kp", "kd"), lambda model, k: Feedforward(model, k["kp"], k["kd"]), "PD + full feedforward"),
-    "computed-torque": Row(("kp", "kd"), lambda model, k: ComputedTorque(model, k["kp"], k["kd"]), "computed torque"),
+    @property
+    def has_model(self) -> bool:
+        """Whether the law believes in a model."""
+        return "model" in signature(self.make).parameters
+
+
+LAWS: dict[str, LawRow] = {
+    "none": LawRow(NoControl, "no effort: free fall"),
+    "pd": LawRow(PD, "PD"),
+    "pid": LawRow(PID, "PID with anti-windup"),
+    "pd-gravity": LawRow(PDGravity, "PD + gravity"),
+    "feedforward": LawRow(Feedforward, "PD + full feedforward"),
+    "computed-torque": LawRow(ComputedTorque, "feedback linearisation"),
 }
+
+
+def law_row(name: str) -> LawRow:
+    """The row of `LAWS` called `name`.
+
+    Raises:
+        UnknownNameError: no such law.
+    """
+    if name not in LAWS:
+        raise UnknownNameError("controller", name, list(LAWS))
+    return LAWS[name]
 
 
 def law(name: str, model: Mechanism, gains: Mapping[str, npt.ArrayLike]) -> Law:
@@ -44,12 +70,10 @@ def law(name: str, model: Mechanism, gains: Mapping[str, npt.ArrayLike]) -> Law:
         UnknownNameError: no such law.
         InputError: a gain is missing, too many, or of the wrong shape.
     """
-    if name not in LAWS:
-        raise UnknownNameError("controller", name, list(LAWS))
-    row = LAWS[name]
+    row = law_row(name)
     if set(gains) != set(row.gains):
         wanted, found = ", ".join(row.gains) or "none", ", ".join(sorted(gains)) or "none"
         raise InputError(f"controller '{name}' takes the gains {wanted}; found {found}")
-    made = row.make(model, gains)
+    made = row.make(model=model, **gains) if row.has_model else row.make(**gains)
     made.memory(model.n)
     return made

@@ -6,18 +6,26 @@ kd = 2 sqrt(kp).
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, positive
+from cutjoint.control.law import GainHelp
 from cutjoint.control.pd import PD
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired
 
 
 class ComputedTorque(PD):
-    """Feedback linearisation by `model`, which need not be the plant's; `kp` [1/s2], `kd` [1/s]."""
+    """Feedback linearisation by `model`, which need not be the plant's."""
 
-    def __init__(self, model: Mechanism, kp: npt.ArrayLike, kd: npt.ArrayLike) -> None:
+    def __init__(
+        self,
+        model: Mechanism,
+        kp: Annotated[npt.ArrayLike, GainHelp("stiffness of the error's equation", "1/s2")],
+        kd: Annotated[npt.ArrayLike, GainHelp("damping of the error's equation", "1/s")],
+    ) -> None:
         """Gains of the linear error equation: scalar, (n,) or (n, n)."""
         super().__init__(kp, kd)
         self.model = model

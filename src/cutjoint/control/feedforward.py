@@ -5,10 +5,8 @@ effort = M(q_d) a_d + c(q_d, v_d) + g(q_d) + kp e + kd e_dot
 
 from __future__ import annotations
 
-import numpy.typing as npt
-
 from cutjoint.arrays import Array
-from cutjoint.control.pd import PD
+from cutjoint.control.pd import PD, Kd, Kp
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired
 
@@ -16,7 +14,7 @@ from cutjoint.motion import Desired
 class Feedforward(PD):
     """PD and full feedforward by `model`, which need not be the plant's."""
 
-    def __init__(self, model: Mechanism, kp: npt.ArrayLike, kd: npt.ArrayLike) -> None:
+    def __init__(self, model: Mechanism, kp: Kp, kd: Kd) -> None:
         """Gains as in `PD`."""
         super().__init__(kp, kd)
         self.model = model

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -45,6 +46,18 @@ class Law(Protocol):
     def memory_rate(self, desired: Desired, q: Array, v: Array, asked: Array, given: Array) -> Array:
         """Time derivative of the memory, shape (m,); `asked` is the effort before, `given` after saturation."""
         ...
+
+
+@dataclass(frozen=True)
+class GainHelp:
+    """What a gain is and its unit, as the command line says it.
+
+    It stands at the parameter of the law's constructor, `kp: Annotated[npt.ArrayLike, GainHelp(...)]`, which makes it
+    a gain.
+    """
+
+    about: str
+    unit: str
 
 
 class Gain:
@@ -91,3 +104,8 @@ class Gain:
     def listed(self) -> list[list[float]]:
         """As nested lists: [[k]] for a scalar, one row for one number an actuator, else the matrix."""
         return np.atleast_2d(self.value).tolist()  # type: ignore[no-any-return]
+
+
+def gains_in(law: object) -> dict[str, Gain]:
+    """The gains that a law keeps as attributes, by name."""
+    return {one.name: one for one in vars(law).values() if isinstance(one, Gain)}

@@ -5,13 +5,17 @@ Elkady et al. 2008, equation 40.
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
-from cutjoint.control.law import Gain
+from cutjoint.control.law import Gain, GainHelp, gains_in
 from cutjoint.motion import Desired
 
+Kp = Annotated[npt.ArrayLike, GainHelp("effort per error of position", "N/m or N m/rad")]
+Kd = Annotated[npt.ArrayLike, GainHelp("effort per error of velocity", "N s/m or N m s/rad")]
 NOTHING: Array = np.zeros(0)
 NOTHING.setflags(write=False)
 
@@ -19,8 +23,8 @@ NOTHING.setflags(write=False)
 class PD:
     """Proportional and derivative feedback; needs no model of the robot."""
 
-    def __init__(self, kp: npt.ArrayLike, kd: npt.ArrayLike) -> None:
-        """`kp` [N/m] or [N m/rad] and `kd` [N s/m] or [N m s/rad]: scalar, (n,) or (n, n).
+    def __init__(self, kp: Kp, kd: Kd) -> None:
+        """Gains: scalar, (n,) or (n, n).
 
         Raises:
             InputError: gains of another shape, not finite or negative.
@@ -35,12 +39,12 @@ class PD:
     @property
     def gains(self) -> dict[str, list[list[float]]]:
         """The gains by name."""
-        return {"kp": self.kp.listed, "kd": self.kd.listed}
+        return {name: gain.listed for name, gain in gains_in(self).items()}
 
     def memory(self, n: int) -> int:
         """No memory; the gains must fit n actuators."""
-        self.kp.fit(n)
-        self.kd.fit(n)
+        for gain in gains_in(self).values():
+            gain.fit(n)
         return 0
 
     def feedback(self, desired: Desired, q: Array, v: Array) -> Array:

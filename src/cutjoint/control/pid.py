@@ -6,20 +6,27 @@ further gain to choose.
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
-from cutjoint.control.law import Gain
-from cutjoint.control.pd import PD
+from cutjoint.control.law import Gain, GainHelp
+from cutjoint.control.pd import PD, Kd, Kp
 from cutjoint.motion import Desired
 
 
 class PID(PD):
     """Proportional, integral and derivative feedback; needs no model.  Its memory is the integral of e, shape (n,)."""
 
-    def __init__(self, kp: npt.ArrayLike, ki: npt.ArrayLike, kd: npt.ArrayLike) -> None:
-        """`ki` [N/(m s)] or [N m/(rad s)]; the others as in `PD`."""
+    def __init__(
+        self,
+        kp: Kp,
+        ki: Annotated[npt.ArrayLike, GainHelp("effort per integral of the error", "N/(m s) or N m/(rad s)")],
+        kd: Kd,
+    ) -> None:
+        """Gains as in `PD`."""
         super().__init__(kp, kd)
         self.ki = Gain("ki", ki)
 
@@ -28,15 +35,9 @@ class PID(PD):
         """For messages and tables."""
         return "PID"
 
-    @property
-    def gains(self) -> dict[str, list[list[float]]]:
-        """The gains by name."""
-        return {**super().gains, "ki": self.ki.listed}
-
     def memory(self, n: int) -> int:
         """One integral an actuator."""
         super().memory(n)
-        self.ki.fit(n)
         return n
 
     def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:

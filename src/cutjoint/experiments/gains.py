@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from cutjoint.control.catalogue import law_row
 from cutjoint.errors import InputError
 from cutjoint.papers.cpm.published import TABLE_3
 
@@ -32,12 +33,15 @@ def default_gains(robot: str, law: str) -> Gains:
     """The gains known for a robot and a law.
 
     Raises:
+        UnknownNameError: no such law.
         InputError: none are known.
     """
-    if law == "none":
+    takes = law_row(law).gains
+    if not takes:
         return {}
     known = GAINS.get(robot, {"computed-torque": COMPUTED_TORQUE})
     if law not in known:
+        options = " and ".join(f"--{name.replace('_', '-')}" for name in takes)
         have = f"; known for {robot}: {', '.join(known)}" if known else ""
-        raise InputError(f"no gains are known for controller '{law}' on '{robot}'; give --kp and --kd{have}")
+        raise InputError(f"no gains are known for controller '{law}' on '{robot}'; give {options}{have}")
     return known[law]

@@ -22,7 +22,7 @@ class Argument:
 
     def __str__(self) -> str:
         usual = "" if self.default is None else f", default {self.default:g}"
-        return f"{self.name} in {self.unit} {self.about}{usual}"
+        return f"{self.name}: {self.unit} {self.about}{usual}"
 
 
 @dataclass(frozen=True)
