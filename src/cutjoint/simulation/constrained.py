@@ -9,7 +9,7 @@ kept, because the correction is as small as its error.
 from __future__ import annotations
 
 import threading
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -22,7 +22,7 @@ from cutjoint.mechanism import Mechanism, Posture
 from cutjoint.simulation.plant import Observation, State
 
 
-class FullChain(Mechanism, Protocol):
+class ConstrainedRobot(Mechanism, Protocol):
     """What the plant needs of a closed robot beyond `Mechanism`; `ClosedChain` has it."""
 
     @property
@@ -72,7 +72,7 @@ class ConstrainedPlant:
         project: put every accepted step back onto the loops.  Without it the loops drift; for measuring that.
     """
 
-    def __init__(self, chain: FullChain, *, project: bool = True) -> None:
+    def __init__(self, chain: ConstrainedRobot, *, project: bool = True) -> None:
         self.chain = chain
         self.project = project
         self._workspaces = threading.local()
@@ -81,7 +81,7 @@ class ConstrainedPlant:
             raise InputError(f"{chain.name} has no tool frame to simulate; name one under [tool] in its loops.toml")
         self._tool_joint, self._tool_place = bind_frame(chain.model, chain.description.tool)
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         return _remade, (type(self), self.chain, self.project)
 
     @property
@@ -93,7 +93,7 @@ class ConstrainedPlant:
         return found
 
     @property
-    def mechanism(self) -> FullChain:
+    def mechanism(self) -> ConstrainedRobot:
         """The closed robot."""
         return self.chain
 
@@ -155,5 +155,5 @@ class ConstrainedPlant:
         )
 
 
-def _remade(kind: type[ConstrainedPlant], chain: FullChain, project: bool) -> ConstrainedPlant:
+def _remade(kind: type[ConstrainedPlant], chain: ConstrainedRobot, project: bool) -> ConstrainedPlant:
     return kind(chain, project=project)

@@ -6,14 +6,13 @@ import csv
 import io
 import json
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from cutjoint.arrays import Array
 from cutjoint.errors import InputError, ResultFileError
 from cutjoint.files import check_place, write_whole
+from cutjoint.simulation.observables import OBSERVABLES
 from cutjoint.simulation.result import ARRAYS, Result
 
 SCHEMA = 1
@@ -72,51 +71,24 @@ def load(path: str | Path) -> Result:
     if missing:
         raise ResultFileError(f"{source} lacks {', '.join(missing)}", path=str(source))
     try:
-        return Result(**{name: content[name] for name in ARRAYS}, about=json.loads(str(content["about"])))
+        about = json.loads(str(content["about"]))
+        return Result.of({name: content[name] for name in OBSERVABLES if name in content}, about)
     except (ValueError, TypeError) as error:
         raise ResultFileError(f"{source} does not hold a result: {error}", path=str(source)) from error
 
 
 def _npz(result: Result) -> bytes:
     buffer = io.BytesIO()
-    arrays = {name: getattr(result, name) for name in ARRAYS}
-    np.savez_compressed(buffer, schema=SCHEMA, about=json.dumps(dict(result.about)), **arrays)
+    # numpy's stubs take any array for its option allow_pickle.
+    np.savez_compressed(buffer, schema=SCHEMA, about=json.dumps(dict(result.about)), **result.columns)  # type: ignore[arg-type]
     return buffer.getvalue()
 
 
 def _csv(result: Result) -> str:
-    rows = result.about.get("actuators") or [(f"q{i + 1}", "rotation") for i in range(result.q.shape[1])]
-    names, kinds = [str(row[0]) for row in rows], [str(row[1]) for row in rows]
-    columns = list(_columns(result, names, kinds))
+    actuators = result.about.get("actuators") or [[f"q{i + 1}", "rotation"] for i in range(result.q.shape[1])]
+    shown = {name: column for name, column in result.columns.items() if OBSERVABLES[name].size != "nq"}
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow([title for title, _ in columns])
-    writer.writerows(zip(*(values.tolist() for _, values in columns), strict=True))
+    writer.writerow([title for name in shown for title in OBSERVABLES[name].titles(actuators)])
+    writer.writerows(np.column_stack(list(shown.values())).tolist())
     return buffer.getvalue()
-
-
-def _columns(result: Result, names: list[str], kinds: list[str]) -> Iterator[tuple[str, Array]]:
-    yield "time [s]", result.time
-    for array, title, unit in (
-        ("q", "", ""),
-        ("v", " speed", "/s"),
-        ("desired_q", " desired", ""),
-        ("desired_v", " speed desired", "/s"),
-    ):
-        for i, (name, kind) in enumerate(zip(names, kinds, strict=True)):
-            base = "m" if kind == "translation" else "rad"
-            yield f"{name}{title} [{base}{unit}]", getattr(result, array)[:, i]
-    for i, (name, kind) in enumerate(zip(names, kinds, strict=True)):
-        yield f"{name} effort [{'N' if kind == 'translation' else 'N m'}]", result.effort[:, i]
-    for array, title, unit in (
-        ("tool", "tool", "m"),
-        ("tool_velocity", "tool velocity", "m/s"),
-        ("desired_tool", "desired tool", "m"),
-        ("desired_tool_velocity", "desired tool velocity", "m/s"),
-    ):
-        for i, axis in enumerate("xyz"):
-            yield f"{title} {axis} [{unit}]", getattr(result, array)[:, i]
-    yield "loop gap [m]", result.gap[:, 0]
-    yield "loop gap [rad]", result.gap[:, 1]
-    for array in ("kinetic", "potential", "work"):
-        yield f"{array} [J]", getattr(result, array)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +15,10 @@ from cutjoint.mechanism import Posture
 from cutjoint.motion import Reference
 from cutjoint.simulation.coupled import Coupled
 from cutjoint.simulation.integrators import Adaptive, Integrator, Step, StepError
+from cutjoint.simulation.observables import Sample
 from cutjoint.simulation.plant import Plant, State
 from cutjoint.simulation.recorder import Recorder
-from cutjoint.simulation.result import Result
+from cutjoint.simulation.result import About, Result
 
 # Two instants nearer to each other than this part of the whole run are one.
 SAME = 1e-12
@@ -69,7 +69,7 @@ def run(
     else:
         first = plant.start(reference.at(0.0).posture_of(plant.mechanism) if start is None else start, v)
     method = Adaptive() if integrator is None else integrator
-    about = {
+    about: About = {
         "robot": plant.mechanism.name,
         "plant": plant.name,
         "law": law.name,
@@ -107,7 +107,7 @@ class _Run:
         period: float,
         spacing: float,
         every_step: bool,
-        about: dict[str, Any],
+        about: About,
     ) -> None:
         self.coupled, self.method, self.about = coupled, method, about
         self.span, self.period, self.spacing, self.every_step = span, period, spacing, every_step
@@ -182,12 +182,12 @@ class _Run:
 
     def record(self, t: float, state: State, effort: Array, work: float) -> None:
         """Take one sample."""
-        self.recorder.add(t, self.coupled.plant.observe(state), self.coupled.desired(t), effort, work)
+        self.recorder.add(Sample(t, self.coupled.plant.observe(state), self.coupled.desired(t), effort, work))
 
     def result(self) -> Result:
         """Everything until now."""
         coupled = self.coupled
-        ending = {"steps": self.steps, "evaluations": coupled.evaluations, "strayed": coupled.strayed}
+        ending = About(steps=self.steps, evaluations=coupled.evaluations, strayed=coupled.strayed)
         return self.recorder.result({**self.about, **ending})
 
     def stopped(self, reason: str) -> SimulationError:

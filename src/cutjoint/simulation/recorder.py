@@ -2,43 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import numpy as np
+import numpy.typing as npt
 
-from cutjoint.arrays import Array
-from cutjoint.motion import Desired
-from cutjoint.simulation.plant import Observation
-from cutjoint.simulation.result import ARRAYS, Result
+from cutjoint.simulation.observables import OBSERVABLES, Sample
+from cutjoint.simulation.result import About, Result
 
 
 class Recorder:
     """A growing record."""
 
     def __init__(self) -> None:
-        self._rows: list[tuple[object, ...]] = []
+        self._columns: dict[str, list[npt.ArrayLike]] = {name: [] for name in OBSERVABLES}
 
-    def add(self, t: float, seen: Observation, desired: Desired, effort: Array, work: float) -> None:
+    def add(self, sample: Sample) -> None:
         """Take one sample."""
-        row = {
-            "time": t,
-            "q": seen.q,
-            "v": seen.v,
-            "desired_q": desired.q,
-            "desired_v": desired.v,
-            "tool": seen.tool,
-            "tool_velocity": seen.tool_velocity,
-            "desired_tool": desired.tool.position,
-            "desired_tool_velocity": desired.tool.velocity,
-            "effort": effort,
-            "gap": seen.gap,
-            "kinetic": seen.kinetic,
-            "potential": seen.potential,
-            "work": work,
-            "q_full": seen.q_full,
-        }
-        self._rows.append(tuple(row[name] for name in ARRAYS))
+        for name, one in OBSERVABLES.items():
+            self._columns[name].append(one.take(sample))
 
-    def result(self, about: Mapping[str, Any]) -> Result:
+    def result(self, about: About) -> Result:
         """Everything taken so far."""
-        columns = zip(*self._rows, strict=True)
-        return Result(**dict(zip(ARRAYS, map(list, columns), strict=True)), about=about)  # type: ignore[arg-type]
+        return Result.of({name: np.array(rows, dtype=np.float64) for name, rows in self._columns.items()}, about)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
 from cutjoint.errors import InputError
+from cutjoint.simulation.observables import OBSERVABLES
 
 
 class Rmse(NamedTuple):
@@ -19,23 +20,37 @@ class Rmse(NamedTuple):
     velocity: float
 
 
+class About(TypedDict, total=False):
+    """How a run was made, as plain JSON values."""
+
+    robot: str
+    plant: str
+    law: str
+    gains: dict[str, list[list[float]]]
+    trajectory: str
+    reference: str
+    integrator: str
+    rate: float | None
+    limits: list[float] | None
+    actuators: list[list[str]]
+    steps: int
+    evaluations: int
+    strayed: float
+
+
 @dataclass(frozen=True, eq=False)
 class Result(Values):
     """A run: m samples of a robot with n actuators.  Read-only.
 
+    Its columns are the rows of `OBSERVABLES`.  Those that every result has are fields; further ones are attributes just
+    the same, of the results that were made with them.
+
     Attributes:
-        time: strictly increasing, shape (m,), [s].
-        q, v: actuated coordinates and velocities, shape (m, n).
-        desired_q, desired_v: what they should have been, shape (m, n).
-        tool, tool_velocity: shape (m, 3), [m] and [m/s].
-        desired_tool, desired_tool_velocity: shape (m, 3).
-        effort: of the actuators from each sample on, shape (m, n), [N] or [N m].
-        gap: worst loop residual, shape (m, 2), [m] and [rad].
-        kinetic, potential: energy of the plant, shape (m,), [J].
-        work: of the actuators since the start, shape (m,), [J].
-        q_full: full configuration, shape (m, nq).
-        about: how it was made: robot, plant, law, gains, trajectory, integrator, and so on; plain JSON values.
+        about: how it was made.
+        more: the further columns by name.
     """
+
+    __doc__ = f"{__doc__}    " + "\n        ".join(f"{name}: {one}" for name, one in OBSERVABLES.items())
 
     time: Array
     q: Array
@@ -52,31 +67,43 @@ class Result(Values):
     potential: Array
     work: Array
     q_full: Array
-    about: Mapping[str, Any] = field(default_factory=dict)
+    about: About = field(default_factory=lambda: About())
+    more: Mapping[str, Array] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, columns: Mapping[str, Array], about: About) -> Result:
+        """The result of all its columns; those that every result has must be there."""
+        own = {name: columns[name] for name in ARRAYS}
+        return cls(**own, about=about, more={name: one for name, one in columns.items() if name not in own})
 
     def __post_init__(self) -> None:
         for name in ARRAYS:
             object.__setattr__(self, name, readonly(getattr(self, name)))
         object.__setattr__(self, "about", readonly_mapping(self.about))
-        wrong = [f"{name} {getattr(self, name).shape}" for name in ARRAYS if not self._fits(name)]
+        object.__setattr__(self, "more", readonly_mapping({name: readonly(one) for name, one in self.more.items()}))
+        unknown = [name for name in self.more if name not in OBSERVABLES or name in ARRAYS]
+        if unknown:
+            raise InputError(f"a result has no further column {', '.join(unknown)}; give OBSERVABLES a row for it")
+        m = len(self) if self.time.ndim == 1 and self.time.size else -1
+        n = self.q.shape[1] if self.q.ndim == 2 else -1
+        wrong = [f"{name} {one.shape}" for name, one in self.columns.items() if not OBSERVABLES[name].fits(one, m, n)]
         if wrong:
             raise InputError(f"a result of {self.time.size} samples has arrays that do not fit: {', '.join(wrong)}")
-        if not all(np.isfinite(getattr(self, name)).all() for name in ARRAYS):
+        if not all(np.isfinite(one).all() for one in self.columns.values()):
             raise InputError("a result holds finite numbers only")
         if (np.diff(self.time) <= 0.0).any():
             raise InputError("the times of a result must increase strictly")
 
-    def _fits(self, name: str) -> bool:
-        shape = getattr(self, name).shape
-        if self.time.ndim != 1 or self.time.size == 0 or not shape or shape[0] != self.time.size:
-            return False
-        if name in ("q", "v", "desired_q", "desired_v", "effort"):
-            return len(shape) == 2 and shape == self.q.shape
-        if name in ("tool", "tool_velocity", "desired_tool", "desired_tool_velocity"):
-            return bool(shape[1:] == (3,))
-        if name == "gap":
-            return bool(shape[1:] == (2,))
-        return len(shape) == (2 if name == "q_full" else 1)
+    def __getattr__(self, name: str) -> Array:
+        more: Mapping[str, Array] = self.__dict__.get("more", {})
+        if name not in more:
+            raise AttributeError(f"this result has no column {name!r}; it has {', '.join((*ARRAYS, *more))}")
+        return more[name]
+
+    @property
+    def columns(self) -> dict[str, Array]:
+        """Every column by name, in the order of `OBSERVABLES`."""
+        return {name: getattr(self, name) for name in OBSERVABLES if name in ARRAYS or name in self.more}
 
     def __len__(self) -> int:
         return int(self.time.size)
@@ -151,7 +178,8 @@ class Result(Values):
         return float(self.gap[:, 0].max()), float(self.gap[:, 1].max())
 
 
-ARRAYS = tuple(one.name for one in fields(Result) if one.name != "about")
+ARRAYS = tuple(one.name for one in fields(Result) if one.name in OBSERVABLES)
+"""The columns that every result has."""
 
 
 def _squares(error: Array) -> Array:
