@@ -11,7 +11,7 @@ import pytest
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
-from cutjoint.crosscheck import QUANTITIES, Comparison, State, compare, hypothesis_cost, sample_states
+from cutjoint.crosscheck import QUANTITIES, Comparison, SampledState, compare, hypothesis_cost, sample_states
 from cutjoint.description import load_description
 from cutjoint.description.model import Inertial, RobotDescription
 from cutjoint.errors import ToleranceError
@@ -21,7 +21,7 @@ PAIRS = sorted(PUBLISHED)
 
 
 @cache
-def states(robot: str, count: int) -> tuple[State, ...]:
+def states(robot: str, count: int) -> tuple[SampledState, ...]:
     return tuple(sample_states(published(robot), count, seed=1))
 
 

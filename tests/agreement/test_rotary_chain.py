@@ -15,7 +15,7 @@ import pytest
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import compiled
-from cutjoint.crosscheck import State, compare
+from cutjoint.crosscheck import SampledState, compare
 from cutjoint.description import load_description
 from cutjoint.description.model import Frame, Home, Inertial, RobotDescription
 from cutjoint.errors import ClosureError, CutjointError, InputError, LimbReachError, SingularError
@@ -285,7 +285,7 @@ def test_the_shipped_robot_agrees_in_each_of_its_homes(signs: tuple[int, int, in
             continue
         if abs(model.singularities(at)[1]) > 0.05:
             v, a, effort = rng.normal(size=3), 5 * rng.normal(size=3), 50 * rng.normal(size=3)
-            states.append(State(at, model.tool(at).position, v, a, effort))
+            states.append(SampledState(at, model.tool(at).position, v, a, effort))
     compare(chain, model, states).require()
 
 

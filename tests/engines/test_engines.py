@@ -11,7 +11,7 @@ import pytest
 
 import cutjoint
 from cutjoint.chain import ClosedChain
-from cutjoint.crosscheck import Comparison, State, sample_states
+from cutjoint.crosscheck import Comparison, SampledState, sample_states
 from cutjoint.description import Frame, Inertial, JointType, RobotDescription
 from cutjoint.engines import compare
 from cutjoint.engines import mujoco as engine
@@ -24,19 +24,19 @@ pytest.importorskip("mujoco", reason="MuJoCo is an optional extra")
 
 
 @pytest.fixture(scope="module", params=list(PUBLISHED))
-def published(request: pytest.FixtureRequest) -> tuple[ClosedChain, Sequence[State]]:
+def published(request: pytest.FixtureRequest) -> tuple[ClosedChain, Sequence[SampledState]]:
     name = request.param
     chain = cutjoint.load(name, PUBLISHED[name].variant)
     return chain, list(sample_states(cutjoint.published(name), 60, 3))
 
 
-def test_mujoco_agrees(published: tuple[ClosedChain, Sequence[State]]) -> None:
+def test_mujoco_agrees(published: tuple[ClosedChain, Sequence[SampledState]]) -> None:
     comparison = compare_with_mujoco(*published)
     assert comparison.samples == 60
     comparison.require()
 
 
-def test_yourdfpy_puts_every_link_where_pinocchio_has_it(published: tuple[ClosedChain, Sequence[State]]) -> None:
+def test_yourdfpy_puts_every_link_where_pinocchio_has_it(published: tuple[ClosedChain, Sequence[SampledState]]) -> None:
     compare_with_yourdfpy(*published).require()
 
 
@@ -159,7 +159,7 @@ def test_engines_agree_at_every_size_and_mass(name: str, s: float, m: float) -> 
         home = chain.home
         position = chain.tool(home).position
         size = m * 9.81 * chain.length
-        states = [State(home, position, v / np.sqrt(s), v / s, size * effort) for v, effort in draws]
+        states = [SampledState(home, position, v / np.sqrt(s), v / s, size * effort) for v, effort in draws]
         return [compare_with_mujoco(chain, states), compare_with_yourdfpy(chain, states)]
 
     plain = comparisons(ClosedChain(scaled(base, 1.0, 1.0)), 1.0, 1.0)

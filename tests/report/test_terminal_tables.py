@@ -56,7 +56,7 @@ def test_it_is_turned_only_where_that_helps(table):
 @given(tables(), st.integers(0, 60))
 def test_no_word_is_broken_where_there_is_room(table, more):
     width = table.least_width + more
-    made = output.Table(table.title, table.columns, table.right)
+    made = output.TerminalTable(table.title, table.columns, table.right)
     for row in table.rows:
         made.add_row(*row)
     made._keep_words_whole(width)
@@ -69,7 +69,7 @@ def test_no_word_is_broken_where_there_is_room(table, more):
 
 
 def test_numbers_stay_in_one_line_before_words_do():
-    made = output.Table("t", ["what it is all about", "how much there is of it"], ["how much there is of it"])
+    made = output.TerminalTable("t", ["what it is all about", "how much there is of it"], ["how much there is of it"])
     made.add_row("some long text with many words", "0.2552 / 0.0862 / 0.0862")
     made._keep_words_whole(45)
     console = Console(width=45, file=StringIO(), record=True)

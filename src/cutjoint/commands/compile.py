@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cutjoint.commands.output import console, print_json, table
+from cutjoint.commands.output import TerminalTable, console, print_json
 
 if TYPE_CHECKING:
     from cutjoint.compile import Compiled, Made
@@ -75,7 +75,7 @@ def _data(one: Made, times: tuple[float, float] | None) -> dict[str, Any]:
 def _show(mechanism: Compiled, made: list[Made], times: dict[str, tuple[float, float]]) -> None:
     right = ["operations", "trace", "compile", "scalar", "batch"]
     columns = ["function", "operations", "trace", "compile"] + (["scalar", "batch"] if times else [])
-    shown = table(f"{mechanism.name}", columns, right)
+    shown = TerminalTable(f"{mechanism.name}", columns, right)
     for one in made:
         trace = "cached" if one.cached else f"{one.trace_time:.2f} s"
         cells = [one.what, str(one.operations), trace, f"{one.compile_time:.2f} s"]

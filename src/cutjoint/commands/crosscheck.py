@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from cutjoint.commands.output import console, plain, print_json, table
+from cutjoint.commands.output import TerminalTable, console, plain, print_json
 from cutjoint.files import write_whole
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def _compare(chain: Any, reference: Any, samples: int, seed: int) -> Comparison:
 
 def _show(comparison: Comparison) -> None:
     title = f"{comparison.checked}, Pinocchio closed chain, against {comparison.reference}: {comparison.samples} states"
-    shown = table(title, ("quantity", "worst error", "tolerance", ""), right=("worst error", "tolerance"))
+    shown = TerminalTable(title, ("quantity", "worst error", "tolerance", ""), right=("worst error", "tolerance"))
     for row in comparison.rows:
         verdict = "[green]agrees[/]" if row.passes else "[bold red]DISAGREES[/]"
         shown.add_row(row.quantity, f"{row.error:.1e}", f"{row.tolerance:.0e}", verdict)
@@ -164,7 +164,9 @@ def _cost(name: str) -> Cost:
 
 def _show_cost(name: str, cost: Cost) -> None:
     columns = ("actuator", "peak effort", "error", "of peak", "of inertial peak")
-    shown = table(f"{name}: what the paper's lumped rods cost along its own trajectory", columns, right=columns[1:])
+    shown = TerminalTable(
+        f"{name}: what the paper's lumped rods cost along its own trajectory", columns, right=columns[1:]
+    )
     for i, actuator in enumerate(cost.actuators):
         shown.add_row(
             actuator,

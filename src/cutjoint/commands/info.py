@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cutjoint.commands.mobility import find_assembly_modes, find_modes, show_mobility
-from cutjoint.commands.output import console, print_json, table
+from cutjoint.commands.output import TerminalTable, console, print_json
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, MobilityReport, Modes
@@ -88,13 +88,13 @@ def _show(chain: ClosedChain, report: MobilityReport, working: Modes | None, ass
 
     show_mobility(report)
 
-    actuators = table("actuators", ("joint", "kind", "home", "unit"), right=("home",))
+    actuators = TerminalTable("actuators", ("joint", "kind", "home", "unit"), right=("home",))
     for actuator, value in zip(chain.actuators, chain.home.q, strict=True):
         actuators.add_row(actuator.name, actuator.kind, f"{value:.6g}", actuator.unit)
     actuators.print()
 
     if robot.cuts or robot.couplings:
-        cuts = table("cut joints", ("cut", "type", "rows", "between"), right=("rows",))
+        cuts = TerminalTable("cut joints", ("cut", "type", "rows", "between"), right=("rows",))
         for cut in robot.cuts:
             cuts.add_row(cut.name, str(cut.type), str(cut.type.rows), f"{cut.a.link} - {cut.b.link}")
         for ratio in robot.couplings:
@@ -116,7 +116,7 @@ def _show_modes(chain: ClosedChain, modes: Modes, title: str, actuators: bool) -
     """A table of modes: what they differ in, the actuators or the other joints, and how often each was found."""
     motors = chain.actuators if actuators else ()
     names = ("mode", "found", *(f"{motor.name} [{motor.unit}]" for motor in motors), "other joints that differ")
-    shown = table(title, names, right=names[1:-1])
+    shown = TerminalTable(title, names, right=names[1:-1])
     model = chain.model
     passive = [
         (name, int(model.idx_qs[joint]))

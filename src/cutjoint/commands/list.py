@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from cutjoint.commands.output import print_json, table
+from cutjoint.commands.output import TerminalTable, print_json
 
 
 def command(
@@ -37,7 +37,7 @@ def command(
     if json:
         print_json({"robots": rows, "examples": others})
         return
-    shown = table("robots of cutjoint", ("robot", "title", "actuators", "cuts", "variants", "published model"))
+    shown = TerminalTable("robots of cutjoint", ("robot", "title", "actuators", "cuts", "variants", "published model"))
     for row in rows:
         shown.add_row(
             row["name"],

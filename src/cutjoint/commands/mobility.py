@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from cutjoint.commands.output import table
+from cutjoint.commands.output import TerminalTable
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, MobilityReport
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def show_mobility(report: MobilityReport) -> None:
     """Print the mobility at home as a table."""
-    facts = table("mobility at home", ("", "", ""))
+    facts = TerminalTable("mobility at home", ("", "", ""))
     facts.add_row("velocities of the open tree", str(report.velocities), "")
     facts.add_row("constraint rows", str(report.rows), f"{report.rank} independent")
     redundant = ", ".join(report.redundant_rows)

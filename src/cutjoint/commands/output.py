@@ -11,8 +11,8 @@ import numpy as np
 import typer
 
 
-class Table:
-    """A table that a terminal shows well and a pipe keeps readable."""
+class TerminalTable:
+    """A table that a terminal shows well and a pipe keeps readable; columns named in `right` are flush right."""
 
     def __init__(self, title: str, columns: Sequence[str], right: Sequence[str] = ()) -> None:
         from rich import box
@@ -55,11 +55,6 @@ class Table:
             widths[max(range(len(widths)), key=lambda i: natural[i] - widths[i])] += 1
         for column, share in zip(columns, widths, strict=True):
             column.width = share
-
-
-def table(title: str, columns: Sequence[str], right: Sequence[str] = ()) -> Table:
-    """An empty table; columns named in `right` are flush right."""
-    return Table(title, columns, right)
 
 
 def console() -> Any:

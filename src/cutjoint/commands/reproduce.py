@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cutjoint.commands.output import console, table
+from cutjoint.commands.output import TerminalTable, console
 
 if TYPE_CHECKING:
     from cutjoint.report import Table
@@ -67,7 +67,7 @@ def _print(part: Table) -> None:
     out = console()
     if not part.is_text:
         fitting = part.fitting(out.width)
-        shown = table(escape(part.title), [*map(escape, fitting.columns)], [*map(escape, fitting.right)])
+        shown = TerminalTable(escape(part.title), [*map(escape, fitting.columns)], [*map(escape, fitting.right)])
         for row in fitting.rows:
             shown.add_row(*map(escape, row))
         shown.print()

@@ -9,7 +9,7 @@ import typer
 
 from cutjoint.commands.gains import CONTROLLERS, gains_of, numbers, with_gains
 from cutjoint.commands.motions import HELP, trajectory_of
-from cutjoint.commands.output import console, print_json, table
+from cutjoint.commands.output import TerminalTable, console, print_json
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
@@ -180,7 +180,7 @@ def _peaks(result: Result) -> list[tuple[str, str, float]]:
 
 
 def _show(result: Result, figures: dict[str, object]) -> None:
-    shown = table(f"{figures['plant']}: {figures['law']}, {figures['trajectory']}", ("", ""))
+    shown = TerminalTable(f"{figures['plant']}: {figures['law']}, {figures['trajectory']}", ("", ""))
     gains = ", ".join(f"{name} {_short(value)}" for name, value in result.about["gains"].items()) or "none"
     rate = "continuous" if figures["rate"] is None else f"{figures['rate']:g} Hz, held in between"
     rows = (

@@ -17,7 +17,7 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.crosscheck.sampling import REFUSED, Reacher, State, length_of, units_of
+from cutjoint.crosscheck.sampling import REFUSED, Reacher, SampledState, length_of, units_of
 from cutjoint.errors import ToleranceError
 from cutjoint.mechanism import Mechanism, Posture
 
@@ -39,7 +39,7 @@ QUANTITIES = (
 
 
 @dataclass(frozen=True)
-class Row:
+class ComparisonRow:
     """Worst relative error of one quantity over all samples, its tolerance, and the number of that sample, from 0."""
 
     quantity: str
@@ -64,7 +64,7 @@ class Comparison:
     checked: str
     reference: str
     samples: int
-    rows: tuple[Row, ...]
+    rows: tuple[ComparisonRow, ...]
     refused: int = 0
     reason: str = ""
 
@@ -93,7 +93,7 @@ class Comparison:
 def compare(
     checked: Mechanism,
     reference: Mechanism,
-    states: Iterable[State],
+    states: Iterable[SampledState],
     progress: Callable[[int], None] | None = None,
 ) -> Comparison:
     """Compare two models of one robot at `states`, which were sampled from `reference`."""
@@ -120,18 +120,18 @@ def compare(
     return Comparison(checked.name, reference.name, count, _rows(errors), refused, reason)
 
 
-def _rows(errors: dict[int, dict[str, tuple[float, float]]]) -> tuple[Row, ...]:
+def _rows(errors: dict[int, dict[str, tuple[float, float]]]) -> tuple[ComparisonRow, ...]:
     numbers, rows = list(errors), []
     for name in QUANTITIES if errors else ():
         table = np.array([sample[name] for sample in errors.values()])
         relative = table[:, 0] / np.maximum(table[:, 1], 1e-300)
         relative[np.isnan(relative)] = np.inf
         worst = int(np.argmax(relative))
-        rows.append(Row(name, float(relative[worst]), tolerances.AGREEMENT.value, numbers[worst]))
+        rows.append(ComparisonRow(name, float(relative[worst]), tolerances.AGREEMENT.value, numbers[worst]))
     return tuple(rows)
 
 
-def _evaluate(mechanism: Mechanism, at: Posture, state: State, units: Array) -> dict[str, Array]:
+def _evaluate(mechanism: Mechanism, at: Posture, state: SampledState, units: Array) -> dict[str, Array]:
     tool, terms = mechanism.tool(at, state.v), mechanism.terms(at, state.v)
     return {
         "actuated coordinates": at.q / units,
@@ -146,7 +146,7 @@ def _evaluate(mechanism: Mechanism, at: Posture, state: State, units: Array) -> 
     }
 
 
-def _natural_sizes(reference: Mechanism, state: State, units: Array) -> dict[str, float]:
+def _natural_sizes(reference: Mechanism, state: SampledState, units: Array) -> dict[str, float]:
     """Sizes that vanishing quantities are measured against: a radian or a length, accelerations of the tool, inertial
     efforts."""
     tool, terms = reference.tool(state.at), reference.terms(state.at, state.v)

@@ -39,7 +39,7 @@ class Workspace(Values):
 
 
 @dataclass(frozen=True, eq=False)
-class State(Values):
+class SampledState(Values):
     """A posture of the reference model with velocity, acceleration and effort of the actuators, shape (n,) each."""
 
     at: Posture
@@ -58,7 +58,7 @@ class Reacher:
         self._origin, self._go = _targets(mechanism)
         self._known: list[tuple[Array, Posture]] = [(self._origin, mechanism.home)]
 
-    def take_up(self, state: State) -> Posture:
+    def take_up(self, state: SampledState) -> Posture:
         """The posture of `state`, on the branch of home.
 
         Raises:
@@ -134,7 +134,7 @@ def _targets(mechanism: Mechanism) -> tuple[Array, Callable[[Array, Posture | No
     return mechanism.home.q, mechanism.close
 
 
-def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[State]:
+def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[SampledState]:
     """`samples` random states of `mechanism`; the same for the same seed.
 
     Speeds and accelerations are drawn so that the robot moves through about one workspace in the time in which it would
@@ -169,7 +169,7 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sta
         effort = terms.mass @ a + terms.gravity
         effort = effort + float(np.abs(effort * units).max()) / units * random.normal(size=mechanism.n)
         made += 1
-        yield State(at, tool.position, readonly(v), readonly(a), readonly(effort))
+        yield SampledState(at, tool.position, readonly(v), readonly(a), readonly(effort))
     if made < samples:
         raise CutjointError(
             f"of {1000 * samples} random targets of {mechanism.name} between {box.lower.tolist()} and "

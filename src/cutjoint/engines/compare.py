@@ -10,7 +10,7 @@ import pinocchio as pin
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.crosscheck import Comparison, Reacher, Row, State
+from cutjoint.crosscheck import Comparison, ComparisonRow, Reacher, SampledState
 from cutjoint.engines.mujoco import MujocoRobot, Opinion
 
 TOLERANCE = {
@@ -25,7 +25,7 @@ TOLERANCE = {
 
 
 def compare_with_mujoco(
-    chain: ClosedChain, states: Iterable[State], progress: Callable[[int], None] | None = None
+    chain: ClosedChain, states: Iterable[SampledState], progress: Callable[[int], None] | None = None
 ) -> Comparison:
     """Dynamics of `chain` against MuJoCo's at `states` of any model of the robot.
 
@@ -68,7 +68,7 @@ def compare_with_mujoco(
                 worst[name] = (error, count - 1)
         if progress is not None:
             progress(count)
-    rows = tuple(Row(name, error, TOLERANCE[name], sample) for name, (error, sample) in worst.items())
+    rows = tuple(ComparisonRow(name, error, TOLERANCE[name], sample) for name, (error, sample) in worst.items())
     return Comparison(chain.name, "MuJoCo", count, rows)
 
 

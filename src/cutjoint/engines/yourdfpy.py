@@ -16,12 +16,12 @@ import numpy as np
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.crosscheck import Comparison, Reacher, Row, State
+from cutjoint.crosscheck import Comparison, ComparisonRow, Reacher, SampledState
 from cutjoint.description.formats import write
 
 
 def compare_with_yourdfpy(
-    chain: ClosedChain, states: Iterable[State], progress: Callable[[int], None] | None = None
+    chain: ClosedChain, states: Iterable[SampledState], progress: Callable[[int], None] | None = None
 ) -> Comparison:
     """Placements of all links of `chain` at `states` against yourdfpy's: worst difference in lengths of the robot (or a
     thousandth of the distance from the origin, where rounding decides) and of rotations.
@@ -45,7 +45,9 @@ def compare_with_yourdfpy(
                         worst[name] = (float(error), count - 1)
         if progress is not None:
             progress(count)
-    rows = tuple(Row(name, error, tolerances.PLACEMENT.value, sample) for name, (error, sample) in worst.items())
+    rows = tuple(
+        ComparisonRow(name, error, tolerances.PLACEMENT.value, sample) for name, (error, sample) in worst.items()
+    )
     return Comparison(chain.name, "yourdfpy", count, rows)
 
 
