@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cutjoint.commands import options
 from cutjoint.commands.mobility import find_modes, show_mobility
 from cutjoint.commands.output import console, print_json
 from cutjoint.tolerances import CLOSURE
@@ -19,10 +20,8 @@ if TYPE_CHECKING:
 
 def command(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A robot's file or folder, or the name of a robot.")],
-    lenient: Annotated[
-        bool, typer.Option("--lenient", help="Pass flaws that do not prevent computing, such as missing meshes.")
-    ] = False,
-    json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    lenient: options.Lenient = False,
+    json: options.Json = False,
 ) -> None:
     """Every problem of a robot's files at once: where, what was found, what was expected, how to mend it.
 
@@ -52,8 +51,8 @@ def command(
 
 def _data(
     file: str, robot: RobotDescription | None, problems: Sequence[Problem], chain: ClosedChain | None
-) -> dict[str, Any]:
-    data: dict[str, Any] = {
+) -> dict[str, object]:
+    data: dict[str, object] = {
         "file": file,
         "loads": robot is not None,
         "closes": chain is not None,

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cutjoint.commands import options
 from cutjoint.commands.output import TerminalTable, console, print_json
 
 if TYPE_CHECKING:
     from cutjoint.compile import Compiled, Made
+    from cutjoint.mechanism import Mechanism
 
 USUAL = ("forward", "inverse", "terms", "tool", "step")
 
 
 def command(
-    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")],
-    variant: Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")] = None,
+    robot: options.Robot,
+    variant: options.Variant = None,
     published: Annotated[bool, typer.Option("--published", help="The paper's reduced model instead.")] = False,
     functions: Annotated[
         str, typer.Option(help="What to compile: names separated by commas, or `all`.  Default: the usual ones.")
@@ -27,7 +29,7 @@ def command(
     fast: Annotated[bool, typer.Option("--fast", help="Fast-math: other digits in the last places.")] = False,
     cache: Annotated[bool, typer.Option("--cache/--no-cache", help="Use the user's cache folder.")] = True,
     measure: Annotated[bool, typer.Option("--measure", help="Also time every function.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    json: options.Json = False,
 ) -> None:
     """Compile a robot's dynamics and say what became of it; later runs find the instructions in the cache."""
     from cutjoint.compile import compiled, functions_of
@@ -35,7 +37,7 @@ def command(
     from cutjoint.robots import published as published_model
 
     made: list[Made] = []
-    model: Any = published_model(robot) if published else load(robot, variant)
+    model: Mechanism = published_model(robot) if published else load(robot, variant)
     mechanism = compiled(model, parameters=_names(arguments), fast=fast, cached=cache, report=made.append)
     known = functions_of(mechanism)
     chosen = _names(functions) or tuple(name for name in known if name in USUAL or len(known) == 1)
@@ -59,8 +61,8 @@ def _say(one: Made) -> None:
     console().print(f"[dim]{one.what}: {how}, compiled in {one.compile_time:.2f} s[/]")
 
 
-def _data(one: Made, times: tuple[float, float] | None) -> dict[str, Any]:
-    found: dict[str, Any] = {
+def _data(one: Made, times: tuple[float, float] | None) -> dict[str, object]:
+    found: dict[str, object] = {
         "function": one.what,
         "operations": one.operations,
         "cached": one.cached,

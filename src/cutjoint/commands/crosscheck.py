@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json as json_module
+from collections.abc import Callable, Iterable
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -13,7 +15,8 @@ from cutjoint.commands.output import TerminalTable, console, plain, print_json
 from cutjoint.files import write_whole
 
 if TYPE_CHECKING:
-    from cutjoint.crosscheck import Comparison, Cost
+    from cutjoint.crosscheck import Comparison, Cost, SampledState
+    from cutjoint.mechanism import Mechanism
 
 
 class Engine(StrEnum):
@@ -82,7 +85,7 @@ def _quiet(json: Path | None) -> bool:
     return json is not None and str(json) == "-"
 
 
-def _emit(json: Path | None, data: dict[str, Any]) -> None:
+def _emit(json: Path | None, data: dict[str, object]) -> None:
     if json is None:
         return
     if _quiet(json):
@@ -92,33 +95,38 @@ def _emit(json: Path | None, data: dict[str, Any]) -> None:
 
 
 def _third_opinion(name: str, engine: Engine, variant: str | None, samples: int, seed: int) -> Comparison:
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from cutjoint.crosscheck import sample_states
     from cutjoint.engines.compare import compare_with_mujoco
     from cutjoint.engines.yourdfpy import compare_with_yourdfpy
     from cutjoint.robots import PUBLISHED, load, published
 
     compare = {Engine.MUJOCO: compare_with_mujoco, Engine.YOURDFPY: compare_with_yourdfpy}[engine]
-    default = PUBLISHED[name].variant if name in PUBLISHED else None
-    chain = load(name, variant or default)
-    with Progress(transient=True, console=Console(stderr=True)) as bar:
-        task = bar.add_task(f"{chain.name}: {samples} states", total=samples)
-        states = sample_states(published(name) if name in PUBLISHED else chain, samples, seed)
-        return compare(chain, states, lambda done: bar.update(task, completed=done))
+    chain = load(name, variant or (PUBLISHED[name].variant if name in PUBLISHED else None))
+    reference = published(name) if name in PUBLISHED else chain
+    return _sampled(chain.name, reference, samples, seed, partial(compare, chain))
 
 
-def _compare(chain: Any, reference: Any, samples: int, seed: int) -> Comparison:
+def _compare(chain: Mechanism, reference: Mechanism, samples: int, seed: int) -> Comparison:
+    from cutjoint.crosscheck import compare
+
+    return _sampled(chain.name, reference, samples, seed, partial(compare, chain, reference))
+
+
+def _sampled(
+    name: str,
+    reference: Mechanism,
+    samples: int,
+    seed: int,
+    compare: Callable[[Iterable[SampledState], Callable[[int], None]], Comparison],
+) -> Comparison:
+    """What `compare` finds at random states of `reference`, with a bar that shows how far it is."""
     from rich.console import Console
     from rich.progress import Progress
 
-    from cutjoint.crosscheck import compare, sample_states
+    from cutjoint.crosscheck import sample_states
 
     with Progress(transient=True, console=Console(stderr=True)) as bar:
-        task = bar.add_task(f"{chain.name}: {samples} states", total=samples)
-        states = sample_states(reference, samples, seed)
-        return compare(chain, reference, states, lambda done: bar.update(task, completed=done))
+        task = bar.add_task(f"{name}: {samples} states", total=samples)
+        return compare(sample_states(reference, samples, seed), lambda done: bar.update(task, completed=done))
 
 
 def _show(comparison: Comparison) -> None:
@@ -134,7 +142,7 @@ def _show(comparison: Comparison) -> None:
         )
 
 
-def _comparison_data(comparison: Comparison, seed: int) -> dict[str, Any]:
+def _comparison_data(comparison: Comparison, seed: int) -> dict[str, object]:
     return {
         "checked": comparison.checked,
         "reference": comparison.reference,
@@ -178,7 +186,7 @@ def _show_cost(name: str, cost: Cost) -> None:
     shown.print()
 
 
-def _cost_data(cost: Cost) -> dict[str, Any]:
+def _cost_data(cost: Cost) -> dict[str, object]:
     return {
         actuator: {
             "unit": cost.units[i],

@@ -7,19 +7,19 @@ from typing import Annotated
 
 import typer
 
+from cutjoint.commands import options
+
 
 def command(
-    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")],
+    robot: options.Robot,
     to: Annotated[
         str, typer.Option(help="mjcf (MuJoCo), urdf (with the proposed <constraint>) or loops (loops.toml and URDF).")
     ] = "mjcf",
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="File, or folder for loops; default ROBOT in the working folder.")
     ] = None,
-    variant: Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")] = None,
-    lenient: Annotated[
-        bool, typer.Option("--lenient", help="Pass flaws that do not prevent computing, such as missing meshes.")
-    ] = False,
+    variant: options.Variant = None,
+    lenient: options.Lenient = False,
 ) -> None:
     """Write a robot in another format.  Reading the file back gives the same robot."""
     from cutjoint.description import load_description

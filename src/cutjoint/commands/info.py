@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cutjoint.commands import options
 from cutjoint.commands.mobility import find_assembly_modes, find_modes, show_mobility
 from cutjoint.commands.output import TerminalTable, console, print_json
 
@@ -17,11 +19,11 @@ MOST_MODES = 16
 
 
 def command(
-    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")],
-    variant: Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")] = None,
-    home: Annotated[str | None, typer.Option(help="Named home posture; default the first.")] = None,
+    robot: options.Robot,
+    variant: options.Variant = None,
+    home: options.Home = None,
     modes: Annotated[bool, typer.Option("--modes/--no-modes", help="Search the working and assembly modes.")] = True,
-    json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    json: options.Json = False,
 ) -> None:
     """Mobility at home, masses, actuators, cut joints, working and assembly modes and source of a robot."""
     from cutjoint.robots import load
@@ -36,7 +38,9 @@ def command(
         _show(chain, report, working, assembly)
 
 
-def _data(chain: ClosedChain, report: MobilityReport, working: Modes | None, assembly: Modes | None) -> dict[str, Any]:
+def _data(
+    chain: ClosedChain, report: MobilityReport, working: Modes | None, assembly: Modes | None
+) -> dict[str, object]:
     robot = chain.description
     return {
         "name": robot.name,
@@ -63,7 +67,7 @@ def _data(chain: ClosedChain, report: MobilityReport, working: Modes | None, ass
     }
 
 
-def _search(modes: Modes | None) -> dict[str, Any] | None:
+def _search(modes: Modes | None) -> dict[str, object] | None:
     """How sure a list of modes is."""
     kept = ("held", "found", "starts", "closed", "loose", "unseen", "settled")
     return None if modes is None else {key: getattr(modes, key) for key in kept}
@@ -139,5 +143,5 @@ def _show_modes(chain: ClosedChain, modes: Modes, title: str, actuators: bool) -
         console().print(f"[yellow]about {100.0 * modes.unseen:.2g} % of further starts would find another[/]")
 
 
-def _vector(values: Any) -> str:
+def _vector(values: Iterable[float]) -> str:
     return "(" + ", ".join(f"{value:g}" for value in values) + ")"

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
+from cutjoint.commands import options
 from cutjoint.commands.output import TerminalTable, print_json
 
 
 def command(
     examples: Annotated[bool, typer.Option("--examples", help="Also those of the package example-robot-data.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    json: options.Json = False,
 ) -> None:
     """The robots that cutjoint knows by name.
 
@@ -20,33 +21,20 @@ def command(
     from cutjoint.description import catalogue, load_description
     from cutjoint.robots import PUBLISHED
 
-    rows: list[dict[str, Any]] = []
+    rows = []
+    shown = TerminalTable("robots of cutjoint", ("robot", "title", "actuators", "cuts", "variants", "published model"))
     for name in catalogue.names():
         robot = load_description(name)
-        rows.append(
-            {
-                "name": name,
-                "title": robot.title,
-                "actuators": len(robot.actuators),
-                "cuts": len(robot.cuts) + len(robot.couplings),
-                "variants": [variant.name for variant in robot.variants],
-                "published_model": name in PUBLISHED,
-            }
-        )
+        actuators, cuts = len(robot.actuators), len(robot.cuts) + len(robot.couplings)
+        variants, known = [variant.name for variant in robot.variants], name in PUBLISHED
+        data = {"name": name, "title": robot.title, "actuators": actuators, "cuts": cuts}
+        rows.append({**data, "variants": variants, "published_model": known})
+        cells = (str(actuators), str(cuts), ", ".join(variants) or "-", "yes" if known else "-")
+        shown.add_row(name, robot.title, *cells)
     others = list(catalogue.example_names()) if examples else []
     if json:
         print_json({"robots": rows, "examples": others})
         return
-    shown = TerminalTable("robots of cutjoint", ("robot", "title", "actuators", "cuts", "variants", "published model"))
-    for row in rows:
-        shown.add_row(
-            row["name"],
-            row["title"],
-            str(row["actuators"]),
-            str(row["cuts"]),
-            ", ".join(row["variants"]) or "-",
-            "yes" if row["published_model"] else "-",
-        )
     shown.print()
     if examples:
         typer.echo("example-robot-data: " + (", ".join(others) or "not installed (pip install example-robot-data)"))

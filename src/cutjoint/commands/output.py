@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 class TerminalTable:
@@ -57,7 +60,7 @@ class TerminalTable:
             column.width = share
 
 
-def console() -> Any:
+def console() -> Console:
     """Standard output; a pipe gets lines of 120 columns."""
     import sys
 
@@ -66,12 +69,12 @@ def console() -> Any:
     return Console(highlight=False, width=None if sys.stdout.isatty() else 120)
 
 
-def print_json(value: Any) -> None:
+def print_json(value: object) -> None:
     """Print `value` as JSON; arrays become lists, numbers that are not finite become null."""
     typer.echo(json.dumps(plain(value), indent=2))
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> object:
     """`value` as JSON knows it: arrays as lists, numbers that are not finite as None."""
     if isinstance(value, dict):
         return {str(key): plain(one) for key, one in value.items()}

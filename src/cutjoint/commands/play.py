@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cutjoint.commands import options
 from cutjoint.commands.motions import HELP, trajectory_of
 from cutjoint.commands.output import console
 from cutjoint.commands.view import announce, write
@@ -30,22 +30,14 @@ def command(
     robot: Annotated[
         str | None, typer.Option(metavar="ROBOT", help="With a result: the robot, where its file does not tell.")
     ] = None,
-    variant: Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")] = None,
-    html: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write one HTML file that plays anywhere, without a network.")
-    ] = None,
-    png: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a picture, through a headless browser.")
-    ] = None,
+    variant: options.Variant = None,
+    html: options.Html = None,
+    png: options.Png = None,
     time: Annotated[float, typer.Option(min=0.0, help="Time of the picture, in seconds.")] = 0.0,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "1280x800",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="First port to try; 0 lets the system choose.")] = 7000,
-    host: Annotated[
-        str, typer.Option(help="Address to listen on; other than loopback it is open to others.")
-    ] = "127.0.0.1",
-    open_browser: Annotated[
-        bool, typer.Option("--open/--no-open", help="Open a browser where there is a screen.")
-    ] = True,
+    size: options.Size = "1280x800",
+    port: options.Port = 7000,
+    host: options.Host = "127.0.0.1",
+    open_browser: options.OpenBrowser = True,
 ) -> None:
     """Play a simulation with its desired and actual path and the efforts of the actuators.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
+from cutjoint.commands import options
 from cutjoint.commands.gains import CONTROLLERS, gains_of, numbers, with_gains
 from cutjoint.commands.motions import HELP, trajectory_of
 from cutjoint.commands.output import TerminalTable, console, print_json
@@ -25,7 +26,7 @@ Robot = TypeVar("Robot", bound="Mechanism")
 
 @with_gains
 def command(
-    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="A robot's name, folder or file.")],
+    robot: options.Robot,
     controller: Annotated[str, typer.Option(metavar="NAME", help=CONTROLLERS)] = "computed-torque",
     trajectory: Annotated[str, typer.Option(metavar="SPEC", help=HELP)] = "paper",
     plant: Annotated[
@@ -37,7 +38,7 @@ def command(
             metavar="chain|paper", help="What the controller believes; default the published model where there is one."
         ),
     ] = None,
-    variant: Annotated[str | None, typer.Option(help="Inertias of the chain, such as lumped.")] = None,
+    variant: options.Variant = None,
     rate: Annotated[
         float | None, typer.Option(metavar="HZ", help="Sample rate of the controller; default continuous control.")
     ] = None,
@@ -58,7 +59,7 @@ def command(
     save: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the result: .npz (to load and play) or .csv.")
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    json: options.Json = False,
     **gains: str | None,
 ) -> None:
     """Simulate a robot under a controller and say how well it followed, and whether the simulation can be believed.

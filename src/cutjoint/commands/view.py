@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
+from cutjoint.commands import options
 from cutjoint.commands.output import console
 
 if TYPE_CHECKING:
@@ -19,23 +18,15 @@ HOST_WARNING = (
 
 
 def command(
-    robot: Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")],
-    variant: Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")] = None,
-    home: Annotated[str | None, typer.Option(help="Named home posture; default the first.")] = None,
-    html: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the home posture as one HTML file instead.")
-    ] = None,
-    png: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the home posture as a picture instead.")
-    ] = None,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in pixels.")] = "1280x800",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="First port to try; 0 lets the system choose.")] = 7000,
-    host: Annotated[
-        str, typer.Option(help="Address to listen on; other than loopback it is open to others.")
-    ] = "127.0.0.1",
-    open_browser: Annotated[
-        bool, typer.Option("--open/--no-open", help="Open a browser where there is a screen.")
-    ] = True,
+    robot: options.Robot,
+    variant: options.Variant = None,
+    home: options.Home = None,
+    html: options.Html = None,
+    png: options.Png = None,
+    size: options.Size = "1280x800",
+    port: options.Port = 7000,
+    host: options.Host = "127.0.0.1",
+    open_browser: options.OpenBrowser = True,
 ) -> None:
     """Show a robot in the browser: sliders for its actuators and its tool, loops closed all the time.
 
