@@ -13,7 +13,8 @@ from cutjoint.commands.motions import HELP, trajectory_of
 from cutjoint.commands.output import TerminalTable, console, print_json
 
 if TYPE_CHECKING:
-    from cutjoint.chain import ClosedChain
+    from collections.abc import Mapping
+
     from cutjoint.control import Law
     from cutjoint.mechanism import Mechanism
     from cutjoint.motion import Reference
@@ -45,9 +46,7 @@ def command(
     limit: Annotated[
         str | None, typer.Option(metavar="N", help="Largest effort of the actuators: 120, or 1,2,3 [N] or [N m].")
     ] = None,
-    payload: Annotated[
-        float, typer.Option(metavar="KG", help="Mass at the tool that the controller does not know.")
-    ] = 0.0,
+    payload: Annotated[float, typer.Option(metavar="KG", help="Mass at the tool, unknown to the controller.")] = 0.0,
     duration: Annotated[float | None, typer.Option(metavar="S", help="Default that of the trajectory.")] = None,
     every: Annotated[
         float | None, typer.Option(metavar="S", help="Distance of the samples in the result; default 1 ms or --step.")
@@ -56,9 +55,7 @@ def command(
         float | None,
         typer.Option(metavar="S", help="Fixed steps, RK4; default with --rate 1 ms, else adaptive steps (DOP853)."),
     ] = None,
-    save: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the result: .npz (to load and play) or .csv.")
-    ] = None,
+    save: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result: .npz (to play) or .csv.")] = None,
     json: options.Json = False,
     **gains: str | None,
 ) -> None:
@@ -67,25 +64,15 @@ def command(
     The robot starts at rest in the first desired posture.  A run that cannot go on ends with exit status 2; with
     `--save FILE` what was simulated until then is kept beside it as FILE's name with `.stopped` in it.
     """
-    from cutjoint.control import law
-    from cutjoint.errors import SimulationError, UnknownNameError
-    from cutjoint.motion import Reference
-    from cutjoint.robots import load
+    from cutjoint.errors import SimulationError
     from cutjoint.simulation import save as write
     from cutjoint.simulation.files import check_target
 
     if save is not None:
         check_target(save)
-    for option, value in (("plant", plant), ("model", model)):
-        if value not in (None, "chain", "paper"):
-            raise UnknownNameError(option, str(value), ("chain", "paper"))
-    chain = load(robot, variant)
-    inside = _believed(chain, model)
-    made = law(controller, inside, gains_of(chain.description.name, controller, gains))
-    moving = _plant(chain, plant, payload)
-    reference = Reference(trajectory_of(chain, trajectory, inside), inside, duration)
+    setup = _prepare(robot, controller, trajectory, (plant, model), variant, gains, payload, duration)
     try:
-        result = _run(moving, made, reference, rate, limit, every, step)
+        result = _run(*setup, rate, limit, every, step)
     except SimulationError as error:
         if save is not None:
             beside = write(error.result, save.with_name(f"{save.stem}.stopped{save.suffix}"))  # type: ignore[arg-type]
@@ -100,26 +87,41 @@ def command(
         _show(result, figures)
 
 
-def _plant(chain: ClosedChain, side: str, payload: float) -> Plant:
-    """The robot that moves, as a plant that carries `payload` [kg]."""
-    from cutjoint.robots import published
+def _prepare(
+    robot: str,
+    controller: str,
+    trajectory: str,
+    sides: tuple[str, str | None],
+    variant: str | None,
+    gains: Mapping[str, str | None],
+    payload: float,
+    duration: float | None,
+) -> tuple[Plant, Law, Reference]:
+    """What moves, its controller and what it follows; `sides`: of the plant and of the controller's model."""
+    from cutjoint.control import law
+    from cutjoint.errors import UnknownNameError
+    from cutjoint.motion import Reference
+    from cutjoint.robots import PUBLISHED, load, published
     from cutjoint.simulation import ConstrainedPlant, ReducedPlant
 
-    if side == "paper":
-        return ReducedPlant(_loaded(published(chain.description.name), payload))
-    return ConstrainedPlant(_loaded(chain, payload))
+    for option, side in zip(("plant", "model"), sides, strict=True):
+        if side not in (None, "chain", "paper"):
+            raise UnknownNameError(option, str(side), ("chain", "paper"))
+    chain, (plant, model) = load(robot, variant), sides
+    name = chain.description.name
+    believes = model or ("paper" if name in PUBLISHED else "chain")
+    inside: Mechanism = published(name) if believes == "paper" else chain
+    made = law(controller, inside, gains_of(name, controller, gains))
+    moving: Plant
+    if plant == "paper":
+        moving = ReducedPlant(_loaded(published(name), payload))
+    else:
+        moving = ConstrainedPlant(_loaded(chain, payload))
+    return moving, made, Reference(trajectory_of(chain, trajectory, inside), inside, duration)
 
 
 def _loaded(robot: Robot, payload: float) -> Robot:
     return robot.with_payload(payload) if payload != 0.0 else robot
-
-
-def _believed(chain: ClosedChain, side: str | None) -> Mechanism:
-    """What the controller believes."""
-    from cutjoint.robots import PUBLISHED, published
-
-    name = chain.description.name
-    return published(name) if side == "paper" or (side is None and name in PUBLISHED) else chain
 
 
 def _run(

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from threading import Lock
-from typing import Any
 
 import numpy as np
 
@@ -94,13 +93,13 @@ class Reference:
         self._places = readonly([place for place, _ in anchors])
         self._postures = tuple(posture for _, posture in anchors)
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         # The memo stays behind: it is large, and another thread may be writing into it.
         state = {**self.__dict__, "_known": {}}
         del state["_writing"]
         return state
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
+    def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state, _writing=Lock())
         self._places.setflags(write=False)
 

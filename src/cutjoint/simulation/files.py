@@ -13,7 +13,7 @@ import numpy as np
 from cutjoint.errors import InputError, ResultFileError
 from cutjoint.files import check_place, write_whole
 from cutjoint.simulation.observables import OBSERVABLES
-from cutjoint.simulation.result import ARRAYS, Result
+from cutjoint.simulation.result import ARRAYS, Result, result_of
 
 SCHEMA = 1
 SUFFIXES = (".npz", ".csv")
@@ -72,7 +72,7 @@ def load(path: str | Path) -> Result:
         raise ResultFileError(f"{source} lacks {', '.join(missing)}", path=str(source))
     try:
         about = json.loads(str(content["about"]))
-        return Result.of({name: content[name] for name in OBSERVABLES if name in content}, about)
+        return result_of({name: content[name] for name in OBSERVABLES if name in content}, about)
     except (ValueError, TypeError) as error:
         raise ResultFileError(f"{source} does not hold a result: {error}", path=str(source)) from error
 

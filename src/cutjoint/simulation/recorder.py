@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.simulation.observables import OBSERVABLES, Sample
-from cutjoint.simulation.result import About, Result
+from cutjoint.simulation.result import About, Result, result_of
 
 
 class Recorder:
@@ -22,4 +22,4 @@ class Recorder:
 
     def result(self, about: About) -> Result:
         """Everything taken so far."""
-        return Result.of({name: np.array(rows, dtype=np.float64) for name, rows in self._columns.items()}, about)
+        return result_of({name: np.array(rows, dtype=np.float64) for name, rows in self._columns.items()}, about)

@@ -70,12 +70,6 @@ class Result(Values):
     about: About = field(default_factory=lambda: About())
     more: Mapping[str, Array] = field(default_factory=dict)
 
-    @classmethod
-    def of(cls, columns: Mapping[str, Array], about: About) -> Result:
-        """The result of all its columns; those that every result has must be there."""
-        own = {name: columns[name] for name in ARRAYS}
-        return cls(**own, about=about, more={name: one for name, one in columns.items() if name not in own})
-
     def __post_init__(self) -> None:
         for name in ARRAYS:
             object.__setattr__(self, name, readonly(getattr(self, name)))
@@ -142,17 +136,11 @@ class Result(Values):
 
     def worst_error(self, after: float = 0.0) -> float:
         """Largest |error| of the tool from time `after` [s] on [m]."""
-        return float(np.sqrt(_squares(self.error[self._from(after)]).max()))
+        return float(np.sqrt(_squares(self.error[_from(self, after)]).max()))
 
     def worst_axis_error(self, after: float = 0.0) -> float:
         """Largest error of the tool along any one axis from time `after` [s] on [m]."""
-        return float(np.abs(self.error[self._from(after)]).max())
-
-    def _from(self, after: float) -> slice:
-        first = int(np.searchsorted(self.time, after))
-        if first == len(self):
-            raise InputError(f"the run ends at {self.time[-1]:g} s, before {after:g} s")
-        return slice(first, None)
+        return float(np.abs(self.error[_from(self, after)]).max())
 
     def peak_effort(self) -> Array:
         """Largest |effort| of each actuator, shape (n,), [N] or [N m]."""
@@ -180,6 +168,19 @@ class Result(Values):
 
 ARRAYS = tuple(one.name for one in fields(Result) if one.name in OBSERVABLES)
 """The columns that every result has."""
+
+
+def result_of(columns: Mapping[str, Array], about: About) -> Result:
+    """The result of all its columns; those that every result has must be there."""
+    own = {name: columns[name] for name in ARRAYS}
+    return Result(**own, about=about, more={name: one for name, one in columns.items() if name not in own})
+
+
+def _from(result: Result, after: float) -> slice:
+    first = int(np.searchsorted(result.time, after))
+    if first == len(result):
+        raise InputError(f"the run ends at {result.time[-1]:g} s, before {after:g} s")
+    return slice(first, None)
 
 
 def _squares(error: Array) -> Array:
