@@ -20,6 +20,8 @@ from cutjoint.motion import Desired
 class ComputedTorque(PD):
     """Feedback linearisation by `model`, which need not be the plant's."""
 
+    name = "computed torque"
+
     def __init__(
         self,
         model: Mechanism,
@@ -39,11 +41,6 @@ class ComputedTorque(PD):
         """
         positive("kd", kd, "1/s")
         return cls(model, kd * kd / 4.0, kd)
-
-    @property
-    def name(self) -> str:
-        """For messages and tables."""
-        return "computed torque"
 
     def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
         """Inverse dynamics at the measured state, shape (n,)."""

@@ -12,10 +12,7 @@ from cutjoint.motion import Desired
 class NoControl:
     """Zero effort at every actuator."""
 
-    @property
-    def name(self) -> str:
-        """For messages and tables."""
-        return "none"
+    name = "none"
 
     @property
     def gains(self) -> dict[str, list[list[float]]]:

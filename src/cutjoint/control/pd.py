@@ -23,6 +23,8 @@ NOTHING.setflags(write=False)
 class PD:
     """Proportional and derivative feedback; needs no model of the robot."""
 
+    name = "PD"
+
     def __init__(self, kp: Kp, kd: Kd) -> None:
         """Gains: scalar, (n,) or (n, n).
 
@@ -30,11 +32,6 @@ class PD:
             InputError: gains of another shape, not finite or negative.
         """
         self.kp, self.kd = Gain("kp", kp), Gain("kd", kd)
-
-    @property
-    def name(self) -> str:
-        """For messages and tables."""
-        return "PD"
 
     @property
     def gains(self) -> dict[str, list[list[float]]]:

@@ -14,15 +14,12 @@ from cutjoint.motion import Desired
 class PDGravity(PD):
     """PD and gravity compensation by `model`, which need not be the plant's."""
 
+    name = "PD + gravity"
+
     def __init__(self, model: Mechanism, kp: Kp, kd: Kd) -> None:
         """Gains as in `PD`."""
         super().__init__(kp, kd)
         self.model = model
-
-    @property
-    def name(self) -> str:
-        """For messages and tables."""
-        return "PD + gravity"
 
     def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
         """Feedback and gravity, shape (n,)."""

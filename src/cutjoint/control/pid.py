@@ -20,6 +20,8 @@ from cutjoint.motion import Desired
 class PID(PD):
     """Proportional, integral and derivative feedback; needs no model.  Its memory is the integral of e, shape (n,)."""
 
+    name = "PID"
+
     def __init__(
         self,
         kp: Kp,
@@ -29,11 +31,6 @@ class PID(PD):
         """Gains as in `PD`."""
         super().__init__(kp, kd)
         self.ki = Gain("ki", ki)
-
-    @property
-    def name(self) -> str:
-        """For messages and tables."""
-        return "PID"
 
     def memory(self, n: int) -> int:
         """One integral an actuator."""

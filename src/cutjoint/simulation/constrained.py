@@ -9,59 +9,16 @@ kept, because the correction is as small as its error.
 from __future__ import annotations
 
 import threading
-from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
+from cutjoint.chain import ClosedChain
 from cutjoint.chain.closure import bind_frame
-from cutjoint.description.model import RobotDescription
 from cutjoint.errors import InputError
-from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.mechanism import Posture
 from cutjoint.simulation.plant import Observation, State
-
-
-class ConstrainedRobot(Mechanism, Protocol):
-    """What the plant needs of a closed robot beyond `Mechanism`; `ClosedChain` has it."""
-
-    @property
-    def description(self) -> RobotDescription:
-        """Where it was built from."""
-        ...
-
-    @property
-    def model(self) -> pin.Model:
-        """The open tree."""
-        ...
-
-    def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
-        """Constrained forward dynamics, shape (nv,)."""
-        ...
-
-    def full_effort(self, effort: Array) -> Array:
-        """Actuator efforts as generalised forces of all joints, shape (nv,)."""
-        ...
-
-    def full_velocity(self, at: Posture, v: Array) -> Array:
-        """Velocity of all joints, shape (nv,)."""
-        ...
-
-    def project(self, q_full: Array, v_full: Array) -> tuple[Array, Array]:
-        """Onto the loops, actuated coordinates and speeds kept."""
-        ...
-
-    def gap(self, q_full: Array) -> tuple[float, float]:
-        """Worst loop gap, ([m], [rad])."""
-        ...
-
-    def actuated(self, q_full: Array) -> Array:
-        """Actuated coordinates, shape (n,)."""
-        ...
-
-    def actuated_velocity(self, v_full: Array) -> Array:
-        """Actuated velocities, shape (n,)."""
-        ...
 
 
 class ConstrainedPlant:
@@ -72,7 +29,7 @@ class ConstrainedPlant:
         project: put every accepted step back onto the loops.  Without it the loops drift; for measuring that.
     """
 
-    def __init__(self, chain: ConstrainedRobot, *, project: bool = True) -> None:
+    def __init__(self, chain: ClosedChain, *, project: bool = True) -> None:
         self.chain = chain
         self.project = project
         self._workspaces = threading.local()
@@ -93,7 +50,7 @@ class ConstrainedPlant:
         return found
 
     @property
-    def mechanism(self) -> ConstrainedRobot:
+    def mechanism(self) -> ClosedChain:
         """The closed robot."""
         return self.chain
 
@@ -155,5 +112,5 @@ class ConstrainedPlant:
         )
 
 
-def _remade(kind: type[ConstrainedPlant], chain: ConstrainedRobot, project: bool) -> ConstrainedPlant:
+def _remade(kind: type[ConstrainedPlant], chain: ClosedChain, project: bool) -> ConstrainedPlant:
     return kind(chain, project=project)
