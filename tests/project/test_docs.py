@@ -24,7 +24,10 @@ WRITING = {"--html", "--png", "--help"}
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block: its language, its text, the line of its first row."""
+    """A fenced block: its language, its text, the line of its first row.
+
+    The language of a block that says more, as those of the guides' exercises do, is all that it says.
+    """
 
     language: str
     text: str
@@ -36,7 +39,7 @@ def blocks(text: str) -> list[Block]:
     language: str | None = None
     fence, start, rows = "", 0, list[str]()
     for number, row in enumerate(text.splitlines(), start=1):
-        mark = re.match(r"\s*(```+|~~~+)\s*(\S*)", row)
+        mark = re.match(r"\s*(```+|~~~+)\s*(.*?)\s*$", row)
         if language is None and mark:
             fence, language, start, rows = mark[1], mark[2], number + 1, []
         elif language is not None and row.strip() == fence:
