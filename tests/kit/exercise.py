@@ -102,7 +102,7 @@ class Exercise:
         if not commands.is_dir():
             commands.mkdir()
             command = commands / "cutjoint"
-            command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m cutjoint "$@"\n')
+            command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -c "from cutjoint.cli import main; main()" "$@"\n')
             command.chmod(0o755)
         settings = os.environ | {
             "PYTHONPATH": str(self.source.parent),
