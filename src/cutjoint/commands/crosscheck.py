@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json as json_module
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,8 +15,7 @@ from cutjoint.commands.output import TerminalTable, console, plain, print_json
 from cutjoint.files import write_whole
 
 if TYPE_CHECKING:
-    from cutjoint.crosscheck import Comparison, Cost, SampledState
-    from cutjoint.mechanism import Mechanism
+    from cutjoint.crosscheck import Comparison, Cost
 
 
 class Engine(StrEnum):
@@ -54,26 +53,20 @@ def command(
     With `--variant distributed` the rods are uniform, which the papers' models are not: what their hypothesis costs
     along the paper's own trajectory is shown instead.  Exit status 1 where a tolerance is exceeded.
     """
-    from cutjoint.robots import PUBLISHED, load, published
+    from cutjoint.robots import PUBLISHED, published
 
     names = list(PUBLISHED) if robot == "all" else [robot]
-    if engine is not Engine.PAPER:
-        comparisons = {name: _third_opinion(name, engine, variant, samples, seed) for name in names}
-        _finish(comparisons, seed, json)
-    models = {name: published(name) for name in names}
-    if variant is not None and all(variant == PUBLISHED[name].physical for name in names):
-        costs = {name: _cost(name) for name in names}
-        for name, cost in costs.items():
-            if not _quiet(json):
-                _show_cost(name, cost)
-        _emit(json, {name: _cost_data(cost) for name, cost in costs.items()})
-        return
-    chains = {name: load(name, variant or PUBLISHED[name].variant) for name in names}
-    _finish({name: _compare(chains[name], models[name], samples, seed) for name in names}, seed, json)
-
-
-def _finish(comparisons: dict[str, Comparison], seed: int, json: Path | None) -> NoReturn:
-    """Show, write and end: status 1 where anything disagrees."""
+    if engine is Engine.PAPER:
+        for name in names:
+            published(name)
+        if variant is not None and all(variant == PUBLISHED[name].physical for name in names):
+            costs = {name: _cost(name) for name in names}
+            for name, cost in costs.items():
+                if not _quiet(json):
+                    _show_cost(name, cost)
+            _emit(json, {name: _cost_data(cost) for name, cost in costs.items()})
+            return
+    comparisons = {name: _compare(name, engine, variant, samples, seed) for name in names}
     for comparison in comparisons.values():
         if not _quiet(json):
             _show(comparison)
@@ -94,39 +87,27 @@ def _emit(json: Path | None, data: dict[str, object]) -> None:
         write_whole(json, json_module.dumps(plain(data), indent=2) + "\n")
 
 
-def _third_opinion(name: str, engine: Engine, variant: str | None, samples: int, seed: int) -> Comparison:
+def _compare(name: str, engine: Engine, variant: str | None, samples: int, seed: int) -> Comparison:
+    """The chain of a robot against the engine at random states, with a bar that shows how far it is."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from cutjoint.crosscheck import compare, sample_states
     from cutjoint.engines.compare import compare_with_mujoco
     from cutjoint.engines.yourdfpy import compare_with_yourdfpy
     from cutjoint.robots import PUBLISHED, load, published
 
-    compare = {Engine.MUJOCO: compare_with_mujoco, Engine.YOURDFPY: compare_with_yourdfpy}[engine]
     chain = load(name, variant or (PUBLISHED[name].variant if name in PUBLISHED else None))
     reference = published(name) if name in PUBLISHED else chain
-    return _sampled(chain.name, reference, samples, seed, partial(compare, chain))
-
-
-def _compare(chain: Mechanism, reference: Mechanism, samples: int, seed: int) -> Comparison:
-    from cutjoint.crosscheck import compare
-
-    return _sampled(chain.name, reference, samples, seed, partial(compare, chain, reference))
-
-
-def _sampled(
-    name: str,
-    reference: Mechanism,
-    samples: int,
-    seed: int,
-    compare: Callable[[Iterable[SampledState], Callable[[int], None]], Comparison],
-) -> Comparison:
-    """What `compare` finds at random states of `reference`, with a bar that shows how far it is."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from cutjoint.crosscheck import sample_states
-
+    against: dict[Engine, Callable[..., Comparison]] = {
+        Engine.PAPER: partial(compare, chain, reference),
+        Engine.MUJOCO: partial(compare_with_mujoco, chain),
+        Engine.YOURDFPY: partial(compare_with_yourdfpy, chain),
+    }
     with Progress(transient=True, console=Console(stderr=True)) as bar:
-        task = bar.add_task(f"{name}: {samples} states", total=samples)
-        return compare(sample_states(reference, samples, seed), lambda done: bar.update(task, completed=done))
+        task = bar.add_task(f"{chain.name}: {samples} states", total=samples)
+        states = sample_states(reference, samples, seed)
+        return against[engine](states, lambda done: bar.update(task, completed=done))
 
 
 def _show(comparison: Comparison) -> None:

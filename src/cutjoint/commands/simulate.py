@@ -70,7 +70,7 @@ def command(
 
     if save is not None:
         check_target(save)
-    setup = _prepare(robot, controller, trajectory, (plant, model), variant, gains, payload, duration)
+    setup = _prepare(robot, controller, trajectory, plant, model, variant, gains, payload, duration)
     try:
         result = _run(*setup, rate, limit, every, step)
     except SimulationError as error:
@@ -91,23 +91,24 @@ def _prepare(
     robot: str,
     controller: str,
     trajectory: str,
-    sides: tuple[str, str | None],
+    plant: str,
+    model: str | None,
     variant: str | None,
     gains: Mapping[str, str | None],
     payload: float,
     duration: float | None,
 ) -> tuple[Plant, Law, Reference]:
-    """What moves, its controller and what it follows; `sides`: of the plant and of the controller's model."""
+    """What moves, its controller and what it follows."""
     from cutjoint.control import law
     from cutjoint.errors import UnknownNameError
     from cutjoint.motion import Reference
     from cutjoint.robots import PUBLISHED, load, published
     from cutjoint.simulation import ConstrainedPlant, ReducedPlant
 
-    for option, side in zip(("plant", "model"), sides, strict=True):
+    for option, side in (("plant", plant), ("model", model)):
         if side not in (None, "chain", "paper"):
             raise UnknownNameError(option, str(side), ("chain", "paper"))
-    chain, (plant, model) = load(robot, variant), sides
+    chain = load(robot, variant)
     name = chain.description.name
     believes = model or ("paper" if name in PUBLISHED else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain

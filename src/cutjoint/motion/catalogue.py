@@ -46,16 +46,12 @@ class TrajectoryRow:
         return text
 
 
+XYZ = tuple(Argument(axis, "m", "from home") for axis in "XYZ")
 TRAJECTORIES: dict[str, TrajectoryRow] = {
     "hold": TrajectoryRow(Hold.at_home, (Argument("SECONDS", "s", "of rest", 1.0),), "rest at home"),
     "line": TrajectoryRow(
         PointToPoint.from_home,
-        (
-            Argument("X", "m", "from home"),
-            Argument("Y", "m", "from home"),
-            Argument("Z", "m", "from home"),
-            Argument("SECONDS", "s", "for the way", 1.0),
-        ),
+        (*XYZ, Argument("SECONDS", "s", "for the way", 1.0)),
         "a straight line from rest to rest with the least jerk",
     ),
     "circle": TrajectoryRow(
