@@ -16,7 +16,7 @@ import pytest
 from cutjoint.errors import InputError
 from cutjoint.papers.cpm import CpmModel, InferredCpmModel, per_limb
 from cutjoint.papers.cpm import equations as eq
-from cutjoint.papers.cpm.model import LimbEnergies
+from cutjoint.papers.cpm.quantities import LimbEnergies
 
 AXES = np.eye(3)
 TURN = (AXES[0], AXES[1], -AXES[2])
@@ -167,7 +167,7 @@ def test_tensions_and_actuators_carry_everything_that_moves_with_the_tool(cases)
 
 def test_constraint_force_is_what_is_left_of_the_tools_equation(cases):
     for case in cases:
-        g = eq.gamma(case.model._limbs(case.at))
+        g = eq.gamma(case.model.state(case.at).limbs)
         multiplier = case.model.multipliers(case.at, case.v, case.a)
         force = np.array(per_limb.constraint_force(g, tuple(multiplier)))
         needed = 2 * case.p.A * case.a - case.p.E * AXES[2]

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -39,7 +38,7 @@ class CompiledPaper(CompiledMechanism):
         super().__init__(model, options, nominal, nominal)
         self.paper = model
         self.source = PaperSource(model, options.parameters)
-        self._libraries: dict[Any, Library] = {}
+        self._libraries: dict[Hashable, Library] = {}
         self._making = threading.Lock()
 
     def library(self, at: Posture | None = None) -> Library:
@@ -53,10 +52,7 @@ class CompiledPaper(CompiledMechanism):
             if found is not None:
                 return found
             source = PaperSource(self.paper, self.options.parameters, branch)
-            on_branch = self.paper
-            if branch != self.source.branch:
-                signs: Any = getattr(branch, "signs", branch)
-                on_branch = self._made(self.paper.parameters, signs)
+            on_branch = self.paper if branch == self.source.branch else self.paper.on_branch(branch)
             found = self._libraries[branch] = Library(
                 source,
                 checker(source, on_branch, self._nominal),
@@ -78,16 +74,11 @@ class CompiledPaper(CompiledMechanism):
         """See the published model; closed form, so there is nothing to compile."""
         return self.plain.reach(p, near)
 
-    def _made(self, parameters: Any, signs: Sequence[int]) -> PaperModel:
-        """A model of the same kind."""
-        kind: Any = type(self.paper)
-        made: PaperModel = kind(parameters, signs)
-        return made
-
     def _rebuilt(self, parameters: Mapping[str, float]) -> Mechanism:
-        own: Any = self.paper.parameters
-        changed = replace(own, **{name: value for name, value in parameters.items() if name != PAYLOAD})
-        made = self._made(changed, self.paper.signs)
+        changed = replace(
+            self.paper.parameters, **{name: value for name, value in parameters.items() if name != PAYLOAD}
+        )
+        made = self.paper.rebuilt(changed)
         return made.with_payload(parameters[PAYLOAD]) if parameters.get(PAYLOAD) else made
 
     def with_payload(self, mass: float) -> CompiledPaper:

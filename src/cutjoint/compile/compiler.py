@@ -10,8 +10,8 @@ from cutjoint.compile.compiled_paper import CompiledPaper
 from cutjoint.compile.functions.library import Made
 from cutjoint.compile.functions.table import BUILDERS, CHAIN_ONLY, PAPER_ONLY
 from cutjoint.compile.mechanism import Options
-from cutjoint.compile.sources.paper import PaperModel
 from cutjoint.errors import InputError
+from cutjoint.papers.reduced_model import ClosedFormModel
 
 Compiled = CompiledChain | CompiledPaper
 
@@ -39,7 +39,7 @@ def compiled(
         UnknownNameError: parameters that the model does not have.
     """
     options = Options(tuple(parameters), fast, cached, report)
-    if isinstance(model, PaperModel):
+    if isinstance(model, ClosedFormModel):
         return CompiledPaper(model, options)
     if hasattr(model, "full_forward_dynamics") and hasattr(model, "description"):
         return CompiledChain(model, options)

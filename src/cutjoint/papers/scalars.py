@@ -8,7 +8,7 @@ in.  So one and the same equation runs on floats (`fn=math`, the quickest way in
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeAlias, cast
 
 import numpy as np
@@ -19,6 +19,9 @@ from cutjoint.errors import InputError
 
 Scalar: TypeAlias = Any
 """A float, an array of states or a symbol."""
+
+Vector: TypeAlias = Scalar
+"""A tuple of scalars, as many as the robot has actuators."""
 
 Vector3: TypeAlias = tuple[Scalar, Scalar, Scalar]
 Matrix3: TypeAlias = tuple[Vector3, Vector3, Vector3]
@@ -32,12 +35,11 @@ class Functions(Protocol):
     """The elementary functions that the equations need; the modules math and numpy (>= 2) offer them, and so does the
     tracer of `cutjoint.compile`."""
 
-    # Typed loosely on purpose: each namespace has its own signatures.
-    sqrt: Any
-    sin: Any
-    cos: Any
-    acos: Any
-    atan2: Any
+    sqrt: Callable[..., Scalar]
+    sin: Callable[..., Scalar]
+    cos: Callable[..., Scalar]
+    acos: Callable[..., Scalar]
+    atan2: Callable[..., Scalar]
 
 
 NUMBERS: Functions = cast(Functions, math)
@@ -147,14 +149,3 @@ def check_signs(signs: Sequence[int]) -> tuple[int, int, int]:
         raise InputError(f"signs must be three numbers, each +1 or -1, one a limb; found {tuple(signs)!r}")
     one, two, three_ = (int(sign) for sign in signs)
     return one, two, three_
-
-
-def check_payload(mass: float) -> float:
-    """A payload [kg], finite and not negative.
-
-    Raises:
-        InputError: otherwise.
-    """
-    if not (math.isfinite(mass) and mass >= 0.0):
-        raise InputError(f"a payload must be a finite mass of at least 0 kg, found {mass!r}")
-    return float(mass)

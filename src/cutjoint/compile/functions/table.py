@@ -165,7 +165,7 @@ def _full_forward(call: _Call) -> tuple[Results, Number]:
 
 def _reach(call: _Call) -> tuple[Results, Number]:
     source = call.source
-    if not isinstance(source, PaperSource):
+    if not isinstance(source, PaperSource) or source.n != 3:
         raise InputError(f"{source.name} has no inverse kinematics in closed form")
     q = source.inverse_kinematics(call.arguments["q"], call.parameters)
     return {"q_reached": q}, 1.0

@@ -18,7 +18,7 @@ class PaperChecker(Checker):
     """A published model against itself."""
 
     def __init__(self, source: PaperSource, model: Mechanism, values: Array) -> None:
-        super().__init__(values, model.actuators, source.length, source.model.parameters.g)
+        super().__init__(values, model.actuators, source.model.length, source.model.parameters.g)
         self.model: Any = model
 
     def postures(self) -> list[Posture]:
@@ -58,7 +58,7 @@ class PaperChecker(Checker):
             case "step":
                 return self.judge(kernel, (q, q, values), [("q_next", q, unit, 1.0)], AGREEMENT)
             case "reach":
-                reached = kernel(model.tool(at).position, values)[:3]
+                reached = kernel(model.tool(at).position, values)[: model.n]
                 if model.actuators[0].kind == "rotation":
                     reached = reached + 2.0 * np.pi * np.round((q - reached) / (2.0 * np.pi))
                 return differ(what, reached / unit, q / unit, 1.0, AGREEMENT)
@@ -74,7 +74,7 @@ class PaperChecker(Checker):
         function = model.forward_dynamics if forward else model.inverse_dynamics
         columns: dict[str, list[Array]] = {"by_q": [], "by_v": []}
         for k, unit in enumerate(self.unit):
-            step = DIFFERENCE * unit * np.eye(3)[k]
+            step = DIFFERENCE * unit * np.eye(model.n)[k]
             before, after = model.close(at.q - step, at), model.close(at.q + step, at)
             columns["by_q"].append((function(after, v, x) - function(before, v, x)) / (2 * step[k]))
             step = self.rate * step

@@ -23,12 +23,13 @@ from cutjoint.arrays import Array
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.sources.interface import TracedState
-from cutjoint.compile.sources.paper import PaperModel, PaperSource
+from cutjoint.compile.sources.paper import PaperSource
 from cutjoint.control import Law
 from cutjoint.control.law import Gain
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired
+from cutjoint.papers.reduced_model import ClosedFormModel
 
 Objects = npt.NDArray[np.object_]
 
@@ -243,7 +244,7 @@ def _state_of(model: Mechanism, graph: Graph, state: TracedState, plant: Compile
     own: Any = model.model if isinstance(model, CompiledMechanism) else model
     if own is plant.model:
         return state
-    if isinstance(own, PaperModel):
+    if isinstance(own, ClosedFormModel):
         q = [x for x in state.actuated if isinstance(x, Expression)]
         return PaperSource(own).state(graph, q, [])
     return None

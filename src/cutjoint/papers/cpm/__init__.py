@@ -6,7 +6,9 @@ In: Parallel Manipulators, Towards New Applications, I-Tech, 2008, ISBN 978-3-90
 
 from cutjoint.papers.cpm.inferred import InferredCpmModel
 from cutjoint.papers.cpm.model import CpmModel
-from cutjoint.papers.cpm.parameters import Parameters
+from cutjoint.papers.cpm.parameters import CpmParameters
 from cutjoint.papers.cpm.rotary_model import CpmRotaryModel
 
-__all__ = ["CpmModel", "CpmRotaryModel", "InferredCpmModel", "Parameters"]
+Parameters = CpmParameters
+
+__all__ = ["CpmModel", "CpmParameters", "CpmRotaryModel", "InferredCpmModel", "Parameters"]

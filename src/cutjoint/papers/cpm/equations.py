@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
-from cutjoint.papers.cpm.parameters import Coefficients, Parameters
+from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
 from cutjoint.papers.scalars import (
     NUMBERS,
     Functions,
@@ -30,13 +30,13 @@ from cutjoint.papers.scalars import (
 )
 
 
-def limb_ends(p: Parameters, tool: Vector3) -> tuple[tuple[Scalar, Scalar], ...]:
+def limb_ends(p: CpmParameters, tool: Vector3) -> tuple[tuple[Scalar, Scalar], ...]:
     """End (u, w) of each limb in its own plane [m], from equations (1), (2), (4), (5), (7), (8)."""
     x, y, z = tool
     return ((y - p.L, z), (z, x - p.L), (x, p.D - p.L - y))
 
 
-def limb_angles(p: Parameters, tool: Vector3, signs: Vector3, fn: Functions = NUMBERS) -> Vector3:
+def limb_angles(p: CpmParameters, tool: Vector3, signs: Vector3, fn: Functions = NUMBERS) -> Vector3:
     """Angles theta_11, theta_21, theta_31 of the first links [rad]: the roots of (3), (6), (9) that `signs` picks."""
     (u1, w1), (u2, w2), (u3, w3) = limb_ends(p, tool)
     return (
@@ -46,7 +46,7 @@ def limb_angles(p: Parameters, tool: Vector3, signs: Vector3, fn: Functions = NU
     )
 
 
-def limb_angle(p: Parameters, u: Scalar, w: Scalar, sign: Scalar, fn: Functions = NUMBERS) -> Scalar:
+def limb_angle(p: CpmParameters, u: Scalar, w: Scalar, sign: Scalar, fn: Functions = NUMBERS) -> Scalar:
     """Root of (3), (6) or (9): atan2(w, u) + sign * acos(k / r), in the limb's own plane [rad]."""
     k = (u * u + w * w + p.L1 * p.L1 - p.L2 * p.L2) / (2.0 * p.L1)
     return two_link_angle(u, w, k, sign, fn)
@@ -89,14 +89,14 @@ class Limb(NamedTuple):
     denominator: Scalar
 
 
-def limb(p: Parameters, u: Scalar, w: Scalar, angle: Scalar, fn: Functions = NUMBERS) -> Limb:
+def limb(p: CpmParameters, u: Scalar, w: Scalar, angle: Scalar, fn: Functions = NUMBERS) -> Limb:
     """Equations (27), (28), (29) in the limb's own plane."""
     c, s = fn.cos(angle), fn.sin(angle)
     denominator = p.L1 * (u * s - w * c)
     return Limb((p.L1 * c - u) / denominator, (p.L1 * s - w) / denominator, c, s, u, w, denominator)
 
 
-def limb_rates(p: Parameters, a: Limb, du: Scalar, dw: Scalar) -> tuple[Scalar, Scalar]:
+def limb_rates(p: CpmParameters, a: Limb, du: Scalar, dw: Scalar) -> tuple[Scalar, Scalar]:
     """Exact time derivative of the limb's two elements of Gamma [rad/(m s)]; its end moves at (du, dw) [m/s]."""
     rate = a.along_u * du + a.along_w * dw
     ddenominator = p.L1 * (du * a.sin - dw * a.cos + (a.u * a.cos + a.w * a.sin) * rate)
@@ -109,7 +109,7 @@ def limb_rates(p: Parameters, a: Limb, du: Scalar, dw: Scalar) -> tuple[Scalar, 
 Limbs = tuple[Limb, Limb, Limb]
 
 
-def limbs(p: Parameters, tool: Vector3, angles: Vector3, fn: Functions = NUMBERS) -> Limbs:
+def limbs(p: CpmParameters, tool: Vector3, angles: Vector3, fn: Functions = NUMBERS) -> Limbs:
     """The three limbs at a tool position [m] with the angles of the first links [rad]."""
     (u1, w1), (u2, w2), (u3, w3) = limb_ends(p, tool)
     return (limb(p, u1, w1, angles[0], fn), limb(p, u2, w2, angles[1], fn), limb(p, u3, w3, angles[2], fn))
@@ -125,7 +125,7 @@ def gamma(at: Limbs) -> Matrix3:
     )
 
 
-def gamma_dot(p: Parameters, at: Limbs, velocity: Vector3) -> Matrix3:
+def gamma_dot(p: CpmParameters, at: Limbs, velocity: Vector3) -> Matrix3:
     """Exact dGamma/dt [rad/(m s)] for the tool velocity [m/s]."""
     dx, dy, dz = velocity
     one = limb_rates(p, at[0], dy, dz)
@@ -134,7 +134,7 @@ def gamma_dot(p: Parameters, at: Limbs, velocity: Vector3) -> Matrix3:
     return ((0.0, one[0], one[1]), (two[1], 0.0, two[0]), (three[0], -three[1], 0.0))
 
 
-def mass(k: Coefficients, g: Matrix3) -> Vector6:
+def mass(k: CpmCoefficients, g: Matrix3) -> Vector6:
     """Mass matrix M of equation (39) [kg], as (xx, xy, xz, yy, yz, zz)."""
     xx, xy, xz, yy, yz, zz = gram(g)
     return (
@@ -147,20 +147,20 @@ def mass(k: Coefficients, g: Matrix3) -> Vector6:
     )
 
 
-def coriolis_matrix(k: Coefficients, g: Matrix3, dg: Matrix3) -> Matrix3:
+def coriolis_matrix(k: CpmCoefficients, g: Matrix3, dg: Matrix3) -> Matrix3:
     """Matrix G of equation (39) [kg/s], the one that makes dM/dt - 2 G skew."""
     gt, dgt = transposed(g), transposed(dg)
     a, b, c = (tuple(k.coriolis * dot(row, column) for column in dgt) for row in gt)
     return (a, b, c)
 
 
-def coriolis(k: Coefficients, g: Matrix3, dg: Matrix3, velocity: Vector3) -> Vector3:
+def coriolis(k: CpmCoefficients, g: Matrix3, dg: Matrix3, velocity: Vector3) -> Vector3:
     """G times velocity [N]."""
     x, y, z = times(transposed(g), times(dg, velocity))
     return (k.coriolis * x, k.coriolis * y, k.coriolis * z)
 
 
-def gravity(k: Coefficients, at: Limbs, g: Matrix3) -> Vector3:
+def gravity(k: CpmCoefficients, at: Limbs, g: Matrix3) -> Vector3:
     """Vector K of equation (39) [N]: the force that holds the robot at rest."""
     c1, s2 = k.rod_weight * at[0].cos, k.rod_weight * at[1].sin
     return (
@@ -170,6 +170,6 @@ def gravity(k: Coefficients, at: Limbs, g: Matrix3) -> Vector3:
     )
 
 
-def potential_energy(k: Coefficients, at: PlacedLimbs) -> Scalar:
+def potential_energy(k: CpmCoefficients, at: PlacedLimbs) -> Scalar:
     """Potential energy of equation (19) [J]; z points down.  The z of the tool is the w of the first limb."""
     return -k.rod_weight * (at[0].sin + at[1].cos) - k.weight * at[0].w

@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, readonly
-from cutjoint.papers.cpm.parameters import Parameters
+from cutjoint.papers.cpm.parameters import CpmParameters
 from cutjoint.papers.scalars import three
 
 POLISHING = 60
@@ -54,7 +54,7 @@ class Cylinders(NamedTuple):
     origin: tuple[float, float, float]
 
 
-def elbows(p: Parameters, angles: npt.ArrayLike) -> Array:
+def elbows(p: CpmParameters, angles: npt.ArrayLike) -> Array:
     """Axes of the three cylinders, the points M_i in the limbs' planes, shape (3, 2) [m]: (y, z), (z, x), (x, y)."""
     one, two, three_ = np.asarray(angles, dtype=np.float64)
     return np.array(
@@ -66,7 +66,7 @@ def elbows(p: Parameters, angles: npt.ArrayLike) -> Array:
     )
 
 
-def cylinders(p: Parameters, angles: npt.ArrayLike) -> Cylinders:
+def cylinders(p: CpmParameters, angles: npt.ArrayLike) -> Cylinders:
     """The cylinders (3), (6), (9) in units of L2 for the motor angles [rad]."""
     (y1, z1), (z2, x2), (x3, y3) = elbows(p, angles) / p.L2
     origin = (float(0.5 * (x2 + x3) * p.L2), float(y3 * p.L2), float(z2 * p.L2))
@@ -74,7 +74,7 @@ def cylinders(p: Parameters, angles: npt.ArrayLike) -> Cylinders:
 
 
 def polynomial(c: Cylinders) -> Array:
-    """Coefficients of the eighth-degree polynomial in X, the highest power first, shape (9,); the first is 16."""
+    """CpmCoefficients of the eighth-degree polynomial in X, the highest power first, shape (9,); the first is 16."""
     q = np.array([-2.0, 0.0, 1.0 + c.a * c.a + c.b * c.b - 2.0 * c.d * c.d])
     f = np.array([-1.0, 2.0 * c.d, 1.0 - c.d * c.d])
     g = np.array([-1.0, -2.0 * c.d, 1.0 - c.d * c.d])
@@ -83,7 +83,7 @@ def polynomial(c: Cylinders) -> Array:
     return np.asarray(np.polysub(np.polymul(inner, inner), 16.0 * c.b * c.b * np.polymul(g, square)))
 
 
-def solutions(p: Parameters, angles: npt.ArrayLike) -> Array:
+def solutions(p: CpmParameters, angles: npt.ArrayLike) -> Array:
     """All positions of the tool that the motor angles [rad] allow, shape (k, 3) [m], k <= 8, ordered by x, y, z.
 
     Away from singularities of type 2 k is even.  At one, where two solutions meet, the pair is one row.

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Posture
 from cutjoint.papers.cpm.model import CpmModel
-from cutjoint.papers.cpm.parameters import Coefficients, Parameters
+from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
 
 
 class InferredCpmModel(CpmModel):
@@ -25,10 +25,10 @@ class InferredCpmModel(CpmModel):
     name = "cpm (inferred code)"
 
     @staticmethod
-    def coefficients(parameters: Parameters) -> Coefficients:
+    def coefficients(parameters: CpmParameters) -> CpmCoefficients:
         """Inertia 2 A + B Gamma' Gamma, Coriolis 2 B Gamma' dGamma/dt, weight without m3."""
         p = parameters
-        return Coefficients(2.0 * p.A, p.B, 2.0 * p.B, p.C, (p.m1 + 2.0 * p.m2 + p.m4) * p.g)
+        return CpmCoefficients(2.0 * p.A, p.B, 2.0 * p.B, p.C, (p.m1 + 2.0 * p.m2 + p.m4) * p.g)
 
     def limb_energies(self, at: Posture, v: npt.ArrayLike) -> NoReturn:
         """None: it is no mechanism.

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from cutjoint.errors import InputError
 
 
-class Coefficients(NamedTuple):
+class CpmCoefficients(NamedTuple):
     """The constants of the equation of motion: M = inertia I + rods Gamma' Gamma, Coriolis = coriolis Gamma' dGamma/dt.
 
     Attributes:
@@ -29,7 +29,7 @@ class Coefficients(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class CpmParameters:
     """Geometry and masses, in the symbols of the paper.
 
     Attributes:
@@ -86,9 +86,9 @@ class Parameters:
         return (self.m1 + 2.0 * self.m2 + self.m3 + self.m4) * self.g
 
     @cached_property
-    def coefficients(self) -> Coefficients:
+    def coefficients(self) -> CpmCoefficients:
         """The constants of equation (39)."""
-        return Coefficients(2.0 * self.A, 2.0 * self.B, 2.0 * self.B, self.C, self.E)
+        return CpmCoefficients(2.0 * self.A, 2.0 * self.B, 2.0 * self.B, self.C, self.E)
 
     @property
     def reach(self) -> tuple[float, float]:

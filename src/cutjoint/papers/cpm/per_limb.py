@@ -9,27 +9,27 @@ moves with the tool.  With the masses lumped at its ends the second rod carries 
 from __future__ import annotations
 
 from cutjoint.papers.cpm.equations import Limbs, PlacedLimb, PlacedLimbs
-from cutjoint.papers.cpm.parameters import Coefficients, Parameters
+from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
 from cutjoint.papers.scalars import NUMBERS, Functions, Matrix3, Scalar, Vector3, times, transposed
 
 
-def second_rods(p: Parameters, at: PlacedLimbs) -> tuple[tuple[Scalar, Scalar], ...]:
+def second_rods(p: CpmParameters, at: PlacedLimbs) -> tuple[tuple[Scalar, Scalar], ...]:
     """Second rod of each limb in its own plane, from M_i to B_i [m]: (1) to (8) less the first rod."""
     one, two, three = at
     return (_second_rod(p, one), _second_rod(p, two), _second_rod(p, three))
 
 
-def _second_rod(p: Parameters, a: PlacedLimb) -> tuple[Scalar, Scalar]:
+def _second_rod(p: CpmParameters, a: PlacedLimb) -> tuple[Scalar, Scalar]:
     return (a.u - p.L1 * a.cos, a.w - p.L1 * a.sin)
 
 
-def second_angles(p: Parameters, at: PlacedLimbs, fn: Functions = NUMBERS) -> Vector3:
+def second_angles(p: CpmParameters, at: PlacedLimbs, fn: Functions = NUMBERS) -> Vector3:
     """Angles theta_12, theta_22, theta_32 of the second rods [rad], measured like those of the first (1) to (8)."""
     (u1, w1), (u2, w2), (u3, w3) = second_rods(p, at)
     return (fn.atan2(w1, u1), fn.atan2(w2, u2), fn.atan2(w3, u3))
 
 
-def second_rates(p: Parameters, at: PlacedLimbs, rates: Vector3, velocity: Vector3) -> Vector3:
+def second_rates(p: CpmParameters, at: PlacedLimbs, rates: Vector3, velocity: Vector3) -> Vector3:
     """Rates of theta_12, theta_22, theta_32 [rad/s]: the derivatives of (1) to (8), solved across the second rod.
 
     Args:
@@ -45,7 +45,7 @@ def second_rates(p: Parameters, at: PlacedLimbs, rates: Vector3, velocity: Vecto
     return (one, two, three)
 
 
-def kinetic_energies(p: Parameters, velocity: Vector3, rates: Vector3) -> Vector3:
+def kinetic_energies(p: CpmParameters, velocity: Vector3, rates: Vector3) -> Vector3:
     """Kinetic energies T_1, T_2, T_3 of the limbs [J], equations (12), (14), (16); without the tool m4.
 
     Args:
@@ -62,20 +62,20 @@ def kinetic_energies(p: Parameters, velocity: Vector3, rates: Vector3) -> Vector
     )
 
 
-def potential_energies(p: Parameters, at: PlacedLimbs) -> Vector3:
+def potential_energies(p: CpmParameters, at: PlacedLimbs) -> Vector3:
     """Potential energies V_1, V_2, V_3 of the limbs [J], equations (13), (15), (17); z points down, without m4."""
     z = at[0].w
     end = 0.5 * p.m2 * p.g * z
     return (-p.C * at[0].sin - end, -p.C * at[1].cos - end, -(p.m1 + p.m2 + p.m3) * p.g * z)
 
 
-def moments_of_weight(k: Coefficients, at: PlacedLimbs) -> Vector3:
+def moments_of_weight(k: CpmCoefficients, at: PlacedLimbs) -> Vector3:
     """What the first rods' weight asks for about their pivots [N m]: the terms with C in (31), (32), (33)."""
     return (-k.rod_weight * at[0].cos, k.rod_weight * at[1].sin, 0.0)
 
 
 def multipliers(
-    k: Coefficients, at: Limbs, g: Matrix3, dg: Matrix3, velocity: Vector3, acceleration: Vector3
+    k: CpmCoefficients, at: Limbs, g: Matrix3, dg: Matrix3, velocity: Vector3, acceleration: Vector3
 ) -> Vector3:
     """Multipliers lambda_1, lambda_2, lambda_3 of equation (35) [N m], that is of (31), (32), (33).
 
@@ -98,7 +98,7 @@ def constraint_force(g: Matrix3, multiplier: Vector3) -> Vector3:
     return (-x, -y, -z)
 
 
-def rod_tensions(p: Parameters, at: PlacedLimbs, multiplier: Vector3) -> Vector3:
+def rod_tensions(p: CpmParameters, at: PlacedLimbs, multiplier: Vector3) -> Vector3:
     """Force along each second rod [N], positive where it pulls: lambda_i over its lever arm.
 
     The lever arm about the pivot is L1 sin(theta_i2 - theta_i1), which is -denominator / L2 with the denominator of

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 from cutjoint.papers.cpm import equations, per_limb
 from cutjoint.papers.cpm.equations import PlacedLimbs
-from cutjoint.papers.cpm.parameters import Coefficients, Parameters
+from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
 from cutjoint.papers.scalars import (
     NUMBERS,
     Functions,
@@ -42,7 +42,7 @@ from cutjoint.papers.scalars import (
 )
 
 
-def inverse_kinematics(p: Parameters, tool: Vector3, fn: Functions = NUMBERS) -> tuple[tuple[Scalar, Scalar], ...]:
+def inverse_kinematics(p: CpmParameters, tool: Vector3, fn: Functions = NUMBERS) -> tuple[tuple[Scalar, Scalar], ...]:
     """Both motor angles of each limb for a tool position [rad]: the roots of (3), (6), (9), elbow sign +1 first.
 
     One choice a limb makes eight working modes.  Where a limb does not reach the tool the functions of `fn` decide
@@ -72,7 +72,7 @@ class RotaryLimb(NamedTuple):
 RotaryLimbs = tuple[RotaryLimb, RotaryLimb, RotaryLimb]
 
 
-def limbs(p: Parameters, tool: Vector3, angles: Vector3, fn: Functions = NUMBERS) -> RotaryLimbs:
+def limbs(p: CpmParameters, tool: Vector3, angles: Vector3, fn: Functions = NUMBERS) -> RotaryLimbs:
     """The three limbs at a tool position [m] with the motors' angles [rad]."""
     one, two, three = (
         _limb(p, u, w, fn.cos(angle), fn.sin(angle))
@@ -81,11 +81,11 @@ def limbs(p: Parameters, tool: Vector3, angles: Vector3, fn: Functions = NUMBERS
     return (one, two, three)
 
 
-def _limb(p: Parameters, u: Scalar, w: Scalar, c: Scalar, s: Scalar) -> RotaryLimb:
+def _limb(p: CpmParameters, u: Scalar, w: Scalar, c: Scalar, s: Scalar) -> RotaryLimb:
     return RotaryLimb(c, s, u, w, p.L1 * (u * s - w * c))
 
 
-class Rods(NamedTuple):
+class SecondRods(NamedTuple):
     """The second rods at a posture.
 
     Attributes:
@@ -99,14 +99,14 @@ class Rods(NamedTuple):
     volume: Scalar
 
 
-def rods(p: Parameters, at: PlacedLimbs) -> Rods:
+def rods(p: CpmParameters, at: PlacedLimbs) -> SecondRods:
     """Second rods in space, from those in the limbs' planes (1) to (8), and the two sides of (27) to (29)."""
     (u1, w1), (u2, w2), (u3, w3) = per_limb.second_rods(p, at)
     e = ((0.0, u1, w1), (w2, 0.0, u2), (u3, -w3, 0.0))
-    return Rods(e, (-at[0].denominator, -at[1].denominator, -at[2].denominator), dot(e[0], cross(e[1], e[2])))
+    return SecondRods(e, (-at[0].denominator, -at[1].denominator, -at[2].denominator), dot(e[0], cross(e[1], e[2])))
 
 
-def type_1(p: Parameters, r: Rods) -> Vector3:
+def type_1(p: CpmParameters, r: SecondRods) -> Vector3:
     """sin(theta_i2 - theta_i1) of each limb: zero where the limb is stretched or folded, a singularity of type 1."""
     size = p.L1 * p.L2
     one, two, three = r.drive
@@ -122,13 +122,13 @@ def type_2(second_angles: Vector3, fn: Functions = NUMBERS) -> Scalar:
     return fn.cos(one) * fn.cos(two) * fn.cos(three) - fn.sin(one) * fn.sin(two) * fn.sin(three)
 
 
-def jacobian(r: Rods) -> Matrix3:
+def jacobian(r: SecondRods) -> Matrix3:
     """J = E^-1 diag(n): velocity of the tool over the rates of the motors [m]; the inverse of Gamma (30)."""
     (a, b, c), (n1, n2, n3) = inverse(r.e), r.drive
     return ((a[0] * n1, a[1] * n2, a[2] * n3), (b[0] * n1, b[1] * n2, b[2] * n3), (c[0] * n1, c[1] * n2, c[2] * n3))
 
 
-def drift(p: Parameters, at: PlacedLimbs, r: Rods, velocity: Vector3, rates: Vector3) -> Vector3:
+def drift(p: CpmParameters, at: PlacedLimbs, r: SecondRods, velocity: Vector3, rates: Vector3) -> Vector3:
     """dJ/dt times the rates [m/s2]: (27) to (29) differentiated once more, the second rods kept at their length.
 
     Args:
@@ -146,7 +146,7 @@ def drift(p: Parameters, at: PlacedLimbs, r: Rods, velocity: Vector3, rates: Vec
     return times(inverse(r.e), (one, two, three))
 
 
-def mass(k: Coefficients, j: Matrix3) -> Vector6:
+def mass(k: CpmCoefficients, j: Matrix3) -> Vector6:
     """Mass matrix 2A J'J + 2B 1 [kg m2] of the kinetic energy (18), as (xx, xy, xz, yy, yz, zz)."""
     xx, xy, xz, yy, yz, zz = gram(j)
     moving = k.inertia
@@ -160,13 +160,13 @@ def mass(k: Coefficients, j: Matrix3) -> Vector6:
     )
 
 
-def coriolis(k: Coefficients, j: Matrix3, drift_: Vector3) -> Vector3:
+def coriolis(k: CpmCoefficients, j: Matrix3, drift_: Vector3) -> Vector3:
     """2A J' dJ/dt times the rates [N m]; `drift_` is dJ/dt times the rates."""
     x, y, z = times(transposed(j), drift_)
     return (k.inertia * x, k.inertia * y, k.inertia * z)
 
 
-def gravity(k: Coefficients, at: PlacedLimbs, j: Matrix3) -> Vector3:
+def gravity(k: CpmCoefficients, at: PlacedLimbs, j: Matrix3) -> Vector3:
     """Torques that hold the robot at rest [N m]: the terms with C and E of (31) to (33) and (38)."""
     x, y, z = per_limb.moments_of_weight(k, at)
     down = j[2]

@@ -9,55 +9,28 @@ are in `cutjoint.papers.cpm.rotary`, the checks on values here.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import cached_property
-from itertools import product
 from math import atan2, hypot, pi, sqrt
-from typing import NamedTuple, Self
 
-import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.errors import ClosureError, InputError, SingularError
-from cutjoint.mechanism import Actuator, Posture, Terms, Tool
+from cutjoint.errors import ClosureError, SingularError
+from cutjoint.mechanism import Actuator, Posture
 from cutjoint.papers.cpm import equations, forward, per_limb, rotary
 from cutjoint.papers.cpm.model import HOME_TOOL, check_limb
-from cutjoint.papers.cpm.parameters import Parameters
-from cutjoint.papers.cpm.rotary import Rods, RotaryLimbs
+from cutjoint.papers.cpm.parameters import CpmParameters
+from cutjoint.papers.cpm.rotary import RotaryLimbs, SecondRods
+from cutjoint.papers.cpm.rotary_state import CpmRotaryState
 from cutjoint.papers.cpm.tracking import Track, Tracker
-from cutjoint.papers.scalars import (
-    Matrix3,
-    Vector3,
-    Vector6,
-    check_payload,
-    check_signs,
-    solve_symmetric,
-    symmetric,
-    three,
-    times,
-)
+from cutjoint.papers.scalars import three
+from cutjoint.papers.three_limbs import Branch, Signs, ThreeLimbModel, Triple
 
 SMALLEST_MEASURE = 1e-4
 """Smallest |type 2| that is accepted, the volume of the second rods' directions: the Jacobian loses as many digits as
 its square, eight are left."""
 
-Triple = tuple[float, float, float]
 
-
-class RotaryBranch(NamedTuple):
-    """The branch of a posture.
-
-    Attributes:
-        signs: working mode, the elbow sign of each limb as in `CpmModel`.
-        assembly: sign of the type-2 measure, which an assembly mode keeps between singularities.
-    """
-
-    signs: tuple[int, int, int]
-    assembly: int
-
-
-class CpmRotaryModel:
+class CpmRotaryModel(ThreeLimbModel[CpmParameters]):
     """The CPM driven by its first revolute joints, reduced to their angles.
 
     Args:
@@ -67,26 +40,18 @@ class CpmRotaryModel:
     """
 
     name = "cpm_rotary (Lagrange)"
-    n = 3
     actuators = tuple(Actuator(f"limb{i}_shoulder", "rotation") for i in (1, 2, 3))
+    payload = "m4"
+    stored = ("theta_11", "theta_21", "theta_31", "x", "y", "z")
+    home_tool = HOME_TOOL
 
-    def __init__(self, parameters: Parameters | None = None, signs: Sequence[int] = (1, 1, 1)) -> None:
-        self.parameters = parameters if parameters is not None else Parameters()
-        self.signs = check_signs(signs)
-        self._coefficients = self.parameters.coefficients
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}(parameters={self.parameters!r}, signs={self.signs!r})"
+    def __init__(self, parameters: CpmParameters | None = None, signs: Sequence[int] = (1, 1, 1)) -> None:
+        super().__init__(parameters if parameters is not None else CpmParameters(), signs)
 
     @property
     def length(self) -> float:
         """Characteristic length [m]: the mean of the two links of a limb."""
         return 0.5 * (self.parameters.L1 + self.parameters.L2)
-
-    @cached_property
-    def home(self) -> Posture:
-        """The start of the paper's circle in the working mode `signs`."""
-        return self._place(HOME_TOOL, self.signs, (0.0, 0.0, 0.0))
 
     def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The posture with the motors at `q` [rad] on the branch of `near`: the motors are turned there, all at once.
@@ -101,7 +66,7 @@ class CpmRotaryModel:
         """
         target = three("q", q, "rad")
         start = self.home if near is None else near
-        one, two, three_, x, y, z = self._full(start)
+        one, two, three_, x, y, z = self.full(start)
         track = Tracker(self.parameters, SMALLEST_MEASURE).walk((one, two, three_), (x, y, z), target)
         if track.progress < 1.0:
             raise self._refusal(target, track)
@@ -121,28 +86,18 @@ class CpmRotaryModel:
         tool = three("p", p, "m")
         near = self.home if near is None else near
         branch = self.branch(near)
-        at = self._place(tool, branch.signs, (0.0, 0.0, 0.0), branch.assembly)
+        at = self._place(tool, branch.signs, assembly=branch.assembly)
         one, two, three_ = (
             angle + 2.0 * pi * round((wanted - angle) / (2.0 * pi))
             for angle, wanted in zip(at.q.tolist(), self._led(near, branch.signs, tool, at), strict=True)
         )
         return Posture(readonly((one, two, three_)), readonly((one, two, three_, *tool)), at.gap)
 
-    def branch(self, at: Posture) -> RotaryBranch:
+    def branch(self, at: Posture) -> Branch:
         """Working mode, and side of the type-2 singularities, of a posture."""
-        rods = self._state(at)[1]
+        _, rods = self._limbs_and_rods(at)
         one, two, three_ = (1 if drive < 0 else -1 for drive in rods.drive)
-        return RotaryBranch((one, two, three_), 1 if rods.volume > 0 else -1)
-
-    def working_modes(self, p: npt.ArrayLike) -> tuple[Posture, ...]:
-        """All eight postures with the tool at `p` [m], in the order of the signs (+++, ++-, ..., ---).
-
-        Raises:
-            LimbReachError: a limb is too short or too long for it.
-            SingularError: one of them is singular.
-        """
-        tool = three("p", p, "m")
-        return tuple(self._place(tool, check_signs(signs), (0.0, 0.0, 0.0)) for signs in product((1, -1), repeat=3))
+        return Branch((one, two, three_), 1 if rods.volume > 0 else -1)
 
     def assembly_modes(self, q: npt.ArrayLike) -> tuple[Posture, ...]:
         """All postures with the motors at `q` [rad]: none to eight, an even number, in the order of x, y, z.
@@ -163,77 +118,25 @@ class CpmRotaryModel:
             type 2: cos cos cos - sin sin sin of the angles of the second rods, zero where the tool can move with the
             motors held.
         """
-        limbs, rods = self._state(at)
+        limbs, rods = self._limbs_and_rods(at)
         second = per_limb.second_angles(self.parameters, limbs)
         return readonly(rotary.type_1(self.parameters, rods)), float(rotary.type_2(second))
 
-    def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
-        """Position, Jacobian and dJ/dt v."""
-        limbs, rods = self._state(at)
-        j = rotary.jacobian(rods)
-        drift: Vector3 = (0.0, 0.0, 0.0)
-        if v is not None:
-            rates = three("v", v, "rad/s")
-            drift = rotary.drift(self.parameters, limbs, rods, times(j, rates), rates)
-        return Tool(at.q_full[3:], np.array(j), np.array(drift))
+    def state(self, at: Posture) -> CpmRotaryState:
+        """The equations at a posture."""
+        one, two, three_, x, y, z = self.full(at)
+        return CpmRotaryState(self.parameters, (one, two, three_), (x, y, z))
 
-    def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
-        """Mass matrix, Coriolis vector and gravity in the angles of the motors."""
-        mass, coriolis, gravity = self._terms(at, None if v is None else three("v", v, "rad/s"))
-        return Terms(np.array(symmetric(mass)), np.array(coriolis), np.array(gravity))
-
-    def potential_energy(self, at: Posture) -> float:
-        """Potential energy of gravity [J], equation (19)."""
-        return float(equations.potential_energy(self._coefficients, self._state(at)[0]))
-
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
-        """Motor torques for the accelerations `a` [rad/s2] of the motors, shape (3,) [N m]."""
-        mass, (c1, c2, c3), (g1, g2, g3) = self._terms(at, three("v", v, "rad/s"))
-        t1, t2, t3 = times(symmetric(mass), three("a", a, "rad/s2"))
-        return readonly((t1 + c1 + g1, t2 + c2 + g2, t3 + c3 + g3))
-
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
-        """Accelerations of the motors that the torques `effort` [N m] give, shape (3,) [rad/s2]."""
-        mass, (c1, c2, c3), (g1, g2, g3) = self._terms(at, three("v", v, "rad/s"))
-        t1, t2, t3 = three("effort", effort, "N m")
-        return readonly(solve_symmetric(mass, (t1 - c1 - g1, t2 - c2 - g2, t3 - c3 - g3)))
-
-    def with_payload(self, mass: float) -> Self:
-        """The same robot with `mass` [kg] more in the tool m4."""
-        loaded = replace(self.parameters, m4=self.parameters.m4 + check_payload(mass))
-        return type(self)(loaded, self.signs)
-
-    def _full(self, at: Posture) -> tuple[float, float, float, float, float, float]:
-        if at.q_full.shape != (6,):
-            raise InputError(
-                f"a posture of {self.name} holds (theta_11, theta_21, theta_31, x, y, z), shape (6,); found shape "
-                f"{at.q_full.shape}: a posture belongs to the mechanism that made it"
-            )
-        one, two, three_, x, y, z = at.q_full.tolist()
-        return one, two, three_, x, y, z
-
-    def _state(self, at: Posture) -> tuple[RotaryLimbs, Rods]:
-        one, two, three_, x, y, z = self._full(at)
-        return self._limbs_and_rods((one, two, three_), (x, y, z))
-
-    def _limbs_and_rods(self, angles: Triple, tool: Triple) -> tuple[RotaryLimbs, Rods]:
-        limbs = rotary.limbs(self.parameters, tool, angles)
+    def _limbs_and_rods(self, at: Posture) -> tuple[RotaryLimbs, SecondRods]:
+        one, two, three_, x, y, z = self.full(at)
+        limbs = rotary.limbs(self.parameters, (x, y, z), (one, two, three_))
         return limbs, rotary.rods(self.parameters, limbs)
 
-    def _terms(self, at: Posture, rates: Vector3 | None) -> tuple[Vector6, Vector3, Vector3]:
-        k, (limbs, rods) = self._coefficients, self._state(at)
-        j: Matrix3 = rotary.jacobian(rods)
-        coriolis: Vector3 = (0.0, 0.0, 0.0)
-        if rates is not None:
-            drift = rotary.drift(self.parameters, limbs, rods, times(j, rates), rates)
-            coriolis = rotary.coriolis(k, j, drift)
-        return rotary.mass(k, j), coriolis, rotary.gravity(k, limbs, j)
-
-    def _led(self, near: Posture, signs: tuple[int, int, int], tool: Triple, at: Posture) -> list[float]:
+    def _led(self, near: Posture, signs: Signs, tool: Triple, at: Posture) -> list[float]:
         """Motor angles, to a fraction of a turn, when the tool is led on a straight line from `near`: the way from a
         slider to its limb's end turns by less than half a turn then, and the first rod stays ahead or behind."""
         p = self.parameters
-        *_, x, y, z = self._full(near)
+        *_, x, y, z = self.full(near)
         found = []
         for before, now, sign, old, new in zip(
             equations.limb_ends(p, (x, y, z)), equations.limb_ends(p, tool), signs, near.q, at.q, strict=True
@@ -244,7 +147,9 @@ class CpmRotaryModel:
             found.append(float(old) + turn + sign * (ahead[1] - ahead[0]))
         return found
 
-    def _place(self, tool: Triple, signs: tuple[int, int, int], around: Triple, assembly: int | None = None) -> Posture:
+    def _place(
+        self, tool: Triple, signs: Signs, around: Triple = (0.0, 0.0, 0.0), assembly: int | None = None
+    ) -> Posture:
         """Inverse kinematics with its checks."""
         angles = []
         for number, (end, sign, middle) in enumerate(
@@ -259,7 +164,7 @@ class CpmRotaryModel:
     def _checked(self, angles: Triple, tool: Triple, assembly: int | None = None) -> Posture:
         """The posture with its residual, unless it is singular of type 2 or on the wrong side of a singularity."""
         p = self.parameters
-        rods = self._limbs_and_rods(angles, tool)[1]
+        rods = rotary.rods(p, rotary.limbs(p, tool, angles))
         measure = rods.volume / p.L2**3
         if abs(measure) < SMALLEST_MEASURE:
             raise SingularError(

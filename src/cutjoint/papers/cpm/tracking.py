@@ -15,7 +15,7 @@ from __future__ import annotations
 from math import cos, dist, hypot, inf, sin, sqrt
 from typing import NamedTuple
 
-from cutjoint.papers.cpm.parameters import Parameters
+from cutjoint.papers.cpm.parameters import CpmParameters
 
 Triple = tuple[float, float, float]
 
@@ -51,7 +51,7 @@ class Tracker:
         limit: smallest volume of the second rods' directions; the walk ends where it is less.
     """
 
-    def __init__(self, parameters: Parameters, limit: float) -> None:
+    def __init__(self, parameters: CpmParameters, limit: float) -> None:
         self._p, self._limit = parameters, limit
 
     def walk(self, angles: Triple, tool: Triple, target: Triple) -> Track:
@@ -104,7 +104,7 @@ class _Rods(NamedTuple):
     f: float
 
     @classmethod
-    def at(cls, p: Parameters, angles: Triple, tool: Triple) -> _Rods:
+    def at(cls, p: CpmParameters, angles: Triple, tool: Triple) -> _Rods:
         """With the motors at `angles` [rad] and the tool at `tool` [m], whether that closes the loops or not."""
         (one, two, three), (x, y, z) = angles, tool
         return cls(

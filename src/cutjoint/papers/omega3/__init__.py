@@ -5,6 +5,8 @@ Florida A&M University and Florida State University.
 """
 
 from cutjoint.papers.omega3.model import Omega3Model
-from cutjoint.papers.omega3.parameters import Parameters
+from cutjoint.papers.omega3.parameters import Omega3Parameters
 
-__all__ = ["Omega3Model", "Parameters"]
+Parameters = Omega3Parameters
+
+__all__ = ["Omega3Model", "Omega3Parameters", "Parameters"]

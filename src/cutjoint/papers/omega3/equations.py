@@ -11,7 +11,7 @@ from __future__ import annotations
 from math import sqrt
 from typing import NamedTuple
 
-from cutjoint.papers.omega3.parameters import Coefficients, Parameters
+from cutjoint.papers.omega3.parameters import Omega3Coefficients, Omega3Parameters
 from cutjoint.papers.scalars import (
     NUMBERS,
     Functions,
@@ -32,20 +32,20 @@ SIN_PHI = (0.0, 0.5 * sqrt(3.0), -0.5 * sqrt(3.0))
 """sin(phi_i) of equation (9)."""
 
 
-def in_limb_frame(p: Parameters, tool: Vector3, i: int) -> Vector3:
+def in_limb_frame(p: Omega3Parameters, tool: Vector3, i: int) -> Vector3:
     """Tool position seen from the motor axis of limb i (0, 1, 2), in the limb's frame [m]: equation (8) turned back."""
     x, y, z = tool
     return (x, COS_PHI[i] * y + SIN_PHI[i] * z, COS_PHI[i] * z - SIN_PHI[i] * y - p.R)
 
 
-def arm_angle(p: Parameters, tool: Vector3, i: int, sign: Scalar, fn: Functions = NUMBERS) -> Scalar:
+def arm_angle(p: Omega3Parameters, tool: Vector3, i: int, sign: Scalar, fn: Functions = NUMBERS) -> Scalar:
     """Angle theta of arm i [rad]: the root of (4) that `sign` picks, atan2(a_x, a_z) + sign * acos(k / r)."""
     ax, ay, az = in_limb_frame(p, tool, i)
     k = (ax * ax + ay * ay + az * az + p.L_A * p.L_A - p.L_B * p.L_B) / (2.0 * p.L_A)
     return two_link_angle(az, ax, k, sign, fn)
 
 
-def arm_angles(p: Parameters, tool: Vector3, signs: Vector3, fn: Functions = NUMBERS) -> Vector3:
+def arm_angles(p: Omega3Parameters, tool: Vector3, signs: Vector3, fn: Functions = NUMBERS) -> Vector3:
     """Angles of the three arms [rad] that hold the tool at a position [m]: inverse kinematics."""
     return (
         arm_angle(p, tool, 0, signs[0], fn),
@@ -70,7 +70,7 @@ class Arm(NamedTuple):
     sin: Scalar
 
 
-def arm(p: Parameters, i: int, angle: Scalar, fn: Functions = NUMBERS) -> Arm:
+def arm(p: Omega3Parameters, i: int, angle: Scalar, fn: Functions = NUMBERS) -> Arm:
     """Arm i at its angle [rad]."""
     s, c = fn.sin(angle), fn.cos(angle)
     along, up = p.L_A * c, p.L_A * s
@@ -82,7 +82,7 @@ def arm(p: Parameters, i: int, angle: Scalar, fn: Functions = NUMBERS) -> Arm:
 Arms = tuple[Arm, Arm, Arm]
 
 
-def arms(p: Parameters, angles: Vector3, fn: Functions = NUMBERS) -> Arms:
+def arms(p: Omega3Parameters, angles: Vector3, fn: Functions = NUMBERS) -> Arms:
     """The three arms at their angles [rad]."""
     return (arm(p, 0, angles[0], fn), arm(p, 1, angles[1], fn), arm(p, 2, angles[2], fn))
 
@@ -103,7 +103,7 @@ class Spheres(NamedTuple):
     square: Scalar
 
 
-def spheres(p: Parameters, at: Arms) -> Spheres:
+def spheres(p: Omega3Parameters, at: Arms) -> Spheres:
     """Forward kinematics, first half."""
     x, y, z = at[0].elbow
     (x2, y2, z2), (x3, y3, z3) = at[1].elbow, at[2].elbow
@@ -185,7 +185,7 @@ def drift(at: Arms, r: Rods, u_inverse: Matrix3, j: Matrix3, rates: Vector3) -> 
     return (-x, -y, -z)
 
 
-def mass(k: Coefficients, j: Matrix3) -> Vector6:
+def mass(k: Omega3Coefficients, j: Matrix3) -> Vector6:
     """Mass matrix I 1 + m_E J' J of equation (42) [kg m2], as (xx, xy, xz, yy, yz, zz)."""
     xx, xy, xz, yy, yz, zz = gram(j)
     return (
@@ -198,14 +198,14 @@ def mass(k: Coefficients, j: Matrix3) -> Vector6:
     )
 
 
-def coriolis(k: Coefficients, j: Matrix3, dj_rates: Vector3) -> Vector3:
+def coriolis(k: Omega3Coefficients, j: Matrix3, dj_rates: Vector3) -> Vector3:
     """V = m_E J' (dJ/dt rates) of equation (42) [N m]."""
     x, y, z = (k.mass * part for part in dj_rates)
     (a, b, c), (d, e, f), (g, h, i) = j
     return (a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z)
 
 
-def gravity(k: Coefficients, at: Arms, j: Matrix3) -> Vector3:
+def gravity(k: Omega3Coefficients, at: Arms, j: Matrix3) -> Vector3:
     """G of equation (42) [N m]: the platform's weight through J' and the arms' own, y component of equation (36)."""
     jz = j[2]
     return (
@@ -215,6 +215,6 @@ def gravity(k: Coefficients, at: Arms, j: Matrix3) -> Vector3:
     )
 
 
-def potential_energy(p: Parameters, k: Coefficients, at: Arms, tool: Vector3) -> Scalar:
+def potential_energy(p: Omega3Parameters, k: Omega3Coefficients, at: Arms, tool: Vector3) -> Scalar:
     """Potential energy of gravity [J]: heights along z of platform and arms.  What R_A and R_B add cancels."""
     return k.weight * tool[2] + k.arm_weight / p.L_A * (at[0].out[2] + at[1].out[2] + at[2].out[2])

@@ -8,33 +8,21 @@ on).  The checks on values are here, the equations in `cutjoint.papers.omega3.eq
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
-from itertools import product
 from math import pi, sqrt
-from typing import NamedTuple, Self
 
-import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.errors import ClosureError, InputError, LimbReachError, SingularError
-from cutjoint.mechanism import Actuator, Posture, Terms, Tool
+from cutjoint.errors import ClosureError, LimbReachError, SingularError
+from cutjoint.mechanism import Actuator, Posture
 from cutjoint.papers.omega3 import equations
-from cutjoint.papers.omega3.equations import Arms, Rods
-from cutjoint.papers.omega3.parameters import Parameters
-from cutjoint.papers.scalars import (
-    Matrix3,
-    Vector3,
-    Vector6,
-    check_payload,
-    check_signs,
-    inverse,
-    solve_symmetric,
-    symmetric,
-    three,
-    times,
-)
+from cutjoint.papers.omega3.equations import Arms
+from cutjoint.papers.omega3.parameters import Omega3Parameters
+from cutjoint.papers.omega3.state import Omega3State
+from cutjoint.papers.reduced_model import ClosedFormModel
+from cutjoint.papers.scalars import NUMBERS, Functions, Vector3, three
+from cutjoint.papers.three_limbs import Branch, Signs, ThreeLimbModel, Triple
 
 HOME_TOOL = (0.1, 0.0, 0.0)
 """Tool position of the home posture [m]: on the axis, in the plane of the paper's path (43)."""
@@ -44,31 +32,8 @@ SMALLEST_MEASURE = 1e-4
 plane, near type-2 the volume of the three rod directions.  Both vanish like a root, so answers lose as many digits as
 the measure's square: eight are left here."""
 
-Triple = tuple[float, float, float]
 
-
-class Branch(NamedTuple):
-    """The branch of a posture.
-
-    Attributes:
-        signs: working mode, -1 where the elbow points out, +1 where it points in, one a limb.
-        assembly: assembly mode, the side of the elbows' plane that the tool is on, +1 or -1.
-    """
-
-    signs: tuple[int, int, int]
-    assembly: int
-
-
-class _State(NamedTuple):
-    """What the dynamics needs of a posture."""
-
-    arms: Arms
-    rods: Rods
-    u_inverse: Matrix3
-    jacobian: Matrix3
-
-
-class Omega3Model:
+class Omega3Model(ThreeLimbModel[Omega3Parameters], ClosedFormModel[Omega3Parameters, Branch]):
     """The reduced model of the Omega-3.
 
     Args:
@@ -78,26 +43,18 @@ class Omega3Model:
     """
 
     name = "omega3 (virtual work)"
-    n = 3
     actuators = tuple(Actuator(f"arm{i}", "rotation") for i in (1, 2, 3))
+    payload = "m_payload"
+    stored = ("theta_1", "theta_2", "theta_3", "x", "y", "z")
+    home_tool = HOME_TOOL
 
-    def __init__(self, parameters: Parameters | None = None, signs: Sequence[int] = (-1, -1, -1)) -> None:
-        self.parameters = parameters if parameters is not None else Parameters()
-        self.signs = check_signs(signs)
-        self._coefficients = self.parameters.coefficients
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}(parameters={self.parameters!r}, signs={self.signs!r})"
+    def __init__(self, parameters: Omega3Parameters | None = None, signs: Sequence[int] = (-1, -1, -1)) -> None:
+        super().__init__(parameters if parameters is not None else Omega3Parameters(), signs)
 
     @property
     def length(self) -> float:
         """Characteristic length [m]: the mean of arm and rod."""
         return 0.5 * (self.parameters.L_A + self.parameters.L_B)
-
-    @cached_property
-    def home(self) -> Posture:
-        """The tool at (0.1, 0, 0) m in the working mode `signs`."""
-        return self._place(HOME_TOOL, self.signs, (0.0, 0.0, 0.0))
 
     @cached_property
     def _home_branch(self) -> Branch:
@@ -136,14 +93,10 @@ class Omega3Model:
 
     def branch(self, at: Posture) -> Branch:
         """Working and assembly mode of a posture."""
-        rods = self._rods(at)[1]
-        one, two, three_ = (1 if ub > 0 else -1 for ub in rods.ub)
-        return Branch((one, two, three_), 1 if rods.volume > 0 else -1)
-
-    def working_modes(self, p: npt.ArrayLike) -> tuple[Posture, ...]:
-        """All eight postures with the tool at `p` [m], in the order of the signs (+++, ++-, ..., ---)."""
-        tool = three("p", p, "m")
-        return tuple(self._place(tool, check_signs(s), (0.0, 0.0, 0.0)) for s in product((1, -1), repeat=3))
+        one, two, three_, x, y, z = self.full(at)
+        rods = equations.rods(equations.arms(self.parameters, (one, two, three_)), (x, y, z))
+        first, second, third = (1 if ub > 0 else -1 for ub in rods.ub)
+        return Branch((first, second, third), 1 if rods.volume > 0 else -1)
 
     def assembly_modes(self, q: npt.ArrayLike) -> tuple[Posture, Posture]:
         """Both postures with the arms at `q` [rad]: the tool on the sides +1 and -1 of the elbows' plane."""
@@ -151,72 +104,25 @@ class Omega3Model:
         arms = equations.arms(self.parameters, angles)
         return self._meet(angles, arms, 1), self._meet(angles, arms, -1)
 
-    def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
-        """Position, J of equation (23) and dJ/dt v of equation (25)."""
-        state = self._state(at)
-        drift: Vector3 = (0.0, 0.0, 0.0)
-        if v is not None:
-            drift = equations.drift(*state, three("v", v, "rad/s"))
-        return Tool(at.q_full[3:], np.array(state.jacobian), np.array(drift))
-
     def jacobian_dot(self, at: Posture, v: npt.ArrayLike) -> Array:
         """Exact dJ/dt of equation (27) for the arm rates `v` [rad/s], shape (3, 3) [m/s]."""
-        return readonly(equations.jacobian_dot(*self._state(at), three("v", v, "rad/s")))
+        return readonly(self.state(at).jacobian_dot(three("v", v, "rad/s")))
 
-    def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
-        """M, V and G of equation (42)."""
-        mass, coriolis, gravity = self._terms(at, None if v is None else three("v", v, "rad/s"))
-        return Terms(np.array(symmetric(mass)), np.array(coriolis), np.array(gravity))
+    def state(self, at: Posture) -> Omega3State:
+        """Equation (42) at a posture."""
+        one, two, three_, x, y, z = self.full(at)
+        return Omega3State(self.parameters, equations.arms(self.parameters, (one, two, three_)), (x, y, z))
 
-    def potential_energy(self, at: Posture) -> float:
-        """Potential energy of gravity [J]."""
-        one, two, three_, x, y, z = self._full(at)
-        arms = equations.arms(self.parameters, (one, two, three_))
-        return float(equations.potential_energy(self.parameters, self._coefficients, arms, (x, y, z)))
+    def state_at(self, p: Omega3Parameters, q: Vector3, branch: Branch, fn: Functions = NUMBERS) -> Omega3State:
+        """Equation (42) with the arms at `q`, the tool on the side of the branch."""
+        arms = equations.arms(p, q, fn)
+        return Omega3State(p, arms, equations.tool_position(equations.spheres(p, arms), branch.assembly, fn))
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
-        """Motor torques for the arm accelerations `a` [rad/s2], shape (3,) [N m], equation (42)."""
-        mass, (c1, c2, c3), (g1, g2, g3) = self._terms(at, three("v", v, "rad/s"))
-        t1, t2, t3 = times(symmetric(mass), three("a", a, "rad/s2"))
-        return readonly((t1 + c1 + g1, t2 + c2 + g2, t3 + c3 + g3))
-
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
-        """Arm accelerations that the motor torques `effort` [N m] give, shape (3,) [rad/s2]."""
-        mass, (c1, c2, c3), (g1, g2, g3) = self._terms(at, three("v", v, "rad/s"))
-        t1, t2, t3 = three("effort", effort, "N m")
-        return readonly(solve_symmetric(mass, (t1 - c1 - g1, t2 - c2 - g2, t3 - c3 - g3)))
-
-    def with_payload(self, mass: float) -> Self:
-        """The same robot with `mass` [kg] more in the payload."""
-        loaded = replace(self.parameters, m_payload=self.parameters.m_payload + check_payload(mass))
-        return type(self)(loaded, self.signs)
-
-    def _full(self, at: Posture) -> tuple[float, float, float, float, float, float]:
-        if at.q_full.shape != (6,):
-            raise InputError(
-                f"a posture of {self.name} holds (theta_1, theta_2, theta_3, x, y, z), shape (6,); found shape "
-                f"{at.q_full.shape}: a posture belongs to the mechanism that made it"
-            )
-        one, two, three_, x, y, z = at.q_full.tolist()
-        return one, two, three_, x, y, z
-
-    def _rods(self, at: Posture) -> tuple[Arms, Rods]:
-        one, two, three_, x, y, z = self._full(at)
-        arms = equations.arms(self.parameters, (one, two, three_))
-        return arms, equations.rods(arms, (x, y, z))
-
-    def _state(self, at: Posture) -> _State:
-        arms, rods = self._rods(at)
-        u_inverse = inverse(rods.u)
-        return _State(arms, rods, u_inverse, equations.jacobian(rods, u_inverse))
-
-    def _terms(self, at: Posture, rates: Vector3 | None) -> tuple[Vector6, Vector3, Vector3]:
-        k, state = self._coefficients, self._state(at)
-        j = state.jacobian
-        coriolis: Vector3 = (0.0, 0.0, 0.0)
-        if rates is not None:
-            coriolis = equations.coriolis(k, j, equations.drift(*state, rates))
-        return equations.mass(k, j), coriolis, equations.gravity(k, state.arms, j)
+    def inverse_kinematics(
+        self, p: Omega3Parameters, tool: Vector3, branch: Branch, fn: Functions = NUMBERS
+    ) -> Vector3:
+        """Arm angles that hold the tool, equation (4)."""
+        return equations.arm_angles(p, tool, branch.signs, fn)
 
     def _meet(self, angles: Triple, arms: Arms, assembly: int) -> Posture:
         """Forward kinematics with its checks."""
@@ -239,47 +145,18 @@ class Omega3Model:
             )
         return self._checked(angles, arms, equations.tool_position(spheres, assembly))
 
-    def _place(self, tool: Triple, signs: tuple[int, int, int], around: Triple, assembly: int | None = None) -> Posture:
+    def _place(
+        self, tool: Triple, signs: Signs, around: Triple = (0.0, 0.0, 0.0), assembly: int | None = None
+    ) -> Posture:
         """Inverse kinematics with its checks."""
         p = self.parameters
         angles = []
         for i, (sign, middle) in enumerate(zip(signs, around, strict=True)):
-            self._check_limb(tool, i)
+            check_limb(self.name, p, tool, i)
             angle = equations.arm_angle(p, tool, i, sign)
             angles.append(angle + 2.0 * pi * round((middle - angle) / (2.0 * pi)))
         one, two, three_ = angles
         return self._checked((one, two, three_), equations.arms(p, (one, two, three_)), tool, assembly)
-
-    def _check_limb(self, tool: Triple, i: int) -> None:
-        """Raise where limb i does not reach the tool, or only just."""
-        p = self.parameters
-        ax, ay, az = equations.in_limb_frame(p, tool, i)
-        flat = p.L_B * p.L_B - ay * ay
-        if flat >= 0.0:
-            reach, rod = sqrt(ax * ax + az * az), sqrt(flat)
-            bounds = (abs(p.L_A - rod), p.L_A + rod)
-            plane = "in its plane"
-        else:
-            reach, bounds, plane = abs(ay), (0.0, p.L_B), "sideways"
-        if not bounds[0] <= reach <= bounds[1]:
-            raise LimbReachError(
-                f"limb {i + 1} of {self.name} would have to span {reach:.6g} m {plane} to hold the tool at "
-                f"{list(tool)} m; it spans {bounds[0]:.6g} to {bounds[1]:.6g} m",
-                limb=i + 1,
-                reach=reach,
-                bounds=bounds,
-                target=readonly(tool),
-            )
-        k = (reach * reach + p.L_A * p.L_A - flat) / (2.0 * p.L_A)
-        sine = sqrt(max(0.0, reach * reach - k * k)) / p.L_B
-        if sine < SMALLEST_MEASURE:
-            raise SingularError(
-                f"arm and rods of limb {i + 1} of {self.name} are in line with the tool at {list(tool)} m: the sine "
-                f"between them is {sine:.3g}, below {SMALLEST_MEASURE:g} (type-1 singularity)",
-                kind="type-1",
-                measure=sine,
-                limit=SMALLEST_MEASURE,
-            )
 
     def _checked(self, angles: Triple, arms: Arms, tool: Triple, assembly: int | None = None) -> Posture:
         """The posture with its residual, unless it is singular of type 2 or on the wrong side of a singularity."""
@@ -304,3 +181,39 @@ class Omega3Model:
             )
         gap = max(abs(sqrt(x * x + y * y + z * z) - length) for x, y, z in rods.u)
         return Posture(readonly(angles), readonly((*angles, *tool)), (gap, 0.0))
+
+
+def check_limb(name: str, p: Omega3Parameters, tool: Triple, i: int) -> None:
+    """Raise where limb i of the model `name` does not reach the tool [m], or only just.
+
+    Raises:
+        LimbReachError: it is too short or too long.
+        SingularError: arm and rods are in line.
+    """
+    ax, ay, az = equations.in_limb_frame(p, tool, i)
+    flat = p.L_B * p.L_B - ay * ay
+    if flat >= 0.0:
+        reach, rod = sqrt(ax * ax + az * az), sqrt(flat)
+        bounds = (abs(p.L_A - rod), p.L_A + rod)
+        plane = "in its plane"
+    else:
+        reach, bounds, plane = abs(ay), (0.0, p.L_B), "sideways"
+    if not bounds[0] <= reach <= bounds[1]:
+        raise LimbReachError(
+            f"limb {i + 1} of {name} would have to span {reach:.6g} m {plane} to hold the tool at "
+            f"{list(tool)} m; it spans {bounds[0]:.6g} to {bounds[1]:.6g} m",
+            limb=i + 1,
+            reach=reach,
+            bounds=bounds,
+            target=readonly(tool),
+        )
+    k = (reach * reach + p.L_A * p.L_A - flat) / (2.0 * p.L_A)
+    sine = sqrt(max(0.0, reach * reach - k * k)) / p.L_B
+    if sine < SMALLEST_MEASURE:
+        raise SingularError(
+            f"arm and rods of limb {i + 1} of {name} are in line with the tool at {list(tool)} m: the sine "
+            f"between them is {sine:.3g}, below {SMALLEST_MEASURE:g} (type-1 singularity)",
+            kind="type-1",
+            measure=sine,
+            limit=SMALLEST_MEASURE,
+        )

@@ -12,7 +12,7 @@ from cutjoint.errors import InputError
 _LENGTHS = ("L_A", "L_B", "rod_spacing")
 
 
-class Coefficients(NamedTuple):
+class Omega3Coefficients(NamedTuple):
     """The constants of the equation of motion (42).
 
     Attributes:
@@ -29,7 +29,7 @@ class Coefficients(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Parameters:
+class Omega3Parameters:
     """Geometry and masses in SI units, in the symbols of the paper.
 
     The last four are open in the paper: it gives no value for them.  The defaults are assumptions of this project
@@ -100,6 +100,6 @@ class Parameters:
         return self.m_SC * self.arm_com + 0.5 * self.m_R * self.L_A
 
     @cached_property
-    def coefficients(self) -> Coefficients:
+    def coefficients(self) -> Omega3Coefficients:
         """The constants of equation (42)."""
-        return Coefficients(self.m_E, self.I_arm, self.m_E * self.g, self.arm_moment * self.g)
+        return Omega3Coefficients(self.m_E, self.I_arm, self.m_E * self.g, self.arm_moment * self.g)

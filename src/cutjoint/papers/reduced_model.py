@@ -1,0 +1,194 @@
+"""What the published models have in common: a reduced model in the coordinates of its actuators.
+
+A paper's own part is its equations, evaluated at one posture: an `EquationState`.  From that comes the whole interface
+of `cutjoint.mechanism.Mechanism` but for finding the postures.  A model whose forward kinematics is closed form can
+also be asked for its state on symbols, which is all that the compiler needs (`ClosedFormModel`).
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Hashable, Sequence
+from dataclasses import Field, replace
+from functools import cached_property
+from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array, as_vector, readonly
+from cutjoint.errors import InputError
+from cutjoint.mechanism import Actuator, Posture, Terms, Tool
+from cutjoint.papers.scalars import NUMBERS, Functions, Scalar, Vector, Vector3
+
+
+class PaperParameters(Protocol):
+    """Geometry and masses of a robot, in a frozen dataclass of numbers."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+    @property
+    def g(self) -> float:
+        """Size of gravity [m/s2]."""
+        ...
+
+
+P = TypeVar("P", bound=PaperParameters)
+B = TypeVar("B", bound=Hashable)
+
+
+class EquationState(ABC):
+    """A paper's equations at one posture, on floats, arrays or symbols alike; `v` are rates of the n actuators."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def mass(self) -> Sequence[Vector]:
+        """Rows of the mass matrix, (n, n)."""
+
+    @abstractmethod
+    def coriolis(self, v: Vector) -> Vector:
+        """Coriolis vector."""
+
+    @abstractmethod
+    def gravity(self) -> Vector:
+        """Effort that holds the posture."""
+
+    @abstractmethod
+    def potential_energy(self) -> Scalar:
+        """Potential energy of gravity [J]."""
+
+    @abstractmethod
+    def tool(self, v: Vector | None = None) -> tuple[Vector3, Sequence[Vector], Vector3]:
+        """Position [m], rows of the Jacobian (3, n) and drift [m/s2] of the tool; without `v` the drift is zero."""
+
+    @abstractmethod
+    def strains(self) -> Vector:
+        """Numbers whose size tells how badly conditioned the posture is: about 1 far from singularities."""
+
+
+class ReducedModel(ABC, Generic[P]):
+    """A published model in its n actuated coordinates, with `parameters`.
+
+    A subclass is a `Mechanism` once it has what is abstract here.
+
+    Attributes:
+        name: for messages and tables.
+        actuators: in the order of the coordinates.
+        payload: the parameter that a payload adds to.
+        stored: what a posture stores in `q_full`, for messages.
+    """
+
+    name: str
+    actuators: ClassVar[tuple[Actuator, ...]]
+    payload: ClassVar[str]
+    stored: ClassVar[tuple[str, ...]]
+
+    def __init__(self, parameters: P) -> None:
+        self.parameters = parameters
+        self.n = len(self.actuators)
+        self._shape = (len(self.stored),)
+
+    @property
+    @abstractmethod
+    def length(self) -> float:
+        """Characteristic length [m]."""
+
+    @cached_property
+    @abstractmethod
+    def home(self) -> Posture:
+        """The posture that calls without `near` start from; it picks the branch."""
+
+    @abstractmethod
+    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+        """The posture with the actuators at `q`, on the branch of `near` (default: of `home`)."""
+
+    @abstractmethod
+    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+        """The posture with the tool at `p` [m], on the branch of `near` (default: of `home`)."""
+
+    @abstractmethod
+    def state(self, at: Posture) -> EquationState:
+        """The equations at a posture."""
+
+    @abstractmethod
+    def rebuilt(self, parameters: P) -> Self:
+        """The same kind of robot, on the same branch at home, with other parameters."""
+
+    def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
+        """Position, Jacobian and dJ/dt v of the tool point."""
+        position, jacobian, drift = self.state(at).tool(None if v is None else self._numbers("v", v, "/s"))
+        return Tool(np.array(position), np.array(jacobian), np.array(drift))
+
+    def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
+        """Mass matrix, Coriolis vector and gravity."""
+        state = self.state(at)
+        coriolis = (0.0,) * self.n if v is None else state.coriolis(self._numbers("v", v, "/s"))
+        return Terms(np.array(state.mass()), np.array(coriolis), np.array(state.gravity()))
+
+    def potential_energy(self, at: Posture) -> float:
+        """Potential energy of gravity [J]."""
+        return float(self.state(at).potential_energy())
+
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
+        """Effort of the actuators for their acceleration `a`, shape (n,)."""
+        terms = self.terms(at, v)
+        return readonly(terms.mass @ self._numbers("a", a, "/s2") + terms.coriolis + terms.gravity)
+
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
+        """Acceleration of the actuators that `effort` gives, shape (n,)."""
+        terms = self.terms(at, v)
+        given = as_vector("effort", effort, self.n, self.actuators[0].effort_unit)
+        return readonly(np.linalg.solve(terms.mass, given - terms.coriolis - terms.gravity))
+
+    def with_payload(self, mass: float) -> Self:
+        """The same robot with `mass` [kg] more at the tool.
+
+        Raises:
+            InputError: the mass is negative or not finite.
+        """
+        if not (math.isfinite(mass) and mass >= 0.0):
+            raise InputError(f"a payload must be a finite mass of at least 0 kg, found {mass!r}")
+        carried = getattr(self.parameters, self.payload)
+        return self.rebuilt(replace(self.parameters, **{self.payload: carried + float(mass)}))
+
+    def full(self, at: Posture) -> list[float]:
+        """What a posture of this model stores.
+
+        Raises:
+            InputError: it is of another mechanism.
+        """
+        if at.q_full.shape != self._shape:
+            raise InputError(
+                f"a posture of {self.name} holds ({', '.join(self.stored)}), shape {self._shape}; found shape "
+                f"{at.q_full.shape}: a posture belongs to the mechanism that made it"
+            )
+        found: list[float] = at.q_full.tolist()
+        return found
+
+    def _numbers(self, name: str, values: npt.ArrayLike, per: str) -> Vector:
+        return tuple(as_vector(name, values, self.n, self.actuators[0].unit + per).tolist())
+
+
+class ClosedFormModel(ReducedModel[P], Generic[P, B]):
+    """A reduced model whose forward kinematics is closed form, so that its equations run on symbols too.
+
+    A branch can be hashed and written as JSON, and does not change between singularities.
+    """
+
+    @abstractmethod
+    def branch(self, at: Posture) -> B:
+        """The branch that a posture is on."""
+
+    @abstractmethod
+    def on_branch(self, branch: B) -> Self:
+        """The same robot with its home on another branch."""
+
+    @abstractmethod
+    def state_at(self, p: P, q: Vector, branch: B, fn: Functions = NUMBERS) -> EquationState:
+        """The equations at the actuated coordinates `q`; they and the parameters `p` may be symbols."""
+
+    @abstractmethod
+    def inverse_kinematics(self, p: P, tool: Vector3, branch: B, fn: Functions = NUMBERS) -> Vector:
+        """Actuated coordinates that hold the tool at a position [m]."""
