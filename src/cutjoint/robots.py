@@ -13,12 +13,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cutjoint.errors import UnknownNameError
+from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism
+from cutjoint.motion import Circle, Lissajous, Trajectory
+from cutjoint.papers.cpm import CpmModel, CpmRotaryModel
+from cutjoint.papers.cpm.published import CIRCLE
+from cutjoint.papers.omega3 import Omega3Model
+from cutjoint.papers.omega3.published import CURVE
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
-    from cutjoint.motion import Trajectory
 
 
 @dataclass(frozen=True)
@@ -26,67 +30,49 @@ class Published:
     """A robot with a published reduced model.
 
     Attributes:
-        robot: its folder under urdf/.
-        variant: the inertia variant that holds the paper's hypothesis exactly.
-        physical: the variant that does without the hypothesis.
         model: makes the reduced model.
-        trajectory: makes the paper's own trajectory.
+        variant: the inertia variant that holds the paper's hypothesis exactly; None: the inertias of the robot's file.
+        physical: the variant that does without the hypothesis, if there is one.
+        path: makes the paper's own trajectory, if it has one.
     """
 
-    robot: str
-    variant: str
-    physical: str
     model: Callable[[], Mechanism]
-    trajectory: Callable[[], Trajectory]
+    variant: str | None = None
+    physical: str | None = None
+    path: Callable[[], Trajectory] | None = None
+
+    def trajectory(self) -> Trajectory:
+        """The paper's own trajectory.
+
+        Raises:
+            InputError: it has none.
+        """
+        if self.path is None:
+            raise InputError(f"the paper of {self.model().name} has no trajectory; give one of your own")
+        return self.path()
 
 
-def _cpm() -> Mechanism:
-    from cutjoint.papers.cpm import CpmModel
-
-    return CpmModel()
-
-
-def _cpm_rotary() -> Mechanism:
-    from cutjoint.papers.cpm import CpmRotaryModel
-
-    return CpmRotaryModel()
-
-
-def _omega3() -> Mechanism:
-    from cutjoint.papers.omega3 import Omega3Model
-
-    return Omega3Model()
-
-
-def _circle() -> Trajectory:
-    from cutjoint.motion import Circle
-    from cutjoint.papers.cpm.published import CIRCLE
-
+def _circle() -> Circle:
     return Circle(np.array(CIRCLE.centre), CIRCLE.radius, CIRCLE.omega)
 
 
-def _curve() -> Trajectory:
-    from cutjoint.motion import Lissajous
-    from cutjoint.papers.omega3.published import PATH
-
+def _curve() -> Lissajous:
     return Lissajous(
-        centre=np.array([PATH.x, 0.0, 0.0]),
-        amplitude=np.array([0.0, PATH.y, PATH.z]),
-        rate=np.array([0.0, PATH.omega, 2.0 * PATH.omega]),
+        centre=np.array([CURVE.x, 0.0, 0.0]),
+        amplitude=np.array([0.0, CURVE.y, CURVE.z]),
+        rate=np.array([0.0, CURVE.omega, 2.0 * CURVE.omega]),
         phase=np.array([0.0, 0.0, -0.5 * pi]),
-        duration=PATH.duration,
+        duration=CURVE.duration,
         name="figure of eight (43)",
     )
 
 
-PUBLISHED = {
-    row.robot: row
-    for row in (
-        Published("cpm", "lumped", "distributed", _cpm, _circle),
-        Published("cpm_rotary", "lumped", "distributed", _cpm_rotary, _circle),
-        Published("omega3", "lumped", "distributed", _omega3, _curve),
-    )
+PUBLISHED: dict[str, Published] = {
+    "cpm": Published(CpmModel, "lumped", "distributed", _circle),
+    "cpm_rotary": Published(CpmRotaryModel, "lumped", "distributed", _circle),
+    "omega3": Published(Omega3Model, "lumped", "distributed", _curve),
 }
+"""Folder under urdf/ -> its published model."""
 
 
 def load(robot: str | os.PathLike[str], variant: str | None = None, home: str | None = None) -> ClosedChain:

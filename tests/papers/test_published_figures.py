@@ -11,15 +11,15 @@ import pytest
 from cutjoint.papers.cpm import CpmModel
 from cutjoint.papers.cpm.published import CIRCLE, TABLE_3
 from cutjoint.papers.omega3 import Omega3Model
-from cutjoint.papers.omega3.published import PATH
-from cutjoint.papers.publication import Figure, errata_table
+from cutjoint.papers.omega3.published import CURVE
+from cutjoint.papers.publication import PrintedNumber, errata_table
 
 
 @pytest.mark.parametrize(
     ("text", "value", "resolution"), [("0.0027", 0.0027, 1e-4), ("3.4804e-4", 3.4804e-4, 1e-8), ("101", 101.0, 1.0)]
 )
 def test_a_figure_knows_its_digits(text, value, resolution):
-    figure = Figure(text)
+    figure = PrintedNumber(text)
     assert figure.value == value
     assert figure.resolution == pytest.approx(resolution, rel=1e-12)
     for part, agrees in ((0.0, True), (0.49, True), (-0.49, True), (0.51, False), (-0.51, False)):
@@ -41,13 +41,13 @@ def test_table_3_as_printed():
 
 def test_the_paths_lie_in_the_workspaces():
     assert CIRCLE.omega * CIRCLE.duration == pytest.approx(2 * np.pi)
-    assert PATH.omega * PATH.duration == pytest.approx(2 * np.pi)
+    assert CURVE.omega * CURVE.duration == pytest.approx(2 * np.pi)
     cpm, omega3 = CpmModel(), Omega3Model()
     circle, eight = cpm.home, omega3.home
     for turn in np.linspace(0.0, 2 * np.pi, 101):
         x, y, z = CIRCLE.centre
         circle = cpm.reach([x + CIRCLE.radius * np.cos(turn), y + CIRCLE.radius * np.sin(turn), z], circle)
-        eight = omega3.reach([PATH.x, PATH.y * np.cos(turn), PATH.z * np.sin(2 * turn)], eight)
+        eight = omega3.reach([CURVE.x, CURVE.y * np.cos(turn), CURVE.z * np.sin(2 * turn)], eight)
     assert cpm.branch(circle) == (1, -1, 1)
     assert omega3.branch(eight) == ((-1, -1, -1), 1)
 

@@ -19,7 +19,7 @@ from cutjoint.experiments.gains import GAINS
 from cutjoint.experiments.pool import run_all
 from cutjoint.papers.cpm.published import CIRCLE, SETTLING_TIME
 from cutjoint.papers.omega3.published import ERROR_BOUND
-from cutjoint.papers.publication import Figure
+from cutjoint.papers.publication import PrintedNumber
 
 ROOT = Path(__file__).resolve().parents[2]
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e-?\d+)?")
@@ -71,8 +71,9 @@ def same(shown: str, computed: str) -> None:
             assert abs(float(found)) < float(wanted), (shown, computed)
         else:
             # The report's own last digit may round the other way.
-            spare = 0.5 * Figure(found).resolution * (Figure(found).resolution < Figure(wanted).resolution)
-            assert abs(float(found) - float(wanted)) <= 0.5 * Figure(wanted).resolution + spare, (shown, computed)
+            got, asked = PrintedNumber(found).resolution, PrintedNumber(wanted).resolution
+            spare = 0.5 * got * (got < asked)
+            assert abs(float(found) - float(wanted)) <= 0.5 * asked + spare, (shown, computed)
 
 
 def test_a_wrong_figure_would_be_noticed():
@@ -105,7 +106,7 @@ def test_table_3(found):
         printed = (cpm.ROWS[name].position_error, cpm.ROWS[name].velocity_error)
         assert row["printed"] == ", ".join(map(str, printed))
         for heading, column in TABLE_3.items():
-            position, velocity = (Figure(text) for text in row[heading].split(", "))
+            position, velocity = (PrintedNumber(text) for text in row[heading].split(", "))
             error = found["run", name, column].rmse()
             assert position.agrees(error.position), (name, column)
             assert velocity.agrees(error.velocity), (name, column)
@@ -121,7 +122,7 @@ def test_table_3_of_the_errata(found):
         for heading in ("inferred code, solver steps", "(39), solver steps", "(39), uniform 1 ms"):
             error = found["run", name, TABLE_3[heading]].rmse()
             for text, value in zip(row[heading].split(", "), error, strict=True):
-                assert Figure(text).agrees(value), (name, heading)
+                assert PrintedNumber(text).agrees(value), (name, heading)
     assert not titles
     error = found["rule", "feedforward", "inferred"].error_of_guess
     assert f"K_P = 7053 leaves {1e3 * error:.6f} mm with the inferred code" in prose(
@@ -221,7 +222,7 @@ def test_the_omega3_s_runs(found_omega3):
         for heading, name in headings.items():
             error = found_omega3["run", name, setup].worst_error(SETTLING_TIME)
             assert row[heading].endswith(" mm")
-            assert Figure(row[heading][:-3]).agrees(1e3 * error)
+            assert PrintedNumber(row[heading][:-3]).agrees(1e3 * error)
             errors.append(error)
     assert "The claim holds everywhere" in prose(text)
     assert max(errors) < ERROR_BOUND

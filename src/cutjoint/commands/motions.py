@@ -32,7 +32,8 @@ def trajectory_of(chain: ClosedChain, spec: str, mechanism: Mechanism | None = N
     if rest:
         raise InputError(f"'{spec}' is no trajectory; paper takes no numbers")
     robot = chain.description.name
-    if robot not in PUBLISHED:
+    known = [name for name, row in PUBLISHED.items() if row.path is not None]
+    if robot not in known:
         others = ", ".join(f"{one}{row.form}" for one, row in TRAJECTORIES.items())
-        raise InputError(f"{robot} has no published trajectory (known: {', '.join(PUBLISHED)}); use {others}")
+        raise InputError(f"{robot} has no published trajectory (known: {', '.join(known)}); use {others}")
     return PUBLISHED[robot].trajectory()

@@ -8,7 +8,7 @@ from decimal import Decimal
 
 
 @dataclass(frozen=True)
-class Figure:
+class PrintedNumber:
     """A number as printed.
 
     Attributes:

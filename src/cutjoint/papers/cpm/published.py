@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import pi
 
-from cutjoint.papers.publication import Figure
+from cutjoint.papers.publication import PrintedNumber
 
 FORCE_LIMIT = 120.0
 """Largest actuator force [N] (section 5.3)."""
@@ -15,7 +15,7 @@ SETTLING_TIME = 0.3
 
 
 @dataclass(frozen=True)
-class Circle:
+class PrintedCircle:
     """The desired path of section 5.3: centre + radius (cos(omega t), sin(omega t), 0).
 
     Attributes:
@@ -31,7 +31,7 @@ class Circle:
     duration: float = 4.0
 
 
-CIRCLE = Circle()
+CIRCLE = PrintedCircle()
 
 
 @dataclass(frozen=True)
@@ -53,14 +53,14 @@ class Table3Row:
     equation: str
     k_p: float
     k_d: float
-    position_error: Figure
-    velocity_error: Figure
+    position_error: PrintedNumber
+    velocity_error: PrintedNumber
     bound: float | None
 
 
 TABLE_3 = (
-    Table3Row("pd", "(40)", 12691.0, 436.0, Figure("0.0027"), Figure("0.0223"), 3e-3),
-    Table3Row("pd_gravity", "(41)", 8507.0, 436.0, Figure("3.4804e-4"), Figure("0.021"), 3e-4),
-    Table3Row("feedforward", "(42)", 7053.0, 436.0, Figure("3.0256e-4"), Figure("0.0182"), 1e-5),
-    Table3Row("computed_torque", "(43)", 2550.25, 101.0, Figure("2.3469e-4"), Figure("0.0161"), None),
+    Table3Row("pd", "(40)", 12691.0, 436.0, PrintedNumber("0.0027"), PrintedNumber("0.0223"), 3e-3),
+    Table3Row("pd_gravity", "(41)", 8507.0, 436.0, PrintedNumber("3.4804e-4"), PrintedNumber("0.021"), 3e-4),
+    Table3Row("feedforward", "(42)", 7053.0, 436.0, PrintedNumber("3.0256e-4"), PrintedNumber("0.0182"), 1e-5),
+    Table3Row("computed_torque", "(43)", 2550.25, 101.0, PrintedNumber("2.3469e-4"), PrintedNumber("0.0161"), None),
 )

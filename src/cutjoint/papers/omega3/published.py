@@ -13,7 +13,7 @@ SETTLING_TIME = 0.3
 
 
 @dataclass(frozen=True)
-class Path:
+class PrintedCurve:
     """The desired path (43), a figure of eight in the y-z plane: (x, y cos(omega t), z sin(2 omega t)).
 
     Attributes:
@@ -31,4 +31,4 @@ class Path:
     duration: float = 2.0
 
 
-PATH = Path()
+CURVE = PrintedCurve()
