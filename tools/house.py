@@ -24,7 +24,7 @@ MODULE_LINES = 350
 CLASS_METHODS = 15
 FUNCTION_LINES = 60
 ANY_USES = 59
-TOTAL_LINES = 29_770
+TOTAL_LINES = 30_222
 REASON = re.compile(r"\s*# long: \S")
 HEAD = 40
 """Lines of a module among which its reason may stand."""
