@@ -82,11 +82,10 @@ def test_duration_must_be_positive(duration):
 
 
 def test_more_than_three_actuators_are_refused():
-    class Six(CpmModel):
-        n = 6
-
+    six = CpmModel()
+    six.n = 6
     with pytest.raises(InputError, match="6 actuators"):
-        Reference(Hold([0.6, 0.425, 0.3]), Six())
+        Reference(Hold([0.6, 0.425, 0.3]), six)
 
 
 def test_desired_posture_of_another_model_is_closed_by_it():

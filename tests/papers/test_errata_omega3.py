@@ -11,7 +11,7 @@ from cutjoint.errors import LimbReachError
 from cutjoint.papers.omega3 import Omega3Model, Parameters
 from cutjoint.papers.omega3 import equations as eq
 from cutjoint.papers.omega3.errata import ERRATA
-from cutjoint.papers.omega3.published import PATH
+from cutjoint.papers.omega3.published import CURVE
 
 TOOL, V, A = np.array([0.11, 0.02, -0.03]), np.array([2.0, -1.5, 3.0]), np.array([10.0, 20.0, -15.0])
 
@@ -141,9 +141,9 @@ def test_scalar_in_42():
 def path_torques(model):
     """Torques along the desired path (43), shape (200, 3) [N m]."""
     at, torques = model.home, []
-    for t in np.linspace(0.0, PATH.duration, 200, endpoint=False):
-        w, y, z = PATH.omega, PATH.y, PATH.z
-        at = model.reach([PATH.x, y * np.cos(w * t), z * np.sin(2 * w * t)], at)
+    for t in np.linspace(0.0, CURVE.duration, 200, endpoint=False):
+        w, y, z = CURVE.omega, CURVE.y, CURVE.z
+        at = model.reach([CURVE.x, y * np.cos(w * t), z * np.sin(2 * w * t)], at)
         j = model.tool(at).jacobian
         v = np.linalg.solve(j, [0.0, -w * y * np.sin(w * t), 2 * w * z * np.cos(2 * w * t)])
         pull = np.array([0.0, -w * w * y * np.cos(w * t), -4 * w * w * z * np.sin(2 * w * t)])
@@ -156,8 +156,8 @@ def test_units():
     true = Parameters()
     printed = {name: 1000.0 * getattr(true, name) for name in ("L_A", "L_B", "R_A", "R_B")}
     model = Omega3Model(replace(true, **printed))
-    for t in np.linspace(0.0, PATH.duration, 21):
-        tool = [PATH.x, PATH.y * np.cos(PATH.omega * t), PATH.z * np.sin(2 * PATH.omega * t)]
+    for t in np.linspace(0.0, CURVE.duration, 21):
+        tool = [CURVE.x, CURVE.y * np.cos(CURVE.omega * t), CURVE.z * np.sin(2 * CURVE.omega * t)]
         assert len(Omega3Model().working_modes(tool)) == 8
         with pytest.raises(LimbReachError):
             model.working_modes(tool)
