@@ -15,10 +15,9 @@ from cutjoint.mechanism import Posture
 from cutjoint.motion import Reference
 from cutjoint.simulation.coupled import Coupled
 from cutjoint.simulation.integrators import Adaptive, Integrator, Step, StepError
-from cutjoint.simulation.observables import Sample
+from cutjoint.simulation.observables import OBSERVABLES, Sample
 from cutjoint.simulation.plant import Plant, State
-from cutjoint.simulation.recorder import Recorder
-from cutjoint.simulation.result import About, Result
+from cutjoint.simulation.result import About, Result, result_of
 
 # Two instants nearer to each other than this part of the whole run are one.
 SAME = 1e-12
@@ -112,7 +111,7 @@ class _Run:
         self.coupled, self.method, self.about = coupled, method, about
         self.span, self.period, self.spacing, self.every_step = span, period, spacing, every_step
         self.same = SAME * span
-        self.recorder = Recorder()
+        self.columns: dict[str, list[npt.ArrayLike]] = {name: [] for name in OBSERVABLES}
         self.t, self.steps, self.samples, self.records = 0.0, 0, 0, 0
         self.h = math.inf
         self.slope: Array | None = None
@@ -182,13 +181,16 @@ class _Run:
 
     def record(self, t: float, state: State, effort: Array, work: float) -> None:
         """Take one sample."""
-        self.recorder.add(Sample(t, self.coupled.plant.observe(state), self.coupled.desired(t), effort, work))
+        sample = Sample(t, self.coupled.plant.observe(state), self.coupled.desired(t), effort, work)
+        for name, one in OBSERVABLES.items():
+            self.columns[name].append(one.take(sample))
 
     def result(self) -> Result:
         """Everything until now."""
         coupled = self.coupled
         ending = About(steps=self.steps, evaluations=coupled.evaluations, strayed=coupled.strayed)
-        return self.recorder.result({**self.about, **ending})
+        columns = {name: np.array(samples, dtype=np.float64) for name, samples in self.columns.items()}
+        return result_of(columns, {**self.about, **ending})
 
     def stopped(self, reason: str) -> SimulationError:
         """The error that ends a run early; nothing is lost."""
