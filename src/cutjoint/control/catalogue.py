@@ -36,11 +36,6 @@ class LawRow:
         notes = ((one.name, note) for one in parameters for note in getattr(one.annotation, "__metadata__", ()))
         return {name: note for name, note in notes if isinstance(note, GainHelp)}
 
-    @property
-    def has_model(self) -> bool:
-        """Whether the law believes in a model."""
-        return "model" in signature(self.make).parameters
-
 
 LAWS: dict[str, LawRow] = {
     "none": LawRow(NoControl, "no effort: free fall"),
@@ -74,6 +69,7 @@ def law(name: str, model: Mechanism, gains: Mapping[str, npt.ArrayLike]) -> Law:
     if set(gains) != set(row.gains):
         wanted, found = ", ".join(row.gains) or "none", ", ".join(sorted(gains)) or "none"
         raise InputError(f"controller '{name}' takes the gains {wanted}; found {found}")
-    made = row.make(model=model, **gains) if row.has_model else row.make(**gains)
+    inside = {"model": model} if "model" in signature(row.make).parameters else {}
+    made = row.make(**inside, **gains)
     made.memory(model.n)
     return made

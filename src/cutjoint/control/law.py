@@ -24,12 +24,10 @@ class Law(Protocol):
     @property
     def name(self) -> str:
         """For messages and tables."""
-        ...
 
     @property
     def gains(self) -> dict[str, list[list[float]]]:
         """The gains by name, as nested lists, for reports and result files."""
-        ...
 
     def memory(self, n: int) -> int:
         """Number m of the law's own states for n actuators.
@@ -37,15 +35,12 @@ class Law(Protocol):
         Raises:
             InputError: gains that do not fit n actuators.
         """
-        ...
 
     def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
         """What the actuators should give, shape (n,), [N] or [N m], before any saturation."""
-        ...
 
     def memory_rate(self, desired: Desired, q: Array, v: Array, asked: Array, given: Array) -> Array:
         """Time derivative of the memory, shape (m,); `asked` is the effort before, `given` after saturation."""
-        ...
 
 
 @dataclass(frozen=True)

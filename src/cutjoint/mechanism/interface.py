@@ -46,22 +46,18 @@ class Mechanism(Protocol):
     @property
     def name(self) -> str:
         """Name of the model, for messages and tables."""
-        ...
 
     @property
     def n(self) -> int:
         """Number of actuated coordinates (equal to the mobility)."""
-        ...
 
     @property
     def actuators(self) -> tuple[Actuator, ...]:
         """The actuated joints in the order of the coordinates."""
-        ...
 
     @property
     def home(self) -> Posture:
         """The posture that calls without `near` start from; it picks the branch."""
-        ...
 
     def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The closed posture with actuated coordinates `q`, on the branch of `near` (default: of `home`).
@@ -71,7 +67,6 @@ class Mechanism(Protocol):
             ClosureError: the loops cannot be closed there.
             SingularError: a singular posture lies at or before `q`.
         """
-        ...
 
     def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The closed posture with the tool at `p`, shape (3,) [m] (inverse kinematics), on the branch of `near`.
@@ -81,31 +76,24 @@ class Mechanism(Protocol):
             UnreachableError: outside the workspace of this branch.
             SingularError: a singular posture lies at or before `p`.
         """
-        ...
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
         """Position, Jacobian and J_dot v of the tool point.  Without `v` the drift is zero."""
-        ...
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
         """Mass matrix, Coriolis vector and gravity.  Without `v` the Coriolis vector is zero."""
-        ...
 
     def potential_energy(self, at: Posture) -> float:
         """Potential energy of gravity [J]; zero where the owner's world frame has its origin."""
-        ...
 
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Effort that gives the acceleration `a`, shape (n,), [N] or [N m]."""
-        ...
 
     def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
         """Acceleration that `effort` gives, shape (n,), [m/s2] or [rad/s2]."""
-        ...
 
     def with_payload(self, mass: float) -> Self:
         """The same robot carrying a further point mass [kg] at the tool point."""
-        ...
 
 
 def kinetic_energy(mechanism: Mechanism, at: Posture, v: npt.ArrayLike) -> float:

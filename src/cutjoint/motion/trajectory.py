@@ -34,13 +34,10 @@ class Trajectory(Protocol):
     @property
     def name(self) -> str:
         """For messages, tables and file names."""
-        ...
 
     @property
     def duration(self) -> float:
         """Time after which it repeats or rests [s]."""
-        ...
 
     def at(self, t: float) -> ToolMotion:
         """The desired motion at time `t` [s]."""
-        ...

@@ -61,32 +61,25 @@ class Plant(Protocol):
     @property
     def name(self) -> str:
         """For messages and tables."""
-        ...
 
     @property
     def mechanism(self) -> Mechanism:
         """The model that moves."""
-        ...
 
     def start(self, posture: Posture, v: Array) -> State:
         """The state at `posture`, made by `mechanism`, with actuated velocity `v`, shape (n,)."""
-        ...
 
     def chart(self, state: State) -> Array:
         """Coordinates u of the state in the chart around itself, shape (nv,)."""
-        ...
 
     def moved(self, origin: State, u: Array, v: Array) -> State:
         """The state at `u` in the chart around `origin`, with velocity `v`."""
-        ...
 
     def chart_rate(self, origin: State, state: State) -> Array:
         """du/dt in the chart around `origin`, shape (nv,)."""
-        ...
 
     def measured(self, state: State) -> tuple[Array, Array]:
         """Actuated coordinates and velocities, shape (n,) each."""
-        ...
 
     def acceleration(self, state: State, effort: Array) -> Array:
         """dv/dt under the actuators' `effort`, shape (nv,).
@@ -94,12 +87,9 @@ class Plant(Protocol):
         Raises:
             CutjointError: the state is singular or not closed.
         """
-        ...
 
     def settled(self, state: State) -> tuple[State, float]:
         """The state put back onto its loops, and how far off it was [m]."""
-        ...
 
     def observe(self, state: State) -> Observation:
         """What to record."""
-        ...

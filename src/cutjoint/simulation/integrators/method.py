@@ -46,16 +46,13 @@ class Integrator(Protocol):
     @property
     def name(self) -> str:
         """Method and settings, for tables and result files."""
-        ...
 
     @property
     def interpolates(self) -> bool:
         """Whether its steps come with an interpolant; otherwise steps end where a sample is wanted."""
-        ...
 
     def first(self, field: Field, t: float, y: Array, slope: Array, span: float) -> float:
         """Length of the first step [s] of a run over `span` [s]."""
-        ...
 
     def step(self, field: Field, t: float, y: Array, slope: Array, h: float, end: float, span: float) -> Step:
         """One step from (t, y), where dy/dt = `slope`, of about `h` [s] and never past `end`.
@@ -65,4 +62,3 @@ class Integrator(Protocol):
         Raises:
             StepError: no step is small enough.
         """
-        ...
