@@ -48,33 +48,31 @@ def load(path: str | Path) -> Result:
         ResultFileError: no such file, cut short, damaged, or of another schema version.
     """
     source = Path(path)
+
+    def refused(why: str) -> ResultFileError:
+        return ResultFileError(f"{source}{why}", path=str(source))
+
     try:
         with np.load(source, allow_pickle=False) as stored:
             content = {name: np.asarray(stored[name]) for name in stored.files}
     except FileNotFoundError as error:
-        raise ResultFileError(f"{source}: no such file", path=str(source)) from error
+        raise refused(": no such file") from error
     except IsADirectoryError as error:
-        raise ResultFileError(f"{source} is a folder, expected a result file", path=str(source)) from error
+        raise refused(" is a folder, expected a result file") from error
     except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, KeyError) as error:
-        raise ResultFileError(
-            f"{source} is not a whole result file ({error}); run `cutjoint simulate --save` again", path=str(source)
-        ) from error
-    schema = content.get("schema")
-    if schema is None or schema.tolist() != SCHEMA:
-        found = "none" if schema is None else schema.tolist()
-        raise ResultFileError(
-            f"{source} has result schema {found}, this version reads {SCHEMA}; simulate again or use the version of "
-            "cutjoint that wrote it",
-            path=str(source),
-        )
+        raise refused(f" is not a whole result file ({error}); run `cutjoint simulate --save` again") from error
+    schema = content["schema"].tolist() if "schema" in content else "none"
+    if schema != SCHEMA:
+        mend = "simulate again or use the version of cutjoint that wrote it"
+        raise refused(f" has result schema {schema}, this version reads {SCHEMA}; {mend}")
     missing = [name for name in (*ARRAYS, "about") if name not in content]
     if missing:
-        raise ResultFileError(f"{source} lacks {', '.join(missing)}", path=str(source))
+        raise refused(f" lacks {', '.join(missing)}")
     try:
         about = json.loads(str(content["about"]))
         return result_of({name: content[name] for name in OBSERVABLES if name in content}, about)
     except (ValueError, TypeError) as error:
-        raise ResultFileError(f"{source} does not hold a result: {error}", path=str(source)) from error
+        raise refused(f" does not hold a result: {error}") from error
 
 
 def _npz(result: Result) -> bytes:
