@@ -7,35 +7,17 @@ copying; `with_...` and `variant` give changed copies.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
-from cutjoint.description.cuts import CutType
-from cutjoint.description.joints import JointType
+from cutjoint.description.cuts import CutType as CutType
+from cutjoint.description.joints import JointType as JointType
 from cutjoint.errors import InputError, UnknownNameError
-
-__all__ = [
-    "IDENTITY",
-    "ORIGIN",
-    "Coupling",
-    "CutJoint",
-    "CutType",
-    "Frame",
-    "Home",
-    "Inertial",
-    "Joint",
-    "JointType",
-    "Limits",
-    "Link",
-    "Place",
-    "RobotDescription",
-    "Shape",
-    "Variant",
-]
 
 IDENTITY: Array = readonly(np.eye(4))
 ORIGIN: Array = readonly(np.zeros(3))
@@ -60,6 +42,21 @@ class Inertial(Values):
     def __post_init__(self) -> None:
         object.__setattr__(self, "com", readonly(self.com))
         object.__setattr__(self, "inertia", readonly(self.inertia))
+
+    @classmethod
+    def of(cls, mass: float, com: npt.ArrayLike, entries: Sequence[float], axes: Array = IDENTITY[:3, :3]) -> Inertial:
+        """With the entries xx, yy, zz, xy, xz, yz (or the first three) of the inertia along `axes` (3, 3)."""
+        xx, yy, zz, xy, xz, yz = (*entries, 0.0, 0.0, 0.0)[:6]
+        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        if not np.array_equal(axes, np.eye(3)):
+            tensor = axes @ tensor @ axes.T
+            tensor = 0.5 * (tensor + tensor.T)
+        return cls(mass, np.asarray(com, dtype=float), tensor)
+
+    @property
+    def entries(self) -> tuple[float, ...]:
+        """xx, yy, zz, xy, xz, yz of the inertia."""
+        return tuple(float(self.inertia[at]) for at in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
 
 
 @dataclass(frozen=True, eq=False)

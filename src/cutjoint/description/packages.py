@@ -12,6 +12,8 @@ from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
 
+from cutjoint.description.findings import Findings
+
 _ABOVE = 5
 
 
@@ -37,6 +39,15 @@ def search_folders(near: Path) -> list[Path]:
     if share is not None:
         folders += [share.parent, share / "robots"]
     return folders
+
+
+def read_mesh(name: str, what: str, mend: str, near: Path, findings: Findings, line: int | None) -> Path | None:
+    """The file that a mesh name means in a description at `near`, or None after noting that `what` is not there."""
+    found, tried = find_mesh(name, near) if name else (None, [])
+    if found is None:
+        places = ", ".join(map(str, list(dict.fromkeys(tried))[:2]))
+        findings.doubt(f"{what} not found", f"a file, such as {places}", mend, line)
+    return found
 
 
 def find_mesh(name: str, near: Path) -> tuple[Path | None, list[Path]]:

@@ -189,8 +189,4 @@ class Bodies:
         )  # fmt: skip
         if mass is None or values is None:
             return None
-        if key == "diaginertia":
-            tensor = at[:3, :3] @ np.diag(values) @ at[:3, :3].T
-            return Inertial(mass[0], at[:3, 3], 0.5 * (tensor + tensor.T))
-        xx, yy, zz, xy, xz, yz = values
-        return Inertial(mass[0], at[:3, 3], np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+        return Inertial.of(mass[0], at[:3, 3], values, at[:3, :3] if key == "diaginertia" else np.eye(3))

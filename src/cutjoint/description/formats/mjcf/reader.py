@@ -22,7 +22,7 @@ from cutjoint.description.formats.mjcf.geom import Mesh
 from cutjoint.description.formats.mjcf.keyframes import read_homes
 from cutjoint.description.formats.mjcf.pose import AngleUnits
 from cutjoint.description.numbers import read_numbers
-from cutjoint.description.packages import find_mesh
+from cutjoint.description.packages import read_mesh
 from cutjoint.description.xml import Element, children, read_xml
 
 REFUSED = ("include", "deformable", "extension", "replicate", "frame", "attach", "composite", "flexcomp")
@@ -108,10 +108,7 @@ def _meshes(root: Element, path: Path, findings: Findings) -> dict[str, Mesh | N
             text = element.get("scale", "1 1 1")
             scale = read_numbers(text, 3, f"scale of mesh '{name}'", findings, element.sourceline)
             inside = str(Path(folder) / file)
-            found, tried = find_mesh(inside, path) if file else (None, [])
-            if found is None:
-                places = ", ".join(map(str, tried[:2]))
-                findings.doubt(f"mesh '{file}' not found", f"a file, such as {places}", "", element.sourceline)
+            found = read_mesh(inside if file else "", f"mesh '{file}'", "", path, findings, element.sourceline)
             meshes[name] = None if found is None or scale is None else Mesh(found, scale)
     return meshes
 

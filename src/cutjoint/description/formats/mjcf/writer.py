@@ -174,9 +174,8 @@ def _fill(body: Element, link: Link, meshes: Meshes) -> None:
 
 
 def _inertial(body: Element, inertial: Inertial) -> None:
-    tensor = inertial.inertia
-    entries = [tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2]]
-    etree.SubElement(body, "inertial", pos=words(inertial.com), mass=number(inertial.mass), fullinertia=words(entries))
+    given = {"pos": words(inertial.com), "mass": number(inertial.mass), "fullinertia": words(inertial.entries)}
+    etree.SubElement(body, "inertial", given)
 
 
 def _geom(body: Element, shape: Shape, visual: bool, meshes: Meshes) -> None:

@@ -11,7 +11,7 @@ from cutjoint.description.formats.common.graph import PlacedLink
 from cutjoint.description.formats.sdf.pose import Poses, read_pose, text_of
 from cutjoint.description.model import Inertial, Link, Place, Shape
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
-from cutjoint.description.packages import find_mesh
+from cutjoint.description.packages import read_mesh
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 
 _NONE: frozenset[str] = frozenset()
@@ -51,19 +51,15 @@ def _inertial(link: Element, name: str, findings: Findings) -> Inertial | None:
     line = element.sourceline if part is None else part.sourceline
     mass = read_numbers(text, 1, f"mass of link '{name}'", findings, line, LARGEST_MASS)
     inertia = only_child(element, "inertia", findings)
-    entries = {}
+    entries: list[float] = []
     for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"):
         entry = None if inertia is None else only_child(inertia, key, findings)
         text = ("1" if key[1] == key[2] else "0") if entry is None else entry.text
         line = element.sourceline if entry is None else entry.sourceline
-        value = read_numbers(text, 1, f"{key} of link '{name}'", findings, line, LARGEST_INERTIA)
-        entries[key] = value[0] if value else None
-    if mass is None or None in entries.values():
+        entries += read_numbers(text, 1, f"{key} of link '{name}'", findings, line, LARGEST_INERTIA) or ()
+    if mass is None or len(entries) != 6:
         return None
-    xx, yy, zz, xy, xz, yz = (float(entries[key] or 0.0) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    tensor = pose[:3, :3] @ tensor @ pose[:3, :3].T
-    return Inertial(mass[0], pose[:3, 3], 0.5 * (tensor + tensor.T))
+    return Inertial.of(mass[0], pose[:3, 3], entries, pose[:3, :3])
 
 
 def _shapes(link: Element, tag: str, name: str, path: Path, findings: Findings) -> list[Shape]:
@@ -108,12 +104,8 @@ def _shape(element: Element, tag: str, link: str, path: Path, findings: Findings
 
 def _mesh(element: Element, what: str, path: Path, findings: Findings) -> Path | None:
     name = text_of(only_child(element, "uri", findings))
-    found, tried = find_mesh(name, path) if name else (None, [])
-    if found is None:
-        places = ", ".join(map(str, tried[:2]))
-        remedy = "add the folder that holds it to GAZEBO_MODEL_PATH"
-        findings.doubt(f"mesh '{name}' in {what} not found", f"a file, such as {places}", remedy, element.sourceline)
-    return found
+    remedy = "add the folder that holds it to GAZEBO_MODEL_PATH"
+    return read_mesh(name, f"mesh '{name}' in {what}", remedy, path, findings, element.sourceline)
 
 
 def _colour(element: Element, findings: Findings) -> tuple[float, float, float, float] | None:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-
 from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings, closest, listing
 from cutjoint.description.model import IDENTITY, Inertial, Link, Place, Shape
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
-from cutjoint.description.packages import find_mesh
+from cutjoint.description.packages import read_mesh
 from cutjoint.description.transforms import placement
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 
@@ -28,7 +26,7 @@ _SHAPES: Mapping[str, frozenset[str]] = {
     "sphere": frozenset({"radius"}),
     "mesh": frozenset({"filename", "scale"}),
 }
-_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def read_origin(element: Element | None, findings: Findings, tag: str = "origin") -> Array:
@@ -124,12 +122,7 @@ def _inertial(link: Element, name: str, findings: Findings) -> Inertial | None:
             entries += entry or ()
     if mass is None or len(entries) != len(_INERTIA):
         return None
-    ixx, ixy, ixz, iyy, iyz, izz = entries
-    tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    if not np.array_equal(origin[:3, :3], np.eye(3)):
-        tensor = origin[:3, :3] @ tensor @ origin[:3, :3].T
-        tensor = 0.5 * (tensor + tensor.T)
-    return Inertial(mass[0], origin[:3, 3], tensor)
+    return Inertial.of(mass[0], origin[:3, 3], entries, origin[:3, :3])
 
 
 def _shape(element: Element, link: str, path: Path, colours: Colours, findings: Findings) -> Shape | None:
@@ -184,15 +177,11 @@ def _mesh(shape: Element, what: str, path: Path, findings: Findings) -> Path | N
     if not name:
         findings.error(f"mesh in {what} without filename", '<mesh filename="..."/>', "", shape.sourceline)
         return None
-    found, tried = find_mesh(name, path)
-    if found is None:
-        remedy = "put the file there, or remove the shape"
-        if "://" in name and not name.startswith("file://"):
-            package = name.split("://", 1)[1].split("/", 1)[0]
-            remedy = f"add the folder that holds '{package}' to ROS_PACKAGE_PATH"
-        places = ", ".join(map(str, list(dict.fromkeys(tried))[:2]))
-        findings.doubt(f"mesh '{name}' in {what} not found", f"a file, such as {places}", remedy, shape.sourceline)
-    return found
+    remedy = "put the file there, or remove the shape"
+    if "://" in name and not name.startswith("file://"):
+        package = name.split("://", 1)[1].split("/", 1)[0]
+        remedy = f"add the folder that holds '{package}' to ROS_PACKAGE_PATH"
+    return read_mesh(name, f"mesh '{name}' in {what}", remedy, path, findings, shape.sourceline)
 
 
 def _shape_colour(element: Element, colours: Colours, what: str, findings: Findings) -> Colour | None:

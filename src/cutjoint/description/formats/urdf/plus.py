@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cutjoint.description.defaults import tool_by_default
 from cutjoint.description.findings import Findings, listing, nearest
+from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.reading import OpenTree, Reading
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.formats.urdf.link import read_origin
-from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, Place, RobotDescription
+from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, Place
 from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import frame_along, turned
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
@@ -49,17 +49,9 @@ def read(path: Path) -> Reading:
             tree.couplings.append(coupling)
     driven = {coupling.joint for coupling in tree.couplings} | dependent
     actuators = [joint.name for joint in tree.joints if joint.type.single and joint.name not in driven]
-    description = RobotDescription(
-        name=tree.name,
-        links=tuple(tree.links),
-        joints=tuple(tree.joints),
-        cuts=tuple(cut for cut in cuts if cut is not None),
-        couplings=tuple(tree.couplings),
-        actuators=tuple(actuators),
-        tool=tool_by_default(tree.links, tree.joints) if not cuts else None,
-        path=path,
-    )
-    return Reading(description, tuple(findings.problems))
+    sound = [cut for cut in cuts if cut is not None]
+    extras = Extras(actuators=tuple(actuators))
+    return Reading(described(tree, sound, extras, path, findings), tuple(findings.problems))
 
 
 def _dependent(root: Element, findings: Findings) -> set[str]:

@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import EARTH, Change, Extras
@@ -176,5 +174,4 @@ def _inertial(table: TomlTable) -> Inertial | None:
     table.finish()
     if mass is None or com is None or entries is None:
         return None
-    ixx, iyy, izz, ixy, ixz, iyz = entries
-    return Inertial(mass, readonly(com), np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]))
+    return Inertial.of(mass, com, entries)

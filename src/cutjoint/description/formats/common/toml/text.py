@@ -111,8 +111,6 @@ def _variant(variant: Variant) -> list[str]:
     lines = ["", f"[variant.{key(variant.name)}]"]
     lines += [f"about = {text(variant.about)}"] if variant.about else []
     for link, inertial in variant.inertials.items():
-        tensor = inertial.inertia
-        entries = [tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2]]
         lines += [f"[variant.{key(variant.name)}.inertial.{key(link)}]", f"mass = {number(inertial.mass)}"]
-        lines += [f"com = {numbers(inertial.com)}", f"inertia = {numbers(entries)}"]
+        lines += [f"com = {numbers(inertial.com)}", f"inertia = {numbers(inertial.entries)}"]
     return lines
