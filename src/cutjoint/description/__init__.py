@@ -1,6 +1,7 @@
 """Robots on disk and as values: readers, checks, and the catalogue of robots that ship with cutjoint."""
 
 from cutjoint.description.check import check, check_description, load_description, read_checked
+from cutjoint.description.formats import write
 from cutjoint.description.model import (
     Coupling,
     CutJoint,
@@ -37,4 +38,5 @@ __all__ = [
     "check_description",
     "load_description",
     "read_checked",
+    "write",
 ]

@@ -15,10 +15,10 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.mjcf.pose import AngleUnits, along, read_placement
+from cutjoint.description.formats.mjcf.pose import AngleUnits, read_placement
 from cutjoint.description.model import Inertial, Shape
 from cutjoint.description.numbers import LARGEST_MASS, read_numbers
-from cutjoint.description.transforms import from_rotation
+from cutjoint.description.transforms import frame_along, from_rotation
 from cutjoint.description.xml import Element
 
 WATER = "1000"
@@ -115,7 +115,7 @@ def _size(
         if length < 1e-9:
             findings.error(f"fromto of {what} has no length", "two points", "", line)
             return None, placement
-        placement = from_rotation(along(start, end), 0.5 * (start + end))
+        placement = from_rotation(frame_along(end - start), 0.5 * (start + end))
         half = (half[0], 0.5 * length) if kind in ("capsule", "cylinder") else (half[0], half[0], 0.5 * length)
     else:
         half = _numbers(get.get("size"), count, f"size of {what}", findings, line)

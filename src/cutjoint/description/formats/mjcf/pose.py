@@ -10,7 +10,7 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings
 from cutjoint.description.numbers import read_numbers
-from cutjoint.description.transforms import frame_along, from_rotation, rotation_from_quaternion
+from cutjoint.description.transforms import from_rotation, rotation_from_quaternion
 from cutjoint.description.xml import Element
 
 ORIENTATIONS = {"quat": 4, "axisangle": 4, "xyaxes": 6, "zaxis": 3, "euler": 3}
@@ -90,8 +90,3 @@ def _from_axes(x: Array, y: Array) -> Array | None:
         return None
     y = y / np.linalg.norm(y)
     return np.column_stack([x, y, np.cross(x, y)])
-
-
-def along(start: Array, end: Array) -> Array:
-    """Rotation (3, 3) whose z axis points from one point to another."""
-    return np.array(frame_along(end - start))

@@ -43,7 +43,7 @@ def read(path: Path) -> Reading:
         return Reading(None, tuple(findings.problems))
     _refuse(root, findings)
     compiler = _compiler(root, findings)
-    bodies = Bodies(root, compiler, _meshes(root, path, findings), path, findings)
+    bodies = Bodies(root, compiler, _meshes(root, compiler.meshes, path, findings), path, findings)
     extras = _custom(root, findings) or Extras(gravity=readonly(_gravity(root, findings)))
     cuts, couplings = read_equalities(root, bodies, {cut.name for cut in extras.cuts}, findings)
     bodies.tree.couplings.extend(couplings)
@@ -96,10 +96,7 @@ def _gravity(root: Element, findings: Findings) -> tuple[float, ...]:
     return gravity
 
 
-def _meshes(root: Element, path: Path, findings: Findings) -> dict[str, Mesh | None]:
-    folder = ""
-    for element in children(root, "compiler"):
-        folder = str(element.get("meshdir") or element.get("assetdir") or folder)
+def _meshes(root: Element, folder: str, path: Path, findings: Findings) -> dict[str, Mesh | None]:
     meshes: dict[str, Mesh | None] = {}
     for asset in children(root, "asset"):
         for element in children(asset, "mesh"):
