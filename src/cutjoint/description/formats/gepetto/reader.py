@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
 
-from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.formats.common.reading import OpenTree, Reading
 from cutjoint.description.formats.gepetto.yaml_lists import YamlItem, read_yaml
@@ -24,7 +24,9 @@ from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointTyp
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 CUTS = {"3d": CutType.SPHERICAL, "6d": CutType.FIXED}
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
-_JOINTS = ("SPHERICAL", "FIXED", "UJOINT_XY", "UJOINT_YX", "UJOINT_XZ", "UJOINT_ZX", "UJOINT_YZ", "UJOINT_ZY")
+JOINTS = {"SPHERICAL": JointType.SPHERICAL, "FIXED": JointType.FIXED} | {
+    f"UJOINT_{a}{b}": JointType.UNIVERSAL for a, b in permutations("XYZ", 2)
+}
 
 
 def read(path: Path) -> Reading:
@@ -123,9 +125,9 @@ def _replace_joints(tree: OpenTree, keys: Mapping[str, YamlItem], findings: Find
         if name.text not in known:
             expected = f"a joint of the URDF ({listing(known, 6)})"
             findings.error(f"unknown joint '{name.text}' in joint_name", expected, nearest(name.text, known), name.line)
-        elif kind.text not in _JOINTS:
+        elif kind.text not in JOINTS:
             found = f"type '{kind.text}' of joint '{name.text}'"
-            findings.error(found, f"one of {', '.join(_JOINTS)}", nearest(kind.text, _JOINTS), kind.line)
+            findings.error(found, f"one of {', '.join(JOINTS)}", nearest(kind.text, JOINTS), kind.line)
         else:
             index = known[name.text]
             tree.joints[index] = _other_type(tree.joints[index], kind.text)
@@ -133,9 +135,8 @@ def _replace_joints(tree: OpenTree, keys: Mapping[str, YamlItem], findings: Find
 
 def _other_type(joint: Joint, kind: str) -> Joint:
     """The same joint with another type; limits of one axis mean nothing there."""
-    if kind == "FIXED":
-        return replace(joint, type=JointType.FIXED, limits=Limits())
-    if kind == "SPHERICAL":
-        return replace(joint, type=JointType.SPHERICAL, limits=Limits())
-    axis, axis2 = (readonly(np.array(_AXES[letter])) for letter in kind[-2:])
-    return replace(joint, type=JointType.UNIVERSAL, axis=axis, axis2=axis2, limits=Limits())
+    changed = replace(joint, type=JOINTS[kind], limits=Limits())
+    if changed.type.axes < 2:
+        return changed
+    axis, axis2 = (np.array(_AXES[letter]) for letter in kind[-2:])
+    return replace(changed, axis=axis, axis2=axis2)

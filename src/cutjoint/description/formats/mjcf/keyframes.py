@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.mjcf.body import Bodies
 from cutjoint.description.formats.mjcf.types import MADE_OF, NUMBERS
@@ -35,18 +36,20 @@ def read_homes(root: Element, bodies: Bodies, findings: Findings) -> tuple[Home,
                 part = values[start : start + size]
                 start += size
                 if joint.type is JointType.FLOATING:
-                    quaternion = part[3:] if any(part[3:]) else (1.0, 0.0, 0.0, 0.0)
-                    local = joint.placement[:3, :3].T @ rotation_from_quaternion(quaternion)
+                    local = joint.placement[:3, :3].T @ _rotation(part[3:])
                     at = joint.placement[:3, :3].T @ (part[:3] - joint.placement[:3, 3])
                     passive[joint.name] = (*map(float, at), *rpy_from_rotation(local))
-                elif joint.type is JointType.SPHERICAL:
-                    quaternion = part if any(part) else (1.0, 0.0, 0.0, 0.0)
-                    passive[joint.name] = rpy_from_rotation(rotation_from_quaternion(quaternion))
+                elif "ball" in MADE_OF[joint.type]:
+                    passive[joint.name] = (*part[:-4], *rpy_from_rotation(_rotation(part[-4:])))
                 elif size > 1:
                     passive[joint.name] = part
-                elif joint.name in actuated:
-                    given[joint.name] = part[0] - bodies.references.get(joint.name, 0.0)
                 else:
-                    passive[joint.name] = part[0] - bodies.references.get(joint.name, 0.0)
+                    value = part[0] - bodies.references.get(joint.name, 0.0)
+                    (given if joint.name in actuated else passive)[joint.name] = value
             homes.append(Home(name, given, passive))
     return tuple(homes)
+
+
+def _rotation(quaternion: tuple[float, ...]) -> Array:
+    """Of zeros, which MuJoCo reads as no rotation, too."""
+    return rotation_from_quaternion(quaternion if any(quaternion) else (1.0, 0.0, 0.0, 0.0))
