@@ -28,8 +28,9 @@ from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.functions.table import accelerations
 from cutjoint.compile.machine.llvm.native import PREAMBLE, Machine, host
-from cutjoint.compile.machine.llvm.run_loop import Sizes, run_loop
+from cutjoint.compile.machine.llvm.run_loop import run_loop
 from cutjoint.compile.machine.llvm.text import declarations, flat_function
+from cutjoint.compile.machine.runs import Sizes
 from cutjoint.compile.machine.schedule import scheduled
 from cutjoint.compile.many_results import Many, Outcome
 from cutjoint.compile.many_variations import Variation

@@ -8,19 +8,18 @@ from __future__ import annotations
 import ctypes
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
+from cutjoint.compile.machine import kernel
 from cutjoint.compile.machine.llvm.text import declarations, flat_function, row_loop
 from cutjoint.compile.once import once
-from cutjoint.errors import InputError
 
 _LOCK = threading.Lock()
 """LLVM is used by one thread at a time."""
@@ -73,7 +72,7 @@ class Machine:
             module.triple = target.triple
             module.data_layout = str(target.target_data)
             self._module = module
-            self._engine: Any = llvm.create_mcjit_compiler(module, target)
+            self._engine = llvm.create_mcjit_compiler(module, target)
             self._engine.finalize_object()
         self.assembly_lines = assembly.count("\n")
         self.compile_time = time.perf_counter() - start
@@ -83,34 +82,32 @@ class Machine:
         return int(self._engine.get_function_address(symbol))
 
 
-class Kernel:
-    """A compiled program.
+class NativeKernel(kernel.Kernel):
+    """A program as machine code.
 
     Attributes:
-        program: what it computes.
         lanes: states that a batch evaluates side by side.
         compile_time: seconds that LLVM took.
-        address: of `void f(const double *x, double *y)`, to be called from other compiled code; x holds all
-            arguments one after another, y all results.
     """
 
     def __init__(self, program: Program, *, fast: bool = False) -> None:
-        processor = host()
-        self.program, self.lanes, self.fast = program, processor.lanes, fast
+        super().__init__(program, fast=fast)
+        self.lanes = host().lanes
         self._machine = Machine(self._assembly(1))
         self.compile_time = self._machine.compile_time
-        self.address = self._machine.address("flat")
-        self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(self.address)
+        self._address = self._machine.address("flat")
+        self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(self._address)
         self._rows = _LOOP(self._machine.address("rows"))
         self._own = threading.local()
         self._lock = threading.RLock()
 
-    def __reduce__(self) -> Any:
-        # machine code does not travel: it is made anew for the processor of whoever unpickles
-        return _kernel, (self.program, self.fast)
+    @property
+    def address(self) -> int:
+        """See `Kernel.address`."""
+        return self._address
 
     @once
-    def _rows_lanes(self) -> Any:
+    def _rows_lanes(self) -> Callable[[int, int, int], int]:
         """The loop over rows, several side by side; compiled when a batch is first asked for."""
         self._machine_lanes = Machine(self._assembly(self.lanes))
         self.compile_time += self._machine_lanes.compile_time
@@ -138,35 +135,13 @@ class Kernel:
         result: Array = own.y.copy()
         return result
 
-    def batch(self, arguments: Sequence[Array], *, threads: int = 1, lanes: bool = True) -> list[Array]:
-        """Many evaluations.
-
-        Args:
-            arguments: of shape (N, size) each, or (size,) where all evaluations share it.
-            threads: processor cores to use.
-            lanes: False runs the scalar function row by row (for comparison; the digits are the same).
-
-        Returns:
-            One (N, size) array a result.
-        """
-        given = [np.ascontiguousarray(x, dtype=np.float64) for x in arguments]
-        sizes = [size for _, size in self.program.arguments]
-        for (name, size), x in zip(self.program.arguments, given, strict=True):
-            if x.shape[-1] != size or x.ndim > 2:
-                raise InputError(f"{name} must have shape (N, {size}) or ({size},), found {x.shape}")
-        counts = {x.shape[0] for x in given if x.ndim == 2}
-        if len(counts) != 1:
-            raise InputError(f"the arguments must agree in their number of rows, found {sorted(counts)}")
-        count = counts.pop()
-        results = [np.empty((count, size)) for _, size in self.program.results]
+    def fill(self, results: list[Array], given: list[Array], count: int, threads: int, lanes: bool) -> None:
+        """See `Kernel.fill`."""
         table: list[int] = []
-        for x, size in zip(given, sizes, strict=True):
-            table += [x.ctypes.data, 8 * size if x.ndim == 2 else 0]
-        for y, (_, size) in zip(results, self.program.results, strict=True):
-            table += [y.ctypes.data, 8 * size]
+        for values in (*given, *results):
+            table += [values.ctypes.data, 8 * values.shape[-1] if values.ndim == 2 else 0]
         where = np.array(table, dtype=np.int64)
         at = where.ctypes.data
-
         side_by_side = self._rows_lanes if lanes and count >= self.lanes else None
 
         def run(begin: int, end: int) -> None:
@@ -179,8 +154,6 @@ class Kernel:
             edges = np.linspace(0, count, threads + 1).astype(int).tolist()
             with ThreadPoolExecutor(threads) as pool:
                 list(pool.map(run, edges[:-1], edges[1:]))
-        return results
 
 
-def _kernel(program: Program, fast: bool) -> Kernel:
-    return Kernel(program, fast=fast)
+Kernel = NativeKernel

@@ -6,21 +6,9 @@ so its state stays in the nearest cache and memory does not grow with the number
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from cutjoint.compile.machine.llvm.sine_cosine import Arithmetic
 from cutjoint.compile.machine.llvm.text import Writer
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """Numbers of a run: state, columns of the reference table, per-run arguments, watched values, residuals."""
-
-    state: int
-    columns: int
-    given: int
-    watched: int
-    settled: int
-    """Leading part of the state that the settling function rewrites; 0 where there is none."""
+from cutjoint.compile.machine.runs import Sizes
 
 
 def run_loop(symbol: str, sizes: Sizes, lanes: int) -> str:
@@ -37,25 +25,30 @@ def run_loop(symbol: str, sizes: Sizes, lanes: int) -> str:
     return _RunLoop(symbol, sizes, lanes).text()
 
 
-class _RunLoop:
-    def __init__(self, symbol: str, sizes: Sizes, lanes: int) -> None:
-        self.symbol, self.sizes, self.lanes = symbol, sizes, lanes
-        self.kind = "double" if lanes == 1 else f"<{lanes} x double>"
-        self.suffix = "f64" if lanes == 1 else f"v{lanes}f64"
-        self.boolean = "i1" if lanes == 1 else f"<{lanes} x i1>"
-        self.size = 8 * lanes
-        self.out = Writer()
+class _Lanes:
+    """Writes what is done with numbers of all lanes in memory."""
 
-    # -- small pieces ------------------------------------------------------------------------------------------------
+    def __init__(self, lanes: int) -> None:
+        self.lanes, self.out = lanes, Writer()
+        self.a = Arithmetic(self.out.emit, lanes, fused=True)
+        self.kind, self.size = self.a.type, 8 * lanes
 
     def at(self, base: str, index: int | str) -> str:
+        """Address of a number of every lane."""
         return self.out.emit(f"getelementptr {self.kind}, ptr {base}, i64 {index}")
 
     def load(self, base: str, index: int) -> str:
+        """Its value."""
         return self.out.emit(f"load {self.kind}, ptr {self.at(base, index)}, align {self.size}")
 
     def store(self, base: str, index: int, value: str) -> None:
+        """Give it a value."""
         self.out.do(f"store {self.kind} {value}, ptr {self.at(base, index)}, align {self.size}")
+
+    def copy(self, count: int, source: str, target: str) -> None:
+        """Copy numbers from one place to another."""
+        for k in range(count):
+            self.store(target, k, self.load(source, k))
 
     def spread(self, scalar: str) -> str:
         """A double in every lane."""
@@ -65,17 +58,41 @@ class _RunLoop:
         mask = f"<{self.lanes} x i32> zeroinitializer"
         return self.out.emit(f"shufflevector {self.kind} {one}, {self.kind} poison, {mask}")
 
-    def fma(self, x: str, y: str, z: str) -> str:
-        k = self.kind
-        return self.out.emit(f"call {k} @llvm.fma.{self.suffix}({k} {x}, {k} {y}, {k} {z})")
-
     def larger(self, x: str, y: str) -> str:
         """The larger one; not a number if x is not."""
         test = self.out.emit(f"fcmp ugt {self.kind} {x}, {y}")
-        return self.out.emit(f"select {self.boolean} {test}, {self.kind} {x}, {self.kind} {y}")
+        return self.out.emit(f"select {self.a.boolean} {test}, {self.kind} {x}, {self.kind} {y}")
 
-    def absolute(self, x: str) -> str:
-        return self.out.emit(f"call {self.kind} @llvm.fabs.{self.suffix}({self.kind} {x})")
+
+class _RunLoop(_Lanes):
+    """Writes the loop, block by block.
+
+    Attributes:
+        x, y: arguments and results of `rate`.
+        base, total: state at the beginning of a step, and the sum of its slopes.
+        sums: what is kept of a run.
+    """
+
+    def __init__(self, symbol: str, sizes: Sizes, lanes: int) -> None:
+        super().__init__(lanes)
+        self.symbol, self.sizes = symbol, sizes
+        self.width, self.totals = sizes.state + sizes.watched, 2 * sizes.watched + 2
+
+    def text(self) -> str:
+        """The whole function."""
+        self._entry()
+        self._groups()
+        self._step()
+        self._record()
+        self._advance()
+        self._finish()
+        head = "i64 %begin, i64 %end, i64 %steps, i64 %every, double %h, double %limit, ptr %table"
+        body = "\n".join(self.out.lines)
+        return f"define void @{self.symbol}({head}) #0 {{\n{body}\n}}\n"
+
+    def room(self, count: int) -> str:
+        """A place for so many numbers."""
+        return self.out.emit(f"alloca {self.kind}, i64 {max(count, 1)}, align {max(self.size, 8)}")
 
     def row(self, index: str) -> None:
         """Put a row of the reference into the arguments."""
@@ -93,8 +110,8 @@ class _RunLoop:
         broken = self.load(self.sums, 2 * self.sizes.watched)
         now = self.spread(self.out.emit("sitofp i64 %i to double"))
         earlier = self.out.emit(f"fcmp olt {self.kind} {now}, {broken}")
-        first = self.out.emit(f"and {self.boolean} {bad}, {earlier}")
-        chosen = self.out.emit(f"select {self.boolean} {first}, {self.kind} {now}, {self.kind} {broken}")
+        first = self.out.emit(f"and {self.a.boolean} {bad}, {earlier}")
+        chosen = self.out.emit(f"select {self.a.boolean} {first}, {self.kind} {now}, {self.kind} {broken}")
         self.store(self.sums, 2 * self.sizes.watched, chosen)
 
     def evaluate(self) -> None:
@@ -104,118 +121,114 @@ class _RunLoop:
 
     # -- the loop ----------------------------------------------------------------------------------------------------
 
-    def text(self) -> str:
+    def _entry(self) -> None:
+        """Room, addresses and constants."""
         s, out = self.sizes, self.out
-        width = s.state + s.watched
-        totals = 2 * s.watched + 2
         out.do("entry:")
-
-        def room(count: int) -> str:
-            return out.emit(f"alloca {self.kind}, i64 {max(count, 1)}, align {max(self.size, 8)}")
-
-        self.x, self.y = room(s.state + s.columns + s.given), room(width + 1)
-        self.base, self.total, self.sums = room(s.state), room(s.state), room(totals)
-        settled = room(s.settled + 2)
+        self.x, self.y = self.room(s.state + s.columns + s.given), self.room(self.width + 1)
+        self.base, self.total, self.sums = self.room(s.state), self.room(s.state), self.room(self.totals)
+        self.settled = self.room(s.settled + 2)
         pointers = []
         for k in range(6):
             place = out.emit(f"getelementptr i64, ptr %table, i64 {k}")
             value = out.emit(f"load i64, ptr {place}, align 8")
             pointers.append(value if k == 5 else out.emit(f"inttoptr i64 {value} to ptr"))
-        states, given, self.rows, records, results, count = pointers
-        h = self.spread("%h")
-        half = self.out.emit(f"fmul {self.kind} {h}, {self.spread('5.0e-01')}")
-        sixth = self.out.emit(f"fdiv {self.kind} {h}, {self.spread('6.0e+00')}")
-        two = self.spread("2.0e+00")
+        self.states, self.given, self.rows, self.records, self.results, self.count = pointers
+        self.h = self.spread("%h")
+        self.half = out.emit(f"fmul {self.kind} {self.h}, {self.spread('5.0e-01')}")
+        self.sixth = out.emit(f"fdiv {self.kind} {self.h}, {self.spread('6.0e+00')}")
+        self.two = self.spread("2.0e+00")
         self.limit = self.spread("%limit")
-        zero = "0.0" if self.lanes == 1 else "zeroinitializer"
-        never = self.spread(out.emit(f"sitofp i64 {out.emit('add i64 %steps, 1')} to double"))
+        self.never = self.spread(out.emit(f"sitofp i64 {out.emit('add i64 %steps, 1')} to double"))
         out.do("br label %groups")
 
+    def _groups(self) -> None:
+        """Head of the outer loop, and the start of a group."""
+        s, out = self.sizes, self.out
         out.do("groups:")
         out.do("%g = phi i64 [ %begin, %entry ], [ %g.next, %finish ]")
         out.do("%g.more = icmp slt i64 %g, %end")
         out.do("br i1 %g.more, label %start, label %leave")
-
         out.do("start:")
-        mine = self.at(states, out.emit(f"mul i64 %g, {s.state}"))
-        for k in range(s.state):
-            self.store(self.base, k, self.load(mine, k))
-        own = self.at(given, out.emit(f"mul i64 %g, {s.given}"))
+        self.copy(s.state, self.at(self.states, out.emit(f"mul i64 %g, {s.state}")), self.base)
+        own = self.at(self.given, out.emit(f"mul i64 %g, {s.given}"))
         for k in range(s.given):
             self.store(self.x, s.state + s.columns + k, self.load(own, k))
-        for k in range(totals):
-            self.store(self.sums, k, never if k == 2 * s.watched else zero)
-        first = self.at(records, out.emit(f"mul i64 {out.emit(f'mul i64 %g, {count}')}, {width}"))
+        zero = "0.0" if self.lanes == 1 else "zeroinitializer"
+        for k in range(self.totals):
+            self.store(self.sums, k, self.never if k == 2 * s.watched else zero)
+        self.first = self.at(self.records, out.emit(f"mul i64 {out.emit(f'mul i64 %g, {self.count}')}, {self.width}"))
         out.do("br label %step")
 
+    def _step(self) -> None:
+        """Head of the inner loop: rates at the beginning of a step, and whether it is recorded."""
+        s, out = self.sizes, self.out
         out.do("step:")
         out.do("%i = phi i64 [ 0, %start ], [ %i.next, %advanced ]")
         out.do("%taken = phi i64 [ 0, %start ], [ %taken.next, %advanced ]")
-        for k in range(s.state):
-            self.store(self.x, k, self.load(self.base, k))
-        doubled = out.emit("mul i64 %i, 2")
-        self.row(doubled)
+        self.copy(s.state, self.base, self.x)
+        self.doubled = out.emit("mul i64 %i, 2")
+        self.row(self.doubled)
         self.evaluate()
         for k in range(s.watched):
             w = self.load(self.y, s.state + k)
-            self.store(self.sums, 2 * k, self.larger(self.absolute(w), self.load(self.sums, 2 * k)))
-            self.store(self.sums, 2 * k + 1, self.fma(w, w, self.load(self.sums, 2 * k + 1)))
+            self.store(self.sums, 2 * k, self.larger(self.a.absolute(w), self.load(self.sums, 2 * k)))
+            self.store(self.sums, 2 * k + 1, self.a.fma(w, w, self.load(self.sums, 2 * k + 1)))
         over = out.emit("srem i64 %i, %every")
         due = out.emit(f"icmp eq i64 {over}, 0")
-        last = out.emit("icmp eq i64 %i, %steps")
-        take = out.emit(f"or i1 {due}, {last}")
+        self.last = out.emit("icmp eq i64 %i, %steps")
+        take = out.emit(f"or i1 {due}, {self.last}")
         out.do(f"br i1 {take}, label %record, label %go")
 
+    def _record(self) -> None:
+        """Keep state and watched values."""
+        s, out = self.sizes, self.out
         out.do("record:")
-        place = self.at(first, out.emit(f"mul i64 %taken, {width}"))
-        for k in range(s.state):
-            self.store(place, k, self.load(self.base, k))
+        place = self.at(self.first, out.emit(f"mul i64 %taken, {self.width}"))
+        self.copy(s.state, self.base, place)
         for k in range(s.watched):
             self.store(place, s.state + k, self.load(self.y, s.state + k))
         more = out.emit("add i64 %taken, 1")
         out.do("br label %go")
-
         out.do("go:")
         out.do(f"%taken.next = phi i64 [ %taken, %step ], [ {more}, %record ]")
-        out.do(f"br i1 {last}, label %finish, label %advance")
+        out.do(f"br i1 {self.last}, label %finish, label %advance")
 
+    def _advance(self) -> None:
+        """The further stages of a step, and the step onto the loops."""
+        s, out = self.sizes, self.out
         out.do("advance:")
         for stage in range(3):
-            weight = half if stage < 2 else h
+            weight = self.half if stage < 2 else self.h
             for k in range(s.state):
                 slope = self.load(self.y, k)
-                total = slope if stage == 0 else self.fma(two, slope, self.load(self.total, k))
+                total = slope if stage == 0 else self.a.fma(self.two, slope, self.load(self.total, k))
                 self.store(self.total, k, total)
-                self.store(self.x, k, self.fma(weight, slope, self.load(self.base, k)))
+                self.store(self.x, k, self.a.fma(weight, slope, self.load(self.base, k)))
             if stage != 1:
-                self.row(out.emit(f"add i64 {doubled}, {1 if stage == 0 else 2}"))
+                self.row(out.emit(f"add i64 {self.doubled}, {1 if stage == 0 else 2}"))
             self.evaluate()
         for k in range(s.state):
-            total = out.emit(f"fadd {self.kind} {self.load(self.total, k)}, {self.load(self.y, k)}")
-            self.store(self.base, k, self.fma(sixth, total, self.load(self.base, k)))
+            total = self.a.add(self.load(self.total, k), self.load(self.y, k))
+            self.store(self.base, k, self.a.fma(self.sixth, total, self.load(self.base, k)))
         if s.settled:
-            for k in range(s.state):
-                self.store(self.x, k, self.load(self.base, k))
-            out.do(f"call void @settle(ptr {self.x}, ptr {settled})")
-            for k in range(s.settled):
-                self.store(self.base, k, self.load(settled, k))
-            residual = self.load(settled, s.settled)
-            self.store(self.sums, totals - 1, self.larger(residual, self.load(self.sums, totals - 1)))
-            self.judge(self.load(settled, s.settled + 1))
+            self.copy(s.state, self.base, self.x)
+            out.do(f"call void @settle(ptr {self.x}, ptr {self.settled})")
+            self.copy(s.settled, self.settled, self.base)
+            residual = self.load(self.settled, s.settled)
+            self.store(self.sums, self.totals - 1, self.larger(residual, self.load(self.sums, self.totals - 1)))
+            self.judge(self.load(self.settled, s.settled + 1))
         out.do("br label %advanced")
-
         out.do("advanced:")
         out.do("%i.next = add i64 %i, 1")
         out.do("br label %step")
 
+    def _finish(self) -> None:
+        """Hand out what was kept of a group."""
+        out = self.out
         out.do("finish:")
-        answer = self.at(results, out.emit(f"mul i64 %g, {totals}"))
-        for k in range(totals):
-            self.store(answer, k, self.load(self.sums, k))
+        self.copy(self.totals, self.sums, self.at(self.results, out.emit(f"mul i64 %g, {self.totals}")))
         out.do("%g.next = add i64 %g, 1")
         out.do("br label %groups")
         out.do("leave:")
         out.do("ret void")
-        head = "i64 %begin, i64 %end, i64 %steps, i64 %every, double %h, double %limit, ptr %table"
-        body = "\n".join(out.lines)
-        return f"define void @{self.symbol}({head}) #0 {{\n{body}\n}}\n"

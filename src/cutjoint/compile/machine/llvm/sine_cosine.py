@@ -48,6 +48,7 @@ class Arithmetic:
         self.emit, self.lanes, self.fused = emit, lanes, fused
         self.type = "double" if lanes == 1 else f"<{lanes} x double>"
         self.whole = "i64" if lanes == 1 else f"<{lanes} x i64>"
+        self.boolean = "i1" if lanes == 1 else f"<{lanes} x i1>"
         self.suffix = "f64" if lanes == 1 else f"v{lanes}f64"
 
     def constant(self, value: float) -> str:
@@ -97,9 +98,8 @@ def sine_cosine(a: Arithmetic, x: str) -> tuple[str, str]:
     second = a.mul(multiple, a.constant(PI_HALF[1]))
     y = a.sub(first, second)
     rest = a.sub(a.sub(a.sub(first, y), second), a.mul(multiple, a.constant(PI_HALF[2])))
-    boolean = "i1" if a.lanes == 1 else f"<{a.lanes} x i1>"
     small = a.emit(f"fcmp ole {a.type} {a.absolute(x)}, {a.constant(LARGEST)}")
-    y = a.emit(f"select {boolean} {small}, {a.type} {y}, {a.type} {a.constant(float('nan'))}")
+    y = a.emit(f"select {a.boolean} {small}, {a.type} {y}, {a.type} {a.constant(float('nan'))}")
 
     z = a.mul(y, y)
     # sin(y + rest) = y + (y^3 S(z) + rest (1 - z/2))
@@ -113,9 +113,9 @@ def sine_cosine(a: Arithmetic, x: str) -> tuple[str, str]:
     cosine = a.add(below, a.add(lost, a.sub(quartic, a.mul(y, rest))))
 
     # odd quarters swap the two; the signs follow bits of the quarter
-    odd = a.emit(f"trunc {a.whole} {quarter} to {boolean}")
-    s = a.emit(f"select {boolean} {odd}, {a.type} {cosine}, {a.type} {sine}")
-    c = a.emit(f"select {boolean} {odd}, {a.type} {sine}, {a.type} {cosine}")
+    odd = a.emit(f"trunc {a.whole} {quarter} to {a.boolean}")
+    s = a.emit(f"select {a.boolean} {odd}, {a.type} {cosine}, {a.type} {sine}")
+    c = a.emit(f"select {a.boolean} {odd}, {a.type} {sine}, {a.type} {cosine}")
     after = a.emit(f"add {a.whole} {quarter}, {a.integer(1)}")
     return _flip(a, s, quarter), _flip(a, c, after)
 

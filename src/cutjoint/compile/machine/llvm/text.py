@@ -188,9 +188,8 @@ def _instruction(out: Writer, a: Arithmetic, op: Op, x: list[str], flags: str) -
         case Op.ABS:
             return a.absolute(x[0])
         case Op.MIN | Op.MAX:
-            boolean = "i1" if a.lanes == 1 else f"<{a.lanes} x i1>"
             test = out.emit(f"fcmp {'ult' if op is Op.MIN else 'ugt'} {a.type} {x[0]}, {x[1]}")
-            return out.emit(f"select {boolean} {test}, {a.type} {x[0]}, {a.type} {x[1]}")
+            return out.emit(f"select {a.boolean} {test}, {a.type} {x[0]}, {a.type} {x[1]}")
         case Op.ATAN2:
             return _library(out, a, "atan2", (x[0], x[1]))
         case Op.ACOS:
