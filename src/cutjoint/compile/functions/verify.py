@@ -2,15 +2,15 @@
 
 This is what makes a stored program trustworthy beyond its digest, and a fresh one beyond the tracer: a function that
 does not reproduce the model is refused.  A chain is evaluated in numbers by another way
-(`cutjoint.compile.equations.projection`), a published model by itself.
+(`cutjoint.compile.functions.chain_numbers`), a published model by itself.
 """
 
 from __future__ import annotations
 
 from cutjoint.arrays import Array
-from cutjoint.compile.functions.agreement import Checker
-from cutjoint.compile.functions.verify_chain import ChainChecker
-from cutjoint.compile.functions.verify_paper import PaperChecker
+from cutjoint.compile.functions.sample import Checker
+from cutjoint.compile.functions.chain_truth import ChainChecker
+from cutjoint.compile.functions.paper_truth import PaperChecker
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.paper import PaperSource
 from cutjoint.mechanism import Mechanism

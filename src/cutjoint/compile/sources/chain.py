@@ -18,7 +18,7 @@ from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.elimination_order import Idle, Plan, choose
 from cutjoint.compile.equations.inertia import BodyInertia, PointMass
 from cutjoint.compile.equations.pose import Pose
-from cutjoint.compile.equations.projection import Projection
+from cutjoint.compile.functions.chain_numbers import Projection
 from cutjoint.compile.equations.reduction import Reduction
 from cutjoint.compile.equations.tree import JointTree, motion_subspace
 from cutjoint.compile.expressions import vectors

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.compile.functions.agreement import AGREEMENT, BESIDE, DIFFERENCE, Checker, Compared, differ
+from cutjoint.compile.functions.sample import AGREEMENT, BESIDE, DIFFERENCE, Checker, Compared, differ
 from cutjoint.compile.machine.llvm.native import Kernel
 from cutjoint.compile.sources.paper import PaperSource
 from cutjoint.errors import CutjointError

@@ -1,4 +1,4 @@
-"""Compiled functions of a closed chain against the chain in numbers (`cutjoint.compile.equations.projection`)."""
+"""Compiled functions of a closed chain against the chain in numbers (`cutjoint.compile.functions.chain_numbers`)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.compile.equations.cloud import null_space
-from cutjoint.compile.equations.projection import Reduced
-from cutjoint.compile.functions.agreement import AGREEMENT, BESIDE, DIFFERENCE, Checker, Compared
+from cutjoint.compile.functions.chain_numbers import Reduced
+from cutjoint.compile.functions.sample import AGREEMENT, BESIDE, DIFFERENCE, Checker, Compared
 from cutjoint.compile.machine.llvm.native import Kernel
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.errors import CutjointError
