@@ -17,7 +17,8 @@ from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, compiled
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.functions.verify import checker
+from cutjoint.compile.functions.call import CompiledFunction
+from cutjoint.compile.functions.verify import Checker
 from cutjoint.compile.machine.llvm.native import Kernel
 from cutjoint.control import PD
 from cutjoint.description.model import Inertial, Joint, JointType, Limits, Link, RobotDescription
@@ -177,14 +178,14 @@ def test_the_check_sees_errors_at_every_size(kit: Any, name: str) -> None:
     for units in (SIZES[0], SIZES[3], SIZES[4]):
         chain = ClosedChain(scaled(kit.model(name).description, *units))
         machine = compiled(chain, cached=False)
-        check = checker(machine.source, chain, np.zeros(0))
+        check = Checker(machine.source, chain, np.zeros(0))
         for what in ("inverse", "forward", "terms"):
-            right = machine.kernel(what).program
-            assert not check(what, Kernel(right))
+            function, right = machine.library()[what], machine.kernel(what).program
+            assert not check(function)
             values = np.array(right.values)
             values[values != 0.0] *= 1.0 + 1e-6
             wrong = Program(right.name, right.arguments, right.results, right.op, right.operands, values, right.outputs)
-            assert "off by" in check(what, Kernel(wrong)), (units, what)
+            assert "off by" in check(CompiledFunction(function.row, Kernel(wrong), machine.source)), (units, what)
 
 
 @pytest.mark.parametrize("name", ["fivebar", pytest.param("stewart", marks=pytest.mark.slow)])

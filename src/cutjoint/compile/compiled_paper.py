@@ -10,15 +10,18 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
+from cutjoint.compile.batch import PaperBatch
 from cutjoint.compile.functions.library import Library
-from cutjoint.compile.functions.verify import checker
-from cutjoint.compile.mechanism import CompiledMechanism, Options
-from cutjoint.compile.sources.chain import PAYLOAD
+from cutjoint.compile.functions.options import Options
+from cutjoint.compile.functions.verify import Checker
+from cutjoint.compile.mechanism import CompiledMechanism
+from cutjoint.compile.once import once
+from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.compile.sources.paper import PaperModel, PaperSource
-from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.mechanism import Posture
 
 
-class CompiledPaper(CompiledMechanism):
+class CompiledPaper(CompiledMechanism[PaperModel]):
     """A published model, compiled from its own equations.  Each branch is compiled when first used.
 
     Args:
@@ -35,7 +38,7 @@ class CompiledPaper(CompiledMechanism):
             [0.0 if name == PAYLOAD else getattr(model.parameters, name, 0.0) for name in options.parameters],
             dtype=np.float64,
         )
-        super().__init__(model, options, nominal, nominal)
+        super().__init__(model, options, nominal)
         self.paper = model
         self.source = PaperSource(model, options.parameters)
         self._libraries: dict[Hashable, Library] = {}
@@ -53,18 +56,17 @@ class CompiledPaper(CompiledMechanism):
                 return found
             source = PaperSource(self.paper, self.options.parameters, branch)
             on_branch = self.paper if branch == self.source.branch else self.paper.on_branch(branch)
-            found = self._libraries[branch] = Library(
-                source,
-                checker(source, on_branch, self._nominal),
-                fast=self.options.fast,
-                cached=self.options.cached,
-                report=self.options.report,
-            )
+            found = self._libraries[branch] = Library(source, Checker(source, on_branch, self._nominal), self.options)
         return found
 
     def positions(self, at: Posture) -> Array:
         """The actuated coordinates."""
         return at.q
+
+    @once
+    def batch(self) -> PaperBatch:
+        """The same on many states at once."""
+        return PaperBatch(self)
 
     def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """See the published model; closed form, so there is nothing to compile."""
@@ -74,11 +76,9 @@ class CompiledPaper(CompiledMechanism):
         """See the published model; closed form, so there is nothing to compile."""
         return self.plain.reach(p, near)
 
-    def _rebuilt(self, parameters: Mapping[str, float]) -> Mechanism:
-        changed = replace(
-            self.paper.parameters, **{name: value for name, value in parameters.items() if name != PAYLOAD}
-        )
-        made = self.paper.rebuilt(changed)
+    def _rebuilt(self, parameters: Mapping[str, float]) -> PaperModel:
+        own = {name: value for name, value in parameters.items() if name != PAYLOAD}
+        made: PaperModel = self.paper.rebuilt(replace(self.paper.parameters, **own))
         return made.with_payload(parameters[PAYLOAD]) if parameters.get(PAYLOAD) else made
 
     def with_payload(self, mass: float) -> CompiledPaper:

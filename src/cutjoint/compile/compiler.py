@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
+from cutjoint.chain import ClosedChain
 from cutjoint.compile.compiled_chain import CompiledChain
 from cutjoint.compile.compiled_paper import CompiledPaper
-from cutjoint.compile.functions.library import Made
-from cutjoint.compile.functions.table import BUILDERS, CHAIN_ONLY, PAPER_ONLY
-from cutjoint.compile.mechanism import Options
+from cutjoint.compile.functions.options import Made, Options
+from cutjoint.compile.functions.table import FUNCTIONS
 from cutjoint.errors import InputError
 from cutjoint.papers.reduced_model import ClosedFormModel
 
@@ -17,12 +16,13 @@ Compiled = CompiledChain | CompiledPaper
 
 
 def compiled(
-    model: Any,
+    model: object,
     *,
     parameters: Sequence[str] = (),
     fast: bool = False,
     cached: bool = True,
     report: Callable[[Made], None] | None = None,
+    backend: str = "llvm",
 ) -> Compiled:
     """A closed chain or published model, compiled.
 
@@ -33,15 +33,16 @@ def compiled(
         fast: allow fast-math.
         cached: use the cache folder.
         report: called with every function that was made.
+        backend: what makes machine code of the instructions, a name of `cutjoint.compile.machine.backends`.
 
     Raises:
         InputError: neither of the two.
-        UnknownNameError: parameters that the model does not have.
+        UnknownNameError: parameters that the model does not have, or no such back end.
     """
-    options = Options(tuple(parameters), fast, cached, report)
+    options = Options(tuple(parameters), fast, cached, report, backend)
     if isinstance(model, ClosedFormModel):
         return CompiledPaper(model, options)
-    if hasattr(model, "full_forward_dynamics") and hasattr(model, "description"):
+    if isinstance(model, ClosedChain):
         return CompiledChain(model, options)
     raise InputError(
         f"only closed chains and published models with closed forward kinematics can be compiled, found "
@@ -51,10 +52,5 @@ def compiled(
 
 def functions_of(mechanism: Compiled) -> tuple[str, ...]:
     """Names of the functions that a compiled mechanism can have (see `CompiledMechanism.kernel`)."""
-    if isinstance(mechanism, CompiledPaper):
-        return tuple(name for name in BUILDERS if name not in CHAIN_ONLY)
     source = mechanism.source
-    if not source.determined:
-        return ("full_forward",)
-    missing = {*PAPER_ONLY, *(() if source.has_tool else ("tool",)), *(("full_forward",) if source.weightless else ())}
-    return tuple(name for name in BUILDERS if name not in missing)
+    return tuple(row.name for row in FUNCTIONS.values() if not any(source.lacks(need) for need in row.needs))

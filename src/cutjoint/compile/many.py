@@ -8,12 +8,11 @@ without a rate.
 
 from __future__ import annotations
 
-import ctypes
 import math
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -22,39 +21,19 @@ from cutjoint.arrays import Array, positive
 from cutjoint.compile.batch import cores
 from cutjoint.compile.compiler import Compiled
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
-from cutjoint.compile.expressions.functions import absolute, maximum
-from cutjoint.compile.expressions.graph import Graph, Number
-from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.expressions.straight_line import assemble
-from cutjoint.compile.functions.table import accelerations
-from cutjoint.compile.machine.llvm.native import PREAMBLE, Machine, host
-from cutjoint.compile.machine.llvm.run_loop import run_loop
-from cutjoint.compile.machine.llvm.text import declarations, flat_function
-from cutjoint.compile.machine.runs import Sizes
-from cutjoint.compile.machine.schedule import scheduled
+from cutjoint.compile.machine.backends import backend
+from cutjoint.compile.machine.runs import Runs
+from cutjoint.compile.many_loop import TimeGrid, traced_loop
 from cutjoint.compile.many_results import Many, Outcome
 from cutjoint.compile.many_variations import Variation
 from cutjoint.compile.once import once
-from cutjoint.compile.sources.chain import ChainSource
-from cutjoint.compile.sources.law import Table, TracedDesired, trace_law
 from cutjoint.control import Law
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired, Reference
-from cutjoint.simulation import ReducedPlant
 
 LARGEST_RECORD = 2**31
 """Records beyond this many bytes are refused; a larger `every` makes them smaller."""
-_CALL = ctypes.CFUNCTYPE(
-    None,
-    ctypes.c_int64,
-    ctypes.c_int64,
-    ctypes.c_int64,
-    ctypes.c_int64,
-    ctypes.c_double,
-    ctypes.c_double,
-    ctypes.c_void_p,
-)
 
 
 class ClosedLoop:
@@ -81,80 +60,18 @@ class ClosedLoop:
         gains: tuple[str, ...] = (),
         limits: npt.ArrayLike | None = None,
     ) -> None:
-        self.plant, self.law, self.mechanism, self.gains = plant, law, mechanism, tuple(gains)
+        self.traced = traced_loop(plant, law, mechanism, tuple(gains), limits)
+        self.plant, self.law, self.mechanism, self.sizes = plant, law, mechanism, self.traced.sizes
         self._lock = threading.RLock()
-        if isinstance(plant.source, ChainSource) and not plant.source.determined:
-            plant.model.terms(plant.home)  # raises: the actuators do not determine the motion
-        ReducedPlant(plant)  # raises: idle freedoms gain momentum, so these are not all coordinates of the motion
-        n = self.n = plant.n
-        self.limits = None if limits is None else np.broadcast_to(np.asarray(limits, dtype=np.float64), (n,))
-        memory = self.memory = law.memory(n)
-        positions = self.positions = plant.source.positions
-        graph = Graph()
-        state = graph.symbols(positions + n + memory)
-        given = {name: graph.symbols(n) for name in self.gains}
-        parameters = graph.symbols(len(plant.options.parameters))
-        table = self.table = Table(graph)
-        v = state[positions : positions + n]
-        traced = plant.source.state(graph, state[:positions], parameters)
-        desired = TracedDesired(table, n, mechanism)
-        asked = trace_law(law, table, desired, traced, v, state[positions + n :], given, self.limits, plant)
-        a, factor = accelerations(traced, v, asked.effort)
-        errors = [x - y for x, y in zip(desired.q, traced.actuated, strict=True)]
-        rate = [*traced.position_rate(v), *a, *asked.memory_rate]
-        own = [*(x for xs in given.values() for x in xs), *parameters]
-        fused = host().fused
-        self.rate = scheduled(
-            assemble(
-                graph,
-                "rate",
-                {"state": state, "row": table.symbols, "given": own},
-                {"rate": rate, "watched": [*asked.effort, *errors], "strain": [factor.strain]},
-                fused=fused,
-            )
-        )
-        self.settle: Program | None = None
-        settled, residuals = traced.settled(None)
-        if residuals:
-            gaps: dict[bool, Number] = {True: 0.0, False: 0.0}
-            assert isinstance(plant.source, ChainSource)
-            for residual, is_length in zip(residuals, plant.source.row_is_length, strict=True):
-                gaps[is_length] = maximum(absolute(residual), gaps[is_length])
-            open_by = maximum(gaps[True] * (1.0 / plant.source.chain.length), gaps[False])
-            self.settle = scheduled(
-                assemble(
-                    graph,
-                    "settle",
-                    {"state": state, "row": table.symbols, "given": own},
-                    {"state": settled, "residual": [open_by], "strain": [traced.strain]},
-                    fused=fused,
-                )
-            )
-        self.sizes = Sizes(len(state), len(table.symbols), len(own), 2 * n, positions if self.settle else 0)
 
-    def __reduce__(self) -> Any:
-        return _loop, (self.plant, self.law, self.mechanism, self.gains, self.limits)
+    def __reduce__(self) -> tuple[object, ...]:
+        made = partial(ClosedLoop, gains=self.traced.gains, limits=self.traced.limits)
+        return made, (self.plant, self.law, self.mechanism)
 
     @once
-    def _lanes(self) -> Any:
-        return self._machine(host().lanes)
-
-    @once
-    def _scalar(self) -> Any:
-        return self._machine(1)
-
-    def _machine(self, lanes: int) -> Any:
-        processor = host()
-        fast = self.plant.options.fast
-        parts = [PREAMBLE, declarations(processor.lanes)]
-        for name, program in (("rate", self.rate), ("settle", self.settle)):
-            if program is not None:
-                parts.append(
-                    flat_function(program, name, lanes, width=processor.lanes, fused=processor.fused, fast=fast)
-                )
-        parts.append(run_loop("runs", self.sizes, lanes))
-        machine = Machine("\n".join(parts))
-        return machine, _CALL(machine.address("runs"))
+    def _runs(self) -> Runs:
+        loop, options = self.traced, self.plant.options
+        return backend(options.backend).runs(loop.rate, loop.settle, loop.sizes, fast=options.fast)
 
     def reference_table(self, reference: Reference, step: float, steps: int) -> Array:
         """What the loop reads of a reference at every half step, shape (2 steps + 1, columns).
@@ -165,7 +82,7 @@ class ClosedLoop:
         rows = np.empty((2 * steps + 1, self.sizes.columns))
         for k in range(len(rows)):
             desired: Desired = reference.at(0.5 * step * k)
-            rows[k] = np.concatenate([np.ravel(filler(desired)) for filler in self.table.fillers])
+            rows[k] = np.concatenate([np.ravel(filler(desired)) for filler in self.traced.table.fillers])
         return rows
 
     def run(
@@ -193,34 +110,30 @@ class ClosedLoop:
             rows = np.ascontiguousarray(reference)
             steps = (len(rows) - 1) // 2
         stride = steps if every is None else max(1, round(positive("every", every, "s") / size))
-        q0 = rows[:1, 1 : 1 + self.n] if start is None else start
-        variation = Variation(self, gains or {}, parameters or {}, q0, start_velocity)
-        count, samples = variation.count, -(-steps // stride) + 1
-        width = self.sizes.state + self.sizes.watched
-        if count * samples * width * 8 > LARGEST_RECORD:
+        times = TimeGrid(size, steps, stride)
+        q0 = rows[:1, 1 : 1 + self.plant.n] if start is None else start
+        variation = Variation(self.traced, gains or {}, parameters or {}, q0, start_velocity)
+        taken = variation.count * times.samples * (self.sizes.state + self.sizes.watched) * 8
+        if taken > LARGEST_RECORD:
             raise InputError(
-                f"{count} runs of {samples} samples would take {count * samples * width * 8 / 2**30:.1f} GiB; record "
-                "less "
+                f"{variation.count} runs of {times.samples} samples would take {taken / 2**30:.1f} GiB; record less "
                 f"often: every={size * stride} s now"
             )
-        records, sums = self._simulate(variation, rows, steps, stride, size, samples, threads, progress)
-        return Outcome(self, variation, rows, records, sums, steps, stride, size, progress).many(reference)
+        records, sums = self._simulate(variation, rows, times, threads, progress)
+        return Outcome(self.traced, variation, records, sums, times).many(reference)
 
     def _simulate(
         self,
         variation: Variation,
         rows: Array,
-        steps: int,
-        stride: int,
-        size: float,
-        samples: int,
+        times: TimeGrid,
         threads: int | None,
         progress: Callable[[float], None] | None,
     ) -> tuple[Array, Array]:
         """Records (N, samples, state + watched) and sums (N, 2 watched + 2)."""
-        lanes = 1 if variation.count == 1 else host().lanes
-        call = (self._scalar if lanes == 1 else self._lanes)[1]
-        count = variation.count
+        lanes = 1 if variation.count == 1 else self._runs.lanes
+        call = self._runs.loop(lanes)
+        count, samples, steps = variation.count, times.samples, times.steps
         groups = -(-count // lanes)
         state, given = _grouped(variation.state, groups, lanes), _grouped(variation.given, groups, lanes)
         width, totals = self.sizes.state + self.sizes.watched, 2 * self.sizes.watched + 2
@@ -233,7 +146,7 @@ class ClosedLoop:
         edges = list(range(0, groups, block))
 
         def work(begin: int) -> None:
-            call(begin, min(begin + block, groups), steps, stride, size, STRAIN_LIMIT, table.ctypes.data)
+            call(begin, min(begin + block, groups), steps, times.stride, times.step, STRAIN_LIMIT, table.ctypes.data)
 
         if workers == 1:
             for done, begin in enumerate(edges, start=1):
@@ -247,12 +160,6 @@ class ClosedLoop:
                         progress(done / len(edges))
         flat = records.transpose(0, 3, 1, 2).reshape(groups * lanes, samples, width)[:count]
         return flat, sums.transpose(0, 2, 1).reshape(groups * lanes, totals)[:count]
-
-
-def _loop(
-    plant: Compiled, law: Law, mechanism: Mechanism, gains: tuple[str, ...], limits: npt.ArrayLike | None
-) -> ClosedLoop:
-    return ClosedLoop(plant, law, mechanism, gains=gains, limits=limits)
 
 
 def simulate_many(

@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
-from cutjoint.arrays import Array, readonly
+from cutjoint.arrays import Array, Values, readonly
+from cutjoint.compile.many_loop import TimeGrid, TracedLoop
 from cutjoint.compile.many_variations import Variation
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.control import Law
+from cutjoint.control.law import Gain
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.motion import Reference
-from cutjoint.simulation import ReducedPlant
-
-if TYPE_CHECKING:
-    from cutjoint.compile.many import ClosedLoop
+from cutjoint.simulation import ReducedPlant, RungeKutta4
+from cutjoint.simulation import run as simulate
 
 RESIDUAL_LIMIT = 1e-6
 """A run whose loops were open by more than this before any settling step is not trusted [rad, or robot lengths]."""
 
 
 @dataclass(frozen=True, eq=False)
-class Many:
+class Many(Values):
     """N runs of a robot with n actuators, m samples each.
 
     Attributes:
@@ -53,28 +53,14 @@ class Many:
         for name in ("time", "q", "v", "effort", "positions", "error_rms", "error_max", "effort_max"):
             getattr(self, name).setflags(write=False)
 
-    def __reduce__(self) -> Any:
-        return Many, tuple(getattr(self, field.name) for field in fields(self))
-
 
 class Outcome:
     """Turns what the compiled loop left into a `Many`, and does again by the model what it could not do."""
 
-    def __init__(
-        self,
-        loop: ClosedLoop,
-        variation: Variation,
-        rows: Array,
-        records: Array,
-        sums: Array,
-        steps: int,
-        stride: int,
-        step: float,
-        progress: Callable[[float], None] | None,
-    ) -> None:
-        n, p = loop.n, loop.positions
-        self.loop, self.variation, self.step, self.steps, self.stride = loop, variation, step, steps, stride
-        self.time = step * np.array([*range(0, steps, stride), steps], dtype=np.float64)
+    def __init__(self, loop: TracedLoop, variation: Variation, records: Array, sums: Array, times: TimeGrid) -> None:
+        n, p, steps = loop.plant.n, loop.positions, times.steps
+        self.loop, self.variation, self.times = loop, variation, times
+        self.time = times.step * np.array(times.chosen, dtype=np.float64)
         self.positions = records[:, :, :p]
         source = loop.plant.source
         self.q = records[:, :, list(source.actuated)] if isinstance(source, ChainSource) else self.positions
@@ -117,10 +103,7 @@ class Outcome:
         Raises:
             SimulationError: it cannot be simulated to its end.
         """
-        from cutjoint.simulation import RungeKutta4
-        from cutjoint.simulation import run as simulate
-
-        loop, variation = self.loop, self.variation
+        loop, variation, times = self.loop, self.variation, self.times
         if not isinstance(reference, Reference):
             raise InputError(
                 "the run left what is compiled for; give the reference itself to have it done by the model"
@@ -132,15 +115,15 @@ class Outcome:
             ReducedPlant(model),
             _with_gains(loop.law, gains),
             reference,
-            integrator=RungeKutta4(self.step),
-            duration=self.step * self.steps,
+            integrator=RungeKutta4(times.step),
+            duration=times.step * times.steps,
             limits=loop.limits,
             start=model.close(variation.start[run]),
             start_velocity=variation.velocity[run],
         )
-        chosen = [*range(0, self.steps, self.stride), self.steps]
+        chosen = times.chosen
         error = result.desired_q - result.q
-        places = result.q if loop.positions == loop.n else result.q_full
+        places = result.q if loop.positions == loop.plant.n else result.q_full
         return {
             "q": result.q[chosen],
             "v": result.v[chosen],
@@ -154,10 +137,6 @@ class Outcome:
 
 def _with_gains(law: Law, gains: Mapping[str, Array]) -> Law:
     """A copy of a law with other gains."""
-    import copy
-
-    from cutjoint.control.law import Gain
-
     other = copy.copy(law)
     for name, value in gains.items():
         setattr(other, name, Gain(name, value))

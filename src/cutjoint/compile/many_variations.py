@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, as_vector
+from cutjoint.compile.many_loop import TracedLoop
 from cutjoint.errors import InputError
-
-if TYPE_CHECKING:
-    from cutjoint.compile.many import ClosedLoop
 
 
 class Variation:
@@ -20,13 +17,13 @@ class Variation:
 
     def __init__(
         self,
-        loop: ClosedLoop,
+        loop: TracedLoop,
         gains: Mapping[str, npt.ArrayLike],
         parameters: Mapping[str, npt.ArrayLike],
         start: npt.ArrayLike,
         start_velocity: npt.ArrayLike | None,
     ) -> None:
-        n, plant = loop.n, loop.plant
+        n, plant = loop.plant.n, loop.plant
         if set(gains) != set(loop.gains):
             raise InputError(f"gains must be given for {', '.join(loop.gains) or 'none'}; found {', '.join(gains)}")
         names = plant.options.parameters
@@ -34,8 +31,7 @@ class Variation:
             if name not in names:
                 raise InputError(
                     f"'{name}' is not an argument of the compiled plant ({', '.join(names) or 'it has none'}); name "
-                    "it when "
-                    "compiling"
+                    "it when compiling"
                 )
         columns: list[Array] = [_rows(name, gains[name], n) for name in loop.gains]
         masses = {**plant.parameters, **parameters}

@@ -9,7 +9,8 @@ from __future__ import annotations
 from cutjoint.compile import CompiledPaper
 from cutjoint.compile.expressions.graph import Graph
 from cutjoint.compile.expressions.operations import Op
-from cutjoint.compile.sources.law import Table, TracedDesired, trace_law
+from cutjoint.compile.many_loop import measured_state
+from cutjoint.compile.sources.law import ReferenceTable, TracedDesired, trace_law
 from cutjoint.compile.sources.paper import PaperModel
 from cutjoint.control import Law
 
@@ -21,8 +22,11 @@ def operations(law: Law, model: PaperModel) -> int:
     graph = Graph()
     state = graph.symbols(plant.source.positions + n)
     measured, v = state[:-n], state[-n:]
-    table = Table(graph)
+    table = ReferenceTable(graph)
     traced = plant.source.state(graph, measured, [])
-    made = trace_law(law, table, TracedDesired(table, n, model), traced, v, [], {}, None, plant)
+    desired = TracedDesired(table, n, model)
+    made = trace_law(
+        law, table, desired, traced, v, [], {}, None, lambda one: measured_state(one, plant, traced, graph)
+    )
     needed = graph.ancestors([graph.reference(one) for one in made.effort])
     return sum(graph.op[node] not in (Op.CONST, Op.INPUT) for node in needed)

@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
+from cutjoint.chain.closure import bind_frame
 from cutjoint.compile.equations.carried import NO_MASS, joint_inertia
 from cutjoint.compile.equations.cloud import least_solution, null_space
-
-if TYPE_CHECKING:
-    from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.mechanism import Terms
 
 STENCIL = ((1, 3.0 / 4.0), (2, -3.0 / 20.0), (3, 1.0 / 60.0))
 """Weights of the central difference of order six."""
@@ -28,23 +27,19 @@ STEP = 4e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Reduced:
-    """A closed chain at one state, in actuated coordinates.
+class ChainTerms(Terms):
+    """The equation of motion of a closed chain at one state, and how all its joints move.
 
     Attributes:
         tangent: T~, shape (nv, n).
         drift: accelerations of all joints at constant actuated rates, shape (nv,).
-        mass, coriolis, gravity: of the equation of motion.
     """
 
     tangent: Array
     drift: Array
-    mass: Array
-    coriolis: Array
-    gravity: Array
 
 
-class Projection:
+class ChainNumbers:
     """The numbers of one chain.
 
     Args:
@@ -52,7 +47,8 @@ class Projection:
     """
 
     def __init__(self, source: ChainSource) -> None:
-        self.chain: Any = source.chain
+        source.need_all_rows()
+        self.chain = source.chain
         self.model = source.model
         self._own = threading.local()
         self.rates = list(source.actuated_rates)
@@ -96,7 +92,7 @@ class Projection:
         """Forces on the joints of the tree, shape (nv,)."""
         return np.array(pin.rnea(self.model, self.data, q, v, a))
 
-    def at(self, q: Array, v: Array) -> Reduced:
+    def at(self, q: Array, v: Array) -> ChainTerms:
         """The chain at the closed configuration `q` (nq,) and actuated velocity `v` (n,)."""
         nv, n = self.model.nv, len(self.rates)
         passive = np.setdiff1d(np.arange(nv), self.rates)
@@ -119,7 +115,7 @@ class Projection:
         drift = drift - spin @ pull @ self.forces(q, v_full, drift)
         gravity = self.forces(q, np.zeros(nv), np.zeros(nv))
         coriolis = tangent.T @ (self.forces(q, v_full, drift) - gravity)
-        return Reduced(tangent, drift, tangent.T @ mass @ tangent, coriolis, tangent.T @ gravity)
+        return ChainTerms(tangent.T @ mass @ tangent, coriolis, tangent.T @ gravity, tangent, drift)
 
     def _pull(self, motions: Array, mass: Array) -> Array:
         """(U' M U)^+ U', without the motions that move no mass, shape (k, nv)."""
@@ -140,9 +136,9 @@ class Projection:
 
     def tool(self, q: Array, v_full: Array, drift: Array) -> tuple[Array, Array, Array]:
         """Position (3,) and Jacobian (6, nv) of the tool point, and its acceleration (3,) with the given ones."""
-        from cutjoint.chain.closure import bind_frame
-
-        joint, placement = bind_frame(self.model, self.chain.description.tool)
+        frame = self.chain.description.tool
+        assert frame is not None, "see `lacks`"
+        joint, placement = bind_frame(self.model, frame)
         position, jacobian = self.point(q, joint, np.array(placement.translation))
         pin.forwardKinematics(self.model, self.data, q, v_full, drift)
         arm = position - np.array(self.data.oMi[joint].translation)

@@ -1,41 +1,23 @@
-"""The compiled functions of one model: from the cache or traced anew, checked, and turned into machine code on
-demand."""
+"""The compiled functions of one model, made on demand: from the cache or traced anew, checked, in machine code."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import replace
 
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.functions import cache
-from cutjoint.compile.functions.table import BUILDERS, trace
-from cutjoint.compile.machine.llvm.native import Kernel, host
+from cutjoint.compile.functions.call import CompiledFunction
+from cutjoint.compile.functions.options import Made, Options
+from cutjoint.compile.functions.table import Function, function
+from cutjoint.compile.machine.backends import backend
 from cutjoint.compile.sources.interface import Source
-from cutjoint.errors import CompileError, UnknownNameError
+from cutjoint.errors import CompileError
 
-Check = Callable[[str, Kernel], str]
-"""(what, kernel) -> what is wrong with it; empty if nothing is."""
-
-
-@dataclass(frozen=True)
-class Made:
-    """How a function came about.
-
-    Attributes:
-        what: its name.
-        operations: arithmetic instructions.
-        cached: whether the instructions came from the cache.
-        trace_time, compile_time: seconds.
-    """
-
-    what: str
-    operations: int
-    cached: bool
-    trace_time: float
-    compile_time: float
+Check = Callable[[CompiledFunction], str]
+"""What is wrong with a function; empty if nothing is."""
 
 
 class Library:
@@ -44,30 +26,19 @@ class Library:
     Args:
         source: the model.
         check: compares a function with the model it was made from, before it is handed out.
-        fast: allow reassociation (fast-math).
-        cached: use the cache folder.
-        report: called with every function that was made.
+        options: how to compile.
     """
 
-    def __init__(
-        self,
-        source: Source,
-        check: Check,
-        *,
-        fast: bool = False,
-        cached: bool = True,
-        report: Callable[[Made], None] | None = None,
-    ) -> None:
-        self.source, self.fast, self.cached = source, fast, cached
-        self._check, self._report = check, report
-        self._kernels: dict[str, Kernel] = {}
+    def __init__(self, source: Source, check: Check, options: Options) -> None:
+        self.source, self.options, self._check = source, options, check
+        self._functions: dict[str, CompiledFunction] = {}
         self._lock = threading.RLock()
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[object, ...]:
         # a library that was pickled makes its functions anew, from the cache as a rule, and reports to nobody
-        return _library, (self.source, self._check, self.fast, self.cached)
+        return Library, (self.source, self._check, replace(self.options, report=None))
 
-    def __getitem__(self, what: str) -> Kernel:
+    def __getitem__(self, what: str) -> CompiledFunction:
         """The function called `what`.
 
         Raises:
@@ -75,54 +46,43 @@ class Library:
             InputError: this model does not have it.
             CompileError: what was traced does not agree with the model.
         """
-        found = self._kernels.get(what)
+        found = self._functions.get(what)
         if found is None:
             with self._lock:
-                found = self._kernels.get(what) or self._make(what)
-                self._kernels[what] = found
+                found = self._functions.get(what) or self._make(function(what))
+                self._functions[what] = found
         return found
 
-    def _make(self, what: str) -> Kernel:
-        if what not in BUILDERS:
-            raise UnknownNameError("compiled function", what, list(BUILDERS))
-        fused = host().fused
-        name = cache.key(self.source.content, what, f"fused={fused}") if self.cached else ""
+    def _make(self, row: Function) -> CompiledFunction:
+        fused = backend(self.options.backend).fused()
+        name = cache.key(self.source.content, row.name, f"fused={fused}") if self.options.cached else ""
         start = time.perf_counter()
-        stored = cache.read(name) if self.cached else None
+        stored = cache.read(name) if self.options.cached else None
         if stored is not None:
-            kernel = Kernel(stored, fast=self.fast) if self._fits(stored, what) else None
-            if kernel is not None and not self._check(what, kernel):
-                return self._made(what, kernel, True, time.perf_counter() - start)
+            if (stored.name, stored.arguments, stored.results) == (row.name, *row.lengths(self.source)):
+                kept = self._compiled(row, stored)
+                if not self._check(kept):
+                    return self._reported(kept, True, time.perf_counter() - start)
             cache.drop(name)
-        program = trace(self.source, what, fused=fused)
-        kernel = Kernel(program, fast=self.fast)
-        wrong = self._check(what, kernel)
+        program = row.program(self.source, fused=fused)
+        made = self._compiled(row, program)
+        wrong = self._check(made)
         if wrong:
             raise CompileError(
-                f"'{what}' of {self.source.name}, compiled, does not agree with the model it was made from: {wrong}. "
-                "Use the model itself, and report this robot as a bug"
+                f"'{row.name}' of {self.source.name}, compiled, does not agree with the model it was made from: "
+                f"{wrong}. Use the model itself, and report this robot as a bug"
             )
-        if self.cached:
+        if self.options.cached:
             cache.write(name, program)
-        return self._made(what, kernel, False, time.perf_counter() - start)
+        return self._reported(made, False, time.perf_counter() - start)
 
-    def _fits(self, program: Program, what: str) -> bool:
-        """Whether a stored program takes the arguments that this model gives."""
-        sizes = dict(program.arguments)
-        return (
-            program.name == what
-            and sizes.get("q") == self.source.positions
-            and sizes.get("parameters") == len(self.source.parameters)
-            and bool(program.results)
-            and program.results[-1] == ("strain", 1)
-        )
+    def _compiled(self, row: Function, program: Program) -> CompiledFunction:
+        return CompiledFunction(row, backend(self.options.backend).kernel(program, fast=self.options.fast), self.source)
 
-    def _made(self, what: str, kernel: Kernel, cached: bool, seconds: float) -> Kernel:
-        if self._report is not None:
-            spent = kernel.compile_time
-            self._report(Made(what, kernel.program.operations, cached, max(seconds - spent, 0.0), spent))
-        return kernel
-
-
-def _library(source: Source, check: Check, fast: bool, cached: bool) -> Library:
-    return Library(source, check, fast=fast, cached=cached)
+    def _reported(self, made: CompiledFunction, cached: bool, seconds: float) -> CompiledFunction:
+        if self.options.report is not None:
+            kernel, spent = made.kernel, made.kernel.compile_time
+            self.options.report(
+                Made(made.row.name, kernel.program.operations, cached, max(seconds - spent, 0.0), spent)
+            )
+        return made

@@ -1,4 +1,4 @@
-"""How compiled functions are compared with right values, without any size of its own.
+"""A robot at one state, known by another way than the compiled one: what its compiled functions are compared with.
 
 States are drawn in the robot's own units (its length; the rate of a pendulum of that length under its gravity), and
 what must agree is compared in them, against the size of the terms it is made of.
@@ -6,138 +6,197 @@ what must agree is compared in them, against the size of the terms it is made of
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.compile.equations.reduction import STRAIN_LIMIT
-from cutjoint.compile.machine.llvm.native import Kernel
-from cutjoint.mechanism import Actuator
+from cutjoint.mechanism import Actuator, Terms, Tool
 
-AGREEMENT = 1e-9
-"""Largest relative difference between a compiled function and its model; 1e-13 is typical."""
-SLOPE = 1e-5
-"""Same for derivatives against central differences."""
-DIFFERENCE = 1e-5
-"""Step of those differences, in the robot's units."""
 BESIDE = 0.02
 """How far from home the second state is, in the robot's units."""
-
-Compared = tuple[str, Array, Array, float]
-"""Name of a result, its right value, the units of its entries, and the size of the terms it is made of in them."""
-
-
-def results(kernel: Kernel, y: Array) -> dict[str, Array]:
-    """The results of a call by name."""
-    return {name: y[kernel.program.result_slice(name)] for name, _ in kernel.program.results}
+DIFFERENCE = 1e-5
+"""Step of differences, in the robot's units."""
 
 
-class Checker:
-    """Compares compiled functions of one robot; what checking a chain and a published model have in common.
+@dataclass(frozen=True, eq=False)
+class RobotUnits:
+    """The units of one robot.
 
-    Args:
-        values: of the inertial parameters that are arguments.
-        actuators: of the robot.
-        length: one that tells how large it is [m].
-        gravity: [m/s2].
-
-    Called with a function's name and kernel it says what is wrong, or nothing.
+    Attributes:
+        coordinate: of the actuated coordinates, shape (n,), [m] or [rad].
+        turning: whether they are angles, shape (n,).
+        length: one that tells how large the robot is [m].
+        rate: of velocities [1/s].
     """
 
-    def __init__(self, values: Array, actuators: Sequence[Actuator], length: float, gravity: float) -> None:
-        self.values, self.length = values, length
-        self._postures: list[Any] | None = None
-        self.unit = np.array([length if one.kind == "translation" else 1.0 for one in actuators])
-        """Of the actuated coordinates, [m] or [rad]."""
-        self.rate = float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0
-        """Of velocities [1/s]."""
+    coordinate: Array
+    turning: tuple[bool, ...]
+    length: float
+    rate: float
 
-    def __call__(self, what: str, kernel: Kernel) -> str:
-        chance = np.random.default_rng(len(what))
-        if self._postures is None:
-            self._postures = self.postures()
-        for at in self._postures:
-            n = len(self.unit)
-            v = self.rate * self.unit * chance.normal(size=n)
-            a = self.rate**2 * self.unit * chance.normal(size=n)
-            try:
-                wrong = self.compare(what, kernel, at, v, a, chance)
-            except np.linalg.LinAlgError:
-                wrong = "the robot has a motion that moves no mass, or is singular near home"
-            if wrong:
-                return wrong
-        return ""
-
-    def postures(self) -> list[Any]:
-        """States to compare at."""
-        raise AssertionError
-
-    def compare(self, what: str, kernel: Kernel, at: Any, v: Array, a: Array, chance: np.random.Generator) -> str:
-        """What is wrong with a function at one state."""
-        raise AssertionError
-
-    def judge(self, kernel: Kernel, given: tuple[Array, ...], expected: list[Compared], tolerance: float) -> str:
-        """Results of a call against their right values."""
-        sizes = [size for _, size in kernel.program.arguments]
-        if sizes != [part.size for part in given]:
-            return f"arguments of sizes {sizes}"
-        found = results(kernel, kernel(*given))
-        if not found["strain"] <= STRAIN_LIMIT:
-            return f"strain {found['strain']} near home"
-        for name, wanted, unit, size in expected:
-            if name not in found or found[name].size != np.size(wanted):
-                return f"no result {name} of that size"
-            wrong = differ(name, found[name] / np.ravel(unit), np.ravel(wanted / unit), size, tolerance)
-            if wrong:
-                return wrong
-        return ""
-
-    def dynamics(
-        self, what: str, v: Array, a: Array, mass: Array, coriolis: Array, gravity: Array, weight: float
-    ) -> tuple[tuple[Array, ...], list[Compared]]:
-        """Arguments after the position, and what is expected, of the functions of the equation of motion.
-
-        Args:
-            weight: size of the weights that may cancel in `gravity`, as an energy [J].
-        """
-        unit = self.unit
-        pull = mass @ a
-        effort = pull + coriolis + gravity
-        energy = float(np.abs(unit * pull).max() + np.abs(unit * coriolis).max()) + weight
-        moving = float((np.abs(unit[:, None] * mass * unit) @ np.abs(v / unit)).max() * np.abs(v / unit).max())
-        compliance = np.abs(np.linalg.inv(unit[:, None] * mass * unit))
-        match what:
-            case "forward":
-                return (v, effort), [("a", a, unit, float(compliance.max() * energy))]
-            case "inverse":
-                return (v, a), [("effort", effort, 1.0 / unit, energy)]
-            case "terms":
-                inertia = ("mass", mass, 1.0 / np.outer(unit, unit), 0.0)
-                turning = ("coriolis", coriolis, 1.0 / unit, moving)
-                return (v,), [inertia, turning, ("gravity", gravity, 1.0 / unit, weight)]
-        raise KeyError(what)
-
-    def slopes(
-        self, kernel: Kernel, found: Array, columns: dict[str, Array], value: Array, name: str, size: float
-    ) -> str:
-        """Derivatives against differences; the value against itself."""
-        parts = results(kernel, found)
-        kind, inward = (self.unit, 1.0 / self.unit) if name == "a" else (1.0 / self.unit, self.unit)
-        wrong = differ(name, parts[name] / kind, value / kind, size, AGREEMENT)
-        steps = {"by_q": self.unit, "by_v": self.rate * self.unit, "by_effort": inward, "by_a": inward}
-        for by, wanted in columns.items():
-            scale = np.outer(kind, 1.0 / steps[by])
-            floor = size if by in ("by_q", "by_v") else 0.0
-            wrong = wrong or differ(by, parts[by] / scale.ravel(), (wanted / scale).ravel(), floor, SLOPE)
-        return wrong
+    @staticmethod
+    def of(actuators: Sequence[Actuator], length: float, gravity: float) -> RobotUnits:
+        """Units of a robot with these actuators, this length [m] and this gravity [m/s2]."""
+        turning = tuple(one.kind == "rotation" for one in actuators)
+        coordinate = np.array([1.0 if turns else length for turns in turning])
+        return RobotUnits(coordinate, turning, length, float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0)
 
 
-def differ(name: str, found: Array, wanted: Array, size: float, tolerance: float) -> str:
-    """What is wrong, in words, or nothing; `size` is that of the terms of which `wanted` is the sum."""
-    size = max(float(np.abs(wanted).max(initial=0.0)), size)
-    worst = float(np.abs(found - wanted).max(initial=0.0))
-    if worst <= tolerance * size:
-        return ""
-    return f"'{name}' is off by {worst:.2g} in {size:.2g}, in the robot's own units"
+class Sample:
+    """A robot at one state.  Arguments and right values of compiled functions by name; worked out when asked for.
+
+    Args:
+        units: of the robot.
+        q: position variables.
+        target: actuated coordinates, shape (n,).
+        v, a: their velocity and acceleration.
+        far: how far the world's origin is from the robot's, in its lengths, plus 1.
+    """
+
+    def __init__(self, units: RobotUnits, q: Array, target: Array, v: Array, a: Array, far: float) -> None:
+        self.units, self.q, self.target, self.v, self.a, self.far = units, q, target, v, a, far
+        unit = units.coordinate
+        self.axes = {"q": unit, "1/q": 1.0 / unit, "1/v": 1.0 / (units.rate * unit), "m": np.full(3, units.length)}
+        self.axes["J"] = np.ones(1)
+
+    # -- by another way ----------------------------------------------------------------------------------------------
+
+    def beside(self, k: int, step: float, v: Array) -> Terms:
+        """The equation of motion with actuated coordinate `k` moved by a small step, at the velocity `v`."""
+        raise NotImplementedError
+
+    @cached_property
+    def tool(self) -> Tool:
+        """The tool point."""
+        raise NotImplementedError
+
+    @property
+    def potential(self) -> float:
+        """Potential energy [J]."""
+        raise NotImplementedError
+
+    @property
+    def weight(self) -> float:
+        """Size of the weights that may cancel in the gravity vector, as an energy [J]."""
+        raise NotImplementedError
+
+    @property
+    def speed(self) -> float:
+        """The fastest motion that `v` makes, in the robot's units."""
+        raise NotImplementedError
+
+    @property
+    def tangent(self) -> Array:
+        """Of chains: T~, shape (nv, n)."""
+        raise NotImplementedError
+
+    @property
+    def drift(self) -> Array:
+        """Of chains: accelerations of all joints at constant actuated rates, shape (nv,)."""
+        raise NotImplementedError
+
+    @property
+    def bending(self) -> float:
+        """Of chains: size of the drift, in the robot's units."""
+        raise NotImplementedError
+
+    @property
+    def a_full(self) -> Array:
+        """Of chains: acceleration of all joints in a random motion under random forces, shape (nv,)."""
+        raise NotImplementedError
+
+    # -- arguments and right values ----------------------------------------------------------------------------------
+
+    @cached_property
+    def terms(self) -> Terms:
+        """The equation of motion here."""
+        return self.beside(0, 0.0, self.v)
+
+    @cached_property
+    def effort(self) -> Array:
+        """What gives the acceleration `a`."""
+        return effort_for(self.terms, self.a)
+
+    @property
+    def p(self) -> Array:
+        """Where the tool is."""
+        return self.tool.position
+
+    @property
+    def kinetic(self) -> float:
+        """Kinetic energy [J]."""
+        return 0.5 * float(self.v @ self.terms.mass @ self.v)
+
+    def slopes(self, value: Callable[[Terms], Array]) -> dict[str, Array]:
+        """Derivatives of a value of the equation of motion, by central differences along the tangent of the loops."""
+        by_q, by_v = [], []
+        for k, unit in enumerate(self.units.coordinate):
+            step = float(DIFFERENCE * unit)
+            faster = self.units.rate * step * np.eye(len(self.v))[k]
+            by_q.append((value(self.beside(k, step, self.v)) - value(self.beside(k, -step, self.v))) / (2 * step))
+            change = value(self.beside(0, 0.0, self.v + faster)) - value(self.beside(0, 0.0, self.v - faster))
+            by_v.append(change / (2 * faster[k]))
+        return {"by_q": np.stack(by_q, axis=1), "by_v": np.stack(by_v, axis=1)}
+
+    # -- sizes of the terms that results are sums of, in the robot's units ---------------------------------------------
+
+    @cached_property
+    def energy(self) -> float:
+        """Of an effort."""
+        unit, terms = self.units.coordinate, self.terms
+        return float(np.abs(unit * (terms.mass @ self.a)).max() + np.abs(unit * terms.coriolis).max()) + self.weight
+
+    @cached_property
+    def inertia(self) -> Array:
+        """The mass matrix."""
+        unit = self.units.coordinate
+        return np.asarray(unit[:, None] * self.terms.mass * unit)
+
+    @property
+    def acceleration(self) -> float:
+        """Of an acceleration that an effort gives."""
+        return float(np.abs(np.linalg.inv(self.inertia)).max() * self.energy)
+
+    @property
+    def moving(self) -> float:
+        """Of the Coriolis vector."""
+        rate = np.abs(self.v / self.units.coordinate)
+        return float((np.abs(self.inertia) @ rate).max() * rate.max())
+
+
+class Truth(Protocol):
+    """One robot, known by another way than the compiled one."""
+
+    units: RobotUnits
+    parameters: Array
+    """Values of the inertial parameters that are arguments."""
+
+    def samples(self, chance: np.random.Generator) -> Sequence[Sample]:
+        """The robot at a few states, random in velocity and acceleration."""
+        ...
+
+
+def drawn(units: RobotUnits, chance: np.random.Generator) -> tuple[Array, Array]:
+    """A random velocity and acceleration of the actuators, in the robot's units."""
+    n = len(units.coordinate)
+    v = units.rate * units.coordinate * chance.normal(size=n)
+    return v, units.rate**2 * units.coordinate * chance.normal(size=n)
+
+
+def effort_for(terms: Terms, a: Array) -> Array:
+    """Effort that gives an acceleration."""
+    return np.asarray(terms.mass @ a + terms.coriolis + terms.gravity)
+
+
+def acceleration_by(terms: Terms, effort: Array) -> Array:
+    """Acceleration that an effort gives."""
+    return np.asarray(np.linalg.solve(terms.mass, effort - terms.coriolis - terms.gravity))
+
+
+def nearest_turn(q: Array, near: Array, turning: Sequence[bool]) -> Array:
+    """`q` with whole turns added to its angles, so that they come next to `near`."""
+    return np.asarray(q + np.where(turning, 2.0 * np.pi * np.round((near - q) / (2.0 * np.pi)), 0.0))

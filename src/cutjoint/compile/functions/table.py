@@ -1,208 +1,244 @@
-"""The functions that are compiled from a model: what goes in, what comes out.
+"""The compiled functions, a row each: what goes in, what comes out, how it is traced, and what it must be.
 
-Every one of them takes the position variables `q` first and the inertial parameters last, and gives its `strain` last.
+A new function is a row here.  Everything else reads the row: the library that makes functions, the check before they
+are used, `cutjoint compile`, and the table in docs/compile.md.
+
+Arguments are those of `ARGUMENTS`: position variables (or the tool's position) first, inertial parameters last.  After
+the parts of its result every function gives its `strain`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TypeAlias
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
-from cutjoint.compile.equations.reduction import MassFactor
-from cutjoint.compile.expressions.derivative import tangent
-from cutjoint.compile.expressions.graph import Expression, Graph, Number
+import numpy as np
+
+from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.expressions.straight_line import assemble
+from cutjoint.compile.functions import tracing
+from cutjoint.compile.functions.sample import Sample, acceleration_by, effort_for
+from cutjoint.compile.functions.tracing import ARGUMENTS, Call, Traced
 from cutjoint.compile.machine.schedule import scheduled
-from cutjoint.compile.sources.chain import ChainSource
-from cutjoint.compile.sources.chain_state import ChainState
-from cutjoint.compile.sources.interface import Source, TracedState
-from cutjoint.compile.sources.paper import PaperSource
-from cutjoint.errors import CompileError, InputError
+from cutjoint.compile.sources.interface import Need, Source, size
+from cutjoint.errors import UnknownNameError
 
-Symbols: TypeAlias = list[Expression]
-Results: TypeAlias = dict[str, list[Number]]
+AGREEMENT = 1e-9
+"""Largest relative difference between a compiled function and its model; 1e-13 is typical."""
+SLOPE = 1e-5
+"""Same for derivatives against central differences."""
 
 
-class _Call:
-    """One function while it is traced: its arguments, made on demand in order."""
+@dataclass(frozen=True)
+class ResultPart:
+    """One part of the result of a compiled function.
 
-    def __init__(self, source: Source) -> None:
-        self.source = source
-        self.graph = Graph()
-        self.arguments: dict[str, Symbols] = {"q": self.graph.symbols(source.positions)}
-        self.parameters = self.graph.symbols(len(source.parameters))
-        self.state = source.state(self.graph, self.arguments["q"], self.parameters)
+    Attributes:
+        name: of it.
+        shape: sizes separated by commas: numbers, or `n`, `nv`, `positions`, `rows` (of the loops) of the model.
+        units: an axis each, in which it is compared: `q`, `v` of an actuated coordinate and velocity, `1/q`, `1/v` of
+            what is conjugate to them, `u` of a joint's rate, `x` of a position variable, `m` length, `J` energy.
+        size: of the terms it is the sum of, in those units; it is compared against that or its own, what is larger.
+        tolerance: relative.
+        periodic: whether whole turns of angles make no difference.
+    """
 
-    def argument(self, name: str, size: int) -> Symbols:
-        """A further argument."""
-        self.arguments[name] = self.graph.symbols(size)
-        return self.arguments[name]
+    name: str
+    shape: str
+    units: str = ""
+    size: Callable[[Sample], float] = lambda _: 0.0
+    tolerance: float = AGREEMENT
+    periodic: bool = False
 
-    def program(self, what: str, results: Mapping[str, Sequence[Number]], strain: Number, fused: bool) -> Program:
-        """The finished function."""
-        arguments = {**self.arguments, "parameters": self.parameters}
-        line = assemble(self.graph, what, arguments, {**results, "strain": [strain]}, fused=fused)
+
+@dataclass(frozen=True)
+class Function:
+    """A row of the table.
+
+    Attributes:
+        name: of the function.
+        about: what it gives, in one line.
+        arguments: names, in order.
+        parts: of its result, in order; the strain comes after them.
+        trace: makes the expressions.
+        known: right values of parts, by another way than the compiled one; what is not among them is not compared.
+        needs: what a model must have.
+    """
+
+    name: str
+    about: str
+    arguments: tuple[str, ...]
+    parts: tuple[ResultPart, ...]
+    trace: Callable[[Call], Traced]
+    known: Callable[[Sample], Mapping[str, Array]]
+    needs: tuple[Need, ...] = (Need.ACTUATED,)
+
+    def lengths(self, source: Source) -> tuple[tuple[tuple[str, int], ...], tuple[tuple[str, int], ...]]:
+        """Name and length of every argument, and of every part of the result with the strain, as in a `Program`."""
+        given = tuple((name, size(source, ARGUMENTS[name])) for name in self.arguments)
+        sizes = [[size(source, symbol) for symbol in part.shape.split(",")] for part in self.parts]
+        parts = tuple((part.name, int(np.prod(one))) for part, one in zip(self.parts, sizes, strict=True))
+        return given, (*parts, ("strain", 1))
+
+    def program(self, source: Source, *, fused: bool) -> Program:
+        """The function of a model, traced.
+
+        Raises:
+            InputError: the model does not have it.
+            ActuationError: it is in actuated coordinates, which do not determine the motion.
+            CompileError: no order of elimination is good, or a motion moves no mass.
+        """
+        for need in self.needs:
+            if (lack := source.lacks(need)) is not None:
+                raise lack
+        call = Call(source, self.arguments)
+        results, strain = self.trace(call)
+        line = assemble(call.graph, self.name, call.arguments, {**results, "strain": [strain]}, fused=fused)
         return scheduled(line)
 
 
-def accelerations(state: TracedState, v: Symbols, effort: Sequence[Number]) -> tuple[list[Number], MassFactor]:
-    """Forward dynamics of a traced state: acceleration, and the factored mass matrix."""
-    factor = MassFactor(state.mass(), state.strain)
-    return factor.solve([x - y for x, y in zip(effort, state.bias(v), strict=True)]), factor
+_EFFORT = ResultPart("effort", "n", "1/q", lambda s: s.energy)
+_A = ResultPart("a", "n", "q", lambda s: s.acceleration)
+_RIGID = ("q", "v", "parameters")
 
-
-def _flat(matrix: Sequence[Sequence[Number]]) -> list[Number]:
-    return [x for row in matrix for x in row]
-
-
-def _transposed(columns: Sequence[Sequence[Number]]) -> list[Number]:
-    """Columns as a flat matrix, row by row."""
-    return [x for row in zip(*columns, strict=True) for x in row]
-
-
-def _forward(call: _Call) -> tuple[Results, Number]:
-    n = call.source.n
-    a, factor = accelerations(call.state, call.argument("v", n), call.argument("effort", n))
-    return {"a": a}, factor.strain
-
-
-def _inverse(call: _Call) -> tuple[Results, Number]:
-    n = call.source.n
-    effort = call.state.inverse(call.argument("v", n), call.argument("a", n))
-    return {"effort": effort}, call.state.strain
-
-
-def _terms(call: _Call) -> tuple[Results, Number]:
-    state = call.state
-    coriolis = state.coriolis(call.argument("v", call.source.n))
-    return {"mass": _flat(state.mass()), "coriolis": coriolis, "gravity": state.gravity()}, state.strain
-
-
-def _tool(call: _Call) -> tuple[Results, Number]:
-    position, jacobian, drift = call.state.tool(call.argument("v", call.source.n))
-    return {"position": position, "jacobian": _flat(jacobian), "drift": drift}, call.state.strain
-
-
-def _energy(call: _Call) -> tuple[Results, Number]:
-    v = call.argument("v", call.source.n)
-    kinetic: Number = 0.0
-    for x, row in zip(v, call.state.mass(), strict=True):
-        for y, entry in zip(v, row, strict=True):
-            kinetic = kinetic + 0.5 * x * entry * y
-    return {"kinetic": [kinetic], "potential": [call.state.potential()]}, call.state.strain
-
-
-def _step(call: _Call) -> tuple[Results, Number]:
-    q, residual = call.state.settled(call.argument("target", call.source.n))
-    return {"q_next": q, "residual": residual}, call.state.strain
-
-
-def _directions(call: _Call, still: Sequence[Number]) -> list[dict[int, Number]]:
-    """Seeds that move along each independent coordinate, loops closed, with the values `still` held."""
-    state, n = call.state, call.source.n
-    found = []
-    for k in range(n):
-        rate = state.position_rate([1.0 if i == k else 0.0 for i in range(n)])
-        seed: dict[int, Number] = {abs(call.graph.reference(value)): 0.0 for value in still}
-        seed.update({abs(x.ref): value for x, value in zip(state.q, rate, strict=True)})
-        found.append(seed)
-    return found
-
-
-def _inverse_derivatives(call: _Call) -> tuple[Results, Number]:
-    n, graph = call.source.n, call.graph
-    v, a = call.argument("v", n), call.argument("a", n)
-    effort = call.state.inverse(v, a)
-    by_q = [tangent(graph, effort, seed) for seed in _directions(call, [])]
-    by_v = [tangent(graph, effort, {abs(x.ref): 1.0}) for x in v]
-    results: Results = {"effort": effort, "by_q": _transposed(by_q), "by_v": _transposed(by_v)}
-    return {**results, "by_a": _flat(call.state.mass())}, call.state.strain
-
-
-def _forward_derivatives(call: _Call) -> tuple[Results, Number]:
-    # With a held, M da = -d(inverse dynamics): the derivative of a costs no derivative of the solution.
-    n, graph = call.source.n, call.graph
-    v, given = call.argument("v", n), call.argument("effort", n)
-    a, factor = accelerations(call.state, v, given)
-    effort = call.state.inverse(v, a)
-    held: dict[int, Number] = {abs(graph.reference(x)): 0.0 for x in a}
-    by_q = [factor.solve([-x for x in tangent(graph, effort, seed)]) for seed in _directions(call, a)]
-    by_v = [factor.solve([-x for x in tangent(graph, effort, {**held, abs(x.ref): 1.0})]) for x in v]
-    unit = [[1.0 if i == k else 0.0 for i in range(n)] for k in range(n)]
-    by_effort = [factor.solve(list(column)) for column in unit]
-    results: Results = {"a": a, "by_q": _transposed(by_q), "by_v": _transposed(by_v)}
-    return {**results, "by_effort": _transposed(by_effort)}, factor.strain
-
-
-def _chain(call: _Call) -> ChainState:
-    if not isinstance(call.state, ChainState):
-        raise InputError(f"{call.source.name} is a reduced model; it has no joints beside the actuated ones")
-    return call.state
-
-
-def _tangent(call: _Call) -> tuple[Results, Number]:
-    state = _chain(call)
-    return {"tangent": _flat(state.full_tangent())}, state.strain
-
-
-def _drift(call: _Call) -> tuple[Results, Number]:
-    state = _chain(call)
-    return {"drift": state.full_drift(call.argument("v", call.source.n))}, state.strain
-
-
-def _full_forward(call: _Call) -> tuple[Results, Number]:
-    state = _chain(call)
-    if state.source.weightless:
-        raise CompileError(
-            f"{state.source.name} has idle freedoms that move no mass, such as the spin of a rod without inertia about "
-            "its axis; its forward dynamics in full coordinates cannot be compiled"
-        )
-    nv = state.source.nv
-    a, strain = state.full_forward(call.argument("v_full", nv), call.argument("effort_full", nv))
-    return {"a_full": a}, strain
-
-
-def _reach(call: _Call) -> tuple[Results, Number]:
-    source = call.source
-    if not isinstance(source, PaperSource) or source.n != 3:
-        raise InputError(f"{source.name} has no inverse kinematics in closed form")
-    q = source.inverse_kinematics(call.arguments["q"], call.parameters)
-    return {"q_reached": q}, 1.0
-
-
-BUILDERS: dict[str, Callable[[_Call], tuple[Results, Number]]] = {
-    "forward": _forward,
-    "inverse": _inverse,
-    "terms": _terms,
-    "tool": _tool,
-    "energy": _energy,
-    "step": _step,
-    "inverse_derivatives": _inverse_derivatives,
-    "forward_derivatives": _forward_derivatives,
-    "tangent": _tangent,
-    "drift": _drift,
-    "full_forward": _full_forward,
-    "reach": _reach,
+FUNCTIONS: dict[str, Function] = {
+    row.name: row
+    for row in (
+        Function(
+            "forward",
+            "acceleration that an effort gives",
+            ("q", "v", "effort", "parameters"),
+            (_A,),
+            tracing.forward,
+            lambda s: {"a": s.a},
+        ),
+        Function(
+            "inverse",
+            "effort that gives an acceleration",
+            ("q", "v", "a", "parameters"),
+            (_EFFORT,),
+            tracing.inverse,
+            lambda s: {"effort": s.effort},
+        ),
+        Function(
+            "terms",
+            "mass matrix, Coriolis vector, gravity",
+            _RIGID,
+            (
+                ResultPart("mass", "n,n", "1/q,1/q"),
+                ResultPart("coriolis", "n", "1/q", lambda s: s.moving),
+                ResultPart("gravity", "n", "1/q", lambda s: s.weight),
+            ),
+            tracing.terms,
+            lambda s: {"mass": s.terms.mass, "coriolis": s.terms.coriolis, "gravity": s.terms.gravity},
+        ),
+        Function(
+            "tool",
+            "position of the tool point, its Jacobian, and J_dot v",
+            _RIGID,
+            (
+                ResultPart("position", "3", "m", lambda s: s.far),
+                ResultPart("jacobian", "3,n", "m,1/q", lambda s: 1.0),
+                ResultPart("drift", "3", "m", lambda s: s.speed**2),
+            ),
+            tracing.tool,
+            lambda s: {"position": s.tool.position, "jacobian": s.tool.jacobian, "drift": s.tool.drift},
+            (Need.ACTUATED, Need.TOOL),
+        ),
+        Function(
+            "energy",
+            "kinetic and potential energy",
+            _RIGID,
+            (ResultPart("kinetic", "1", "J"), ResultPart("potential", "1", "J", lambda s: s.far * s.weight)),
+            tracing.energy,
+            lambda s: {"kinetic": np.array([s.kinetic]), "potential": np.array([s.potential])},
+        ),
+        Function(
+            "step",
+            "position variables after one Newton step towards closed loops, and what they are open by",
+            ("q", "target", "parameters"),
+            (ResultPart("q_next", "positions", "x", lambda s: 1.0), ResultPart("residual", "rows")),
+            tracing.step,
+            lambda s: {"q_next": s.q},
+        ),
+        Function(
+            "inverse_derivatives",
+            "effort and its derivatives in actuated coordinates",
+            ("q", "v", "a", "parameters"),
+            (
+                _EFFORT,
+                ResultPart("by_q", "n,n", "1/q,1/q", lambda s: s.energy, SLOPE),
+                ResultPart("by_v", "n,n", "1/q,1/v", lambda s: s.energy, SLOPE),
+                ResultPart("by_a", "n,n", "1/q,1/q", tolerance=SLOPE),
+            ),
+            tracing.inverse_derivatives,
+            lambda s: {"effort": s.effort, **s.slopes(lambda now: effort_for(now, s.a)), "by_a": s.terms.mass},
+        ),
+        Function(
+            "forward_derivatives",
+            "acceleration and its derivatives in actuated coordinates",
+            ("q", "v", "effort", "parameters"),
+            (
+                _A,
+                ResultPart("by_q", "n,n", "q,1/q", lambda s: s.acceleration, SLOPE),
+                ResultPart("by_v", "n,n", "q,1/v", lambda s: s.acceleration, SLOPE),
+                ResultPart("by_effort", "n,n", "q,q", tolerance=SLOPE),
+            ),
+            tracing.forward_derivatives,
+            lambda s: {
+                "a": s.a,
+                **s.slopes(lambda now: acceleration_by(now, s.effort)),
+                "by_effort": np.asarray(np.linalg.inv(s.terms.mass)),
+            },
+        ),
+        Function(
+            "tangent",
+            "T with v_full = T v",
+            ("q", "parameters"),
+            (ResultPart("tangent", "nv,n", "u,1/q", lambda s: 1.0),),
+            tracing.tangent,
+            lambda s: {"tangent": s.tangent},
+            (Need.JOINTS, Need.ACTUATED),
+        ),
+        Function(
+            "drift",
+            "d with a_full = T a + d",
+            _RIGID,
+            (ResultPart("drift", "nv", "u", lambda s: s.bending),),
+            tracing.drift,
+            lambda s: {"drift": s.drift},
+            (Need.JOINTS, Need.ACTUATED),
+        ),
+        Function(
+            "full_forward",
+            "acceleration of all joints, for any actuation",
+            ("q", "v_full", "effort_full", "parameters"),
+            (ResultPart("a_full", "nv", "u", lambda s: s.units.rate**2),),
+            tracing.full_forward,
+            lambda s: {"a_full": s.a_full},
+            (Need.JOINTS, Need.IDLE_MASS),
+        ),
+        Function(
+            "reach",
+            "actuated coordinates for a tool position, in closed form",
+            ("p", "parameters"),
+            (ResultPart("q_reached", "n", "q", lambda s: 1.0, periodic=True),),
+            tracing.reach,
+            lambda s: {"q_reached": s.target},
+            (Need.CLOSED_FORM,),
+        ),
+    )
 }
 """Everything that can be compiled, by name."""
 
-CHAIN_ONLY = ("tangent", "drift", "full_forward")
-"""Those that need the joints of a chain."""
-PAPER_ONLY = ("reach",)
-"""Those that need equations in closed form; its argument `q` is the tool position."""
 
-
-def trace(source: Source, what: str, *, fused: bool) -> Program:
-    """Trace one function of a model.
+def function(name: str) -> Function:
+    """The row of that name.
 
     Raises:
-        InputError: the model does not have it.
-        ActuationError: it is in actuated coordinates, which do not determine the motion.
-        CompileError: no order of elimination is good, or a motion moves no mass.
+        UnknownNameError: there is none.
     """
-    if isinstance(source, ChainSource) and what not in ("full_forward", *PAPER_ONLY):
-        source.need_actuated()
-    call = _Call(source)
-    results, strain = BUILDERS[what](call)
-    return call.program(what, results, strain, fused)
+    if name not in FUNCTIONS:
+        raise UnknownNameError("compiled function", name, list(FUNCTIONS))
+    return FUNCTIONS[name]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from cutjoint.compile.equations.carried import Carried
 from cutjoint.compile.equations.coordinates import (
@@ -19,15 +18,13 @@ from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.equations.reduction import MassFactor, Reduction
 from cutjoint.compile.expressions import vectors
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
-
-if TYPE_CHECKING:
-    from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.compile.sources.chain_plan import ChainPlan
 
 
 class ChainState:
     """A `TracedState` of a closed chain."""
 
-    def __init__(self, source: ChainSource, graph: Graph, q: Sequence[Expression], pose: Pose) -> None:
+    def __init__(self, source: ChainPlan, graph: Graph, q: Sequence[Expression], pose: Pose) -> None:
         self.source, self.graph, self.q = source, graph, list(q)
         self.pose = pose
         self.whole = Reduction(pose, source.loops, source.plan)

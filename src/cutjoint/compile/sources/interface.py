@@ -8,9 +8,29 @@ expressions (`cutjoint.compile.sources.paper`).  Everything behind this interfac
 from __future__ import annotations
 
 from collections.abc import Sequence
+from enum import Enum, auto
 from typing import Protocol
 
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
+from cutjoint.errors import CutjointError
+
+PAYLOAD = "payload"
+"""Name of the inertial parameter that is a point mass at the tool point [kg]."""
+
+
+class Need(Enum):
+    """What a function may need that not every model has."""
+
+    ACTUATED = auto()
+    """Actuators that determine the motion; idle freedoms do not count as motion."""
+    TOOL = auto()
+    """A tool point."""
+    JOINTS = auto()
+    """Joints beside the actuated ones."""
+    IDLE_MASS = auto()
+    """No idle freedom that moves no mass."""
+    CLOSED_FORM = auto()
+    """Inverse kinematics in closed form."""
 
 
 class TracedState(Protocol):
@@ -83,6 +103,16 @@ class Source(Protocol):
         ...
 
     @property
+    def nv(self) -> int:
+        """Number of velocities of all joints that the model has."""
+        ...
+
+    @property
+    def rows(self) -> int:
+        """Number of equations of its loops."""
+        ...
+
+    @property
     def parameters(self) -> tuple[str, ...]:
         """Names of inertial parameters that stay arguments."""
         ...
@@ -95,3 +125,15 @@ class Source(Protocol):
     def state(self, graph: Graph, q: Sequence[Expression], parameters: Sequence[Expression]) -> TracedState:
         """The state at the position variables `q`."""
         ...
+
+    def lacks(self, need: Need) -> CutjointError | None:
+        """What to raise where the model does not have what a function needs, or None."""
+        ...
+
+
+def size(source: Source, symbol: str) -> int:
+    """The number that a symbol of a shape stands for: itself, or that quantity of a model."""
+    if symbol.isdigit():
+        return int(symbol)
+    found: int | tuple[str, ...] = getattr(source, symbol)
+    return found if isinstance(found, int) else len(found)

@@ -14,28 +14,26 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
+from cutjoint.compile.expressions.functions import maximum, minimum
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
-from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.sources.interface import TracedState
-from cutjoint.compile.sources.paper import PaperSource
 from cutjoint.control import Law
 from cutjoint.control.law import Gain
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired
-from cutjoint.papers.reduced_model import ClosedFormModel
 
 Objects = npt.NDArray[np.object_]
 
 
 @dataclass
-class Table:
+class ReferenceTable:
     """Columns of the reference table: their symbols, and what fills them."""
 
     graph: Graph
@@ -64,7 +62,7 @@ class _Place:
 class TracedDesired:
     """The desired motion, as columns of the table."""
 
-    def __init__(self, table: Table, n: int, mechanism: Mechanism) -> None:
+    def __init__(self, table: ReferenceTable, n: int, mechanism: Mechanism) -> None:
         self.t = table.columns("t", 1, lambda desired: np.array([desired.t]))[0]
         self.q = table.columns("q", n, lambda desired: desired.q)
         self.v = table.columns("v", n, lambda desired: desired.v)
@@ -72,7 +70,7 @@ class TracedDesired:
         self.mechanism = mechanism
         self.posture = _Place(self.q)
 
-    def posture_of(self, model: Any) -> _Place:
+    def posture_of(self, model: object) -> _Place:
         """The desired posture."""
         return self.posture
 
@@ -80,17 +78,19 @@ class TracedDesired:
 class TracedModel:
     """A law's model while tracing."""
 
-    def __init__(self, model: Mechanism, table: Table, desired: TracedDesired, state: TracedState | None) -> None:
+    def __init__(
+        self, model: Mechanism, table: ReferenceTable, desired: TracedDesired, state: TracedState | None
+    ) -> None:
         self._model, self._table, self._desired, self._state = model, table, desired, state
         self.n, self.name = model.n, model.name
 
-    def close(self, q: Any, near: Any = None) -> _Place:
+    def close(self, q: Objects, near: object = None) -> _Place:
         """The posture at the measured or the desired coordinates."""
         if q is self._desired.q:
             return self._desired.posture
         return _Place(q)
 
-    def terms(self, at: _Place, v: Any = None) -> Any:
+    def terms(self, at: _Place, v: Objects | None = None) -> _DesiredTerms | _MeasuredTerms:
         """Mass, Coriolis and gravity."""
         n, model = self.n, self._model
         if at is self._desired.posture:
@@ -102,9 +102,9 @@ class TracedModel:
         still: Objects = _objects([0.0] * n)
         moving = still if v is None else _objects(state.coriolis(list(v)))
         rows = _objects([x for row in state.mass() for x in row]).reshape(n, n)
-        return _Terms(rows, moving, _objects(gravity_now))
+        return _MeasuredTerms(rows, moving, _objects(gravity_now))
 
-    def inverse_dynamics(self, at: _Place, v: Any, a: Any) -> Objects:
+    def inverse_dynamics(self, at: _Place, v: Objects, a: Objects) -> Objects:
         """Effort."""
         desired, model = self._desired, self._model
         if at is desired.posture:
@@ -124,8 +124,7 @@ class TracedModel:
         if self._state is None:
             raise InputError(
                 f"the law's model {self._model.name} is asked about the measured posture; to be compiled it must be "
-                "the "
-                "plant's own model or a published one, whose posture follows from the actuators alone"
+                "the plant's own model or a published one, whose posture follows from the actuators alone"
             )
         return self._state
 
@@ -133,7 +132,7 @@ class TracedModel:
 class _DesiredTerms:
     """Terms of the desired motion; only those that are read become columns."""
 
-    def __init__(self, model: Mechanism, table: Table, n: int) -> None:
+    def __init__(self, model: Mechanism, table: ReferenceTable, n: int) -> None:
         self._model, self._table, self._n = model, table, n
 
     @property
@@ -163,7 +162,7 @@ class _DesiredTerms:
 
 
 @dataclass(frozen=True, eq=False)
-class _Terms:
+class _MeasuredTerms:
     mass: Objects
     coriolis: Objects
     gravity: Objects
@@ -182,16 +181,23 @@ class TracedLaw:
     memory_rate: list[Number]
 
 
+class _SymbolicLaw(Protocol):
+    """A law whose gains and models are symbols; see `Law`."""
+
+    def effort(self, desired: TracedDesired, q: Objects, v: Objects, memory: Objects) -> object: ...
+    def memory_rate(self, desired: TracedDesired, q: Objects, v: Objects, asked: Objects, given: Objects) -> object: ...
+
+
 def trace_law(
     law: Law,
-    table: Table,
+    table: ReferenceTable,
     desired: TracedDesired,
     state: TracedState,
     v: Sequence[Expression],
     memory: Sequence[Expression],
     gains: Mapping[str, Sequence[Expression]],
     limits: Array | None,
-    plant: CompiledMechanism,
+    measured: Callable[[Mechanism], TracedState | None],
 ) -> TracedLaw:
     """Run a law on symbols.
 
@@ -202,17 +208,17 @@ def trace_law(
         memory: the law's own.
         gains: gains that are arguments, one number an actuator each; the others are constants.
         limits: largest effort, or None.
-        plant: whose state it is.
+        measured: that state as a model of the law sees it, or None where the model cannot follow it.
 
     Raises:
         InputError: the law does something that cannot be traced, or has no such gain.
     """
-    twin: Any = copy.copy(law)
+    twin = cast(_SymbolicLaw, copy.copy(law))
     for name, value in list(vars(law).items()):
         if isinstance(value, Gain):
             setattr(twin, name, _gain(gains.get(name), value))
         elif isinstance(value, Mechanism):
-            setattr(twin, name, TracedModel(value, table, desired, _state_of(value, table.graph, state, plant)))
+            setattr(twin, name, TracedModel(value, table, desired, measured(value)))
     known = [name for name, value in vars(law).items() if isinstance(value, Gain)]
     for name in gains:
         if name not in known:
@@ -222,8 +228,6 @@ def trace_law(
         asked = np.asarray(twin.effort(desired, q, speed, own), dtype=object)
         given = asked
         if limits is not None:
-            from cutjoint.compile.expressions.functions import maximum, minimum
-
             clipped = [maximum(-top, minimum(float(top), x)) for x, top in zip(asked, limits, strict=True)]
             given = _objects(clipped)
         rate = np.asarray(twin.memory_rate(desired, q, speed, asked, given), dtype=object)
@@ -232,22 +236,11 @@ def trace_law(
     return TracedLaw(list(given), list(rate))
 
 
-def _gain(symbols: Sequence[Expression] | None, gain: Gain) -> Any:
+def _gain(symbols: Sequence[Expression] | None, gain: Gain) -> Gain | Callable[[Objects], Objects]:
     if symbols is None:
         return gain
     row = _objects(symbols)
     return lambda error: row * error
-
-
-def _state_of(model: Mechanism, graph: Graph, state: TracedState, plant: CompiledMechanism) -> TracedState | None:
-    """The measured state as the law's model sees it, or None where that needs more than the actuated coordinates."""
-    own: Any = model.model if isinstance(model, CompiledMechanism) else model
-    if own is plant.model:
-        return state
-    if isinstance(own, ClosedFormModel):
-        q = [x for x in state.actuated if isinstance(x, Expression)]
-        return PaperSource(own).state(graph, q, [])
-    return None
 
 
 def _objects(values: Sequence[Number]) -> Objects:

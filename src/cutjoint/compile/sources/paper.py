@@ -17,11 +17,11 @@ from typing import Any, TypeAlias, cast
 from cutjoint.compile.expressions import functions
 from cutjoint.compile.expressions.functions import maximum
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
-from cutjoint.errors import UnknownNameError
+from cutjoint.compile.sources.interface import PAYLOAD, Need
+from cutjoint.errors import CutjointError, InputError, UnknownNameError
 from cutjoint.papers.reduced_model import ClosedFormModel, EquationState, PaperParameters
 from cutjoint.papers.scalars import Functions
 
-PAYLOAD = "payload"
 FUNCTIONS = cast(Functions, functions)
 
 PaperModel: TypeAlias = ClosedFormModel[Any, Any]
@@ -39,12 +39,12 @@ class PaperSource:
         UnknownNameError: no such parameter.
     """
 
-    has_tool = True
+    rows = 0
 
     def __init__(self, model: PaperModel, parameters: Sequence[str] = (), branch: Hashable = None) -> None:
         self.model, self.parameters = model, tuple(parameters)
         self.name = model.name
-        self.n = self.positions = model.n
+        self.n = self.nv = self.positions = model.n
         self.branch: Hashable = model.branch(model.home) if branch is None else branch
         known = [PAYLOAD, *(field.name for field in fields(model.parameters))]
         for name in self.parameters:
@@ -53,6 +53,12 @@ class PaperSource:
 
     def __reduce__(self) -> tuple[type[PaperSource], tuple[PaperModel, tuple[str, ...], Hashable]]:
         return PaperSource, (self.model, self.parameters, self.branch)
+
+    def lacks(self, need: Need) -> CutjointError | None:
+        """See `Source`."""
+        if need is Need.JOINTS:
+            return InputError(f"{self.name} is a reduced model; it has no joints beside the actuated ones")
+        return None
 
     @cached_property
     def content(self) -> str:

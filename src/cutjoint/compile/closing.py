@@ -1,0 +1,122 @@
+"""Closing the loops of a chain by its compiled functions: one posture, one with the tool somewhere, many at once."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint import tolerances
+from cutjoint.arrays import Array
+from cutjoint.compile.equations import newton
+from cutjoint.compile.functions.library import Library
+from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.errors import InputError
+from cutjoint.mechanism import Posture
+
+
+class ChainClosing:
+    """Closes the loops of one chain.
+
+    Args:
+        source: the chain.
+        library: its compiled functions.
+        parameters: values of the inertial parameters that are arguments; closing does not depend on them.
+    """
+
+    def __init__(self, source: ChainSource, library: Library, parameters: Array) -> None:
+        self.source, self.library, self.parameters = source, library, parameters
+        self.lengths = np.array(source.row_is_length, dtype=bool)
+        self.row_scale = np.where(self.lengths, 1.0 / source.chain.length, 1.0)
+        """What makes the loops' rows dimensionless."""
+        self.q_scale = np.array(source.position_scale)
+        """Configuration coordinates that are lengths, in robot lengths."""
+
+    def start(self, near: Posture) -> Array:
+        """The configuration of a posture of this chain."""
+        chain = self.source.chain
+        if near.q_full.shape != (chain.nq,):
+            raise InputError(
+                f"this posture has {near.q_full.size} coordinates, {chain.name} has {chain.nq}; make it with this "
+                "robot's close() or reach()"
+            )
+        return near.q_full
+
+    def to(self, q: Array, target: Array) -> Posture | None:
+        """From the closed `q` to the actuated `target`; None where it is not plainly on the same branch."""
+        step = self.library["step"]
+        last: float | None = None
+        worst = np.inf
+        for _ in range(newton.STEPS):
+            parts = step(q, target, self.parameters)
+            if parts is None:
+                return None
+            after, residual = parts["q_next"], parts["residual"]
+            size = float(np.abs((after - q) / self.q_scale).max(initial=0.0))
+            gap = float(np.abs(residual * self.row_scale).max(initial=0.0))
+            if last is not None and newton.arrived(gap, worst):
+                gaps = np.abs(residual)
+                pair = float(gaps[self.lengths].max(initial=0.0)), float(gaps[~self.lengths].max(initial=0.0))
+                return Posture(q[list(self.source.actuated)], q, pair)
+            if newton.strays(size, last):
+                return None
+            last, worst, q = size, gap, after
+        return None
+
+    def reach(self, start: Posture, target: Array) -> Posture | None:
+        """From a posture to the one with the tool at `target` (3,) [m]; None where it is not plainly on its branch."""
+        tool, chain, at = self.library["tool"], self.source.chain, start
+        n, zero, far = chain.n, np.zeros(chain.n), np.inf
+        # what is left of the digits of a position, where the robot is and in its own size
+        rounding = 4e-15 * max(chain.length, float(np.abs(target).max()))
+        for _ in range(newton.STEPS):
+            parts = tool(self.start(at), zero, self.parameters)
+            if parts is None:
+                return None
+            miss, jacobian = target - parts["position"], parts["jacobian"]
+            size = float(np.abs(miss).max())
+            if size < rounding or (size < 100.0 * rounding and size > 0.1 * far):
+                return at
+            if size > newton.SHRINKS * far or size > 0.2 * chain.length:
+                return None
+            far = size
+            try:
+                # with fewer motors than directions a target is on the tool's surface or curve, or is not reached
+                move = np.linalg.solve(jacobian, miss) if n == 3 else np.linalg.lstsq(jacobian, miss, rcond=None)[0]
+            except np.linalg.LinAlgError:  # the tool cannot move in some direction here
+                return None
+            found = self.to(at.q_full, at.q + move)
+            if found is None:
+                return None
+            at = found
+        return None
+
+    def walk(self, q: Array, target: Array, threads: int) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """Walk all rows from the closed `q` to their actuated `target`, in steps short against the links.
+
+        Also returns which rows arrived, on the branch they started from.
+        """
+        function = self.library["step"]
+        start = q[:, list(self.source.actuated)]
+
+        def step(at: Array, to: Array) -> tuple[Array, Array, Array]:
+            parts, trusted = function.batch([at, to, self.parameters], threads)
+            after = parts["q_next"]
+            size = np.abs((after - at) / self.q_scale).max(axis=1)
+            size[~trusted] = np.inf
+            return after, size, np.abs(parts["residual"] * self.row_scale).max(axis=1, initial=0.0)
+
+        _, size, _ = step(q, target)
+        pieces = int(np.ceil(min(float(size[np.isfinite(size)].max(initial=0.0)) / 0.1, 200.0))) + 1
+        good = np.ones(len(q), dtype=bool)
+        for piece in range(1, pieces + 1):
+            to = target if piece == pieces else start + (piece / pieces) * (target - start)
+            last: Array | None = None
+            gap = np.full(len(q), np.inf)
+            for _ in range(newton.STEPS):
+                after, size, gap = step(q, to)
+                good &= ~np.asarray(newton.strays(size, last))
+                if last is not None and float(size[good].max(initial=0.0)) < newton.RESTS:
+                    break
+                q, last = np.where(good[:, None], after, q), size
+            good &= gap <= tolerances.CLOSURE.value
+        return q, good
