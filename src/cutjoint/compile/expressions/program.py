@@ -9,7 +9,6 @@ import json
 from collections import Counter
 from dataclasses import dataclass
 from hashlib import sha256
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -52,7 +51,7 @@ class Program:
         for part in (self.op, self.operands, self.values, self.outputs):
             part.setflags(write=False)
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[object, ...]:
         return Program.from_bytes, (self.to_bytes(),)
 
     @property

@@ -25,12 +25,13 @@ from collections.abc import Iterator
 from functools import cache
 from hashlib import sha256
 from importlib import resources
-from importlib.resources.abc import Traversable
 from pathlib import Path
 
 from cutjoint.compile.expressions.program import Program, ProgramError
 from cutjoint.files import write_files
 
+DECISIVE = ("compile", "papers", "description/cuts.py")
+"""What decides what a program is: the compiler, the papers, the equations of cut joints."""
 LARGEST_FILE = 256 * 1024 * 1024
 _PRIVATE = stat.S_IWGRP | stat.S_IWOTH
 
@@ -51,7 +52,7 @@ def folder() -> Path:
 
 @cache
 def code_version() -> str:
-    """Digest of the source text that decides what a program is: this package, the papers, and the version."""
+    """Digest of the source text that decides what a program is, and of the version."""
     from importlib.metadata import PackageNotFoundError, version
 
     digest = sha256()
@@ -59,19 +60,20 @@ def code_version() -> str:
         digest.update(version("cutjoint").encode())
     except PackageNotFoundError:
         digest.update(b"unknown")
-    for package in ("compile", "papers"):
-        for name, text in _sources(resources.files("cutjoint") / package, package):
+    for place in DECISIVE:
+        for name, text in sources(place):
             digest.update(name.encode() + b"\0" + text + b"\0")
     return digest.hexdigest()
 
 
-def _sources(folder: Traversable, path: str) -> Iterator[tuple[str, bytes]]:
-    """Path and text of every Python file in a folder and the folders in it, in a fixed order."""
-    for entry in sorted(folder.iterdir(), key=lambda one: one.name):
-        if entry.is_dir():
-            yield from _sources(entry, f"{path}/{entry.name}")
-        elif entry.name.endswith(".py"):
-            yield f"{path}/{entry.name}", entry.read_bytes()
+def sources(path: str) -> Iterator[tuple[str, bytes]]:
+    """Path and text of a Python file of the package, or of every one in a folder, in a fixed order."""
+    place = resources.files("cutjoint").joinpath(path)
+    if place.is_dir():
+        for name in sorted(entry.name for entry in place.iterdir()):
+            yield from sources(f"{path}/{name}")
+    elif path.endswith(".py"):
+        yield path, place.read_bytes()
 
 
 def key(content: str, what: str, options: str) -> str:
