@@ -33,11 +33,17 @@ def alike(found: Any, wanted: Any) -> None:
         assert list(found) == list(wanted)
         for name in wanted:
             alike(found[name], wanted[name])
-    elif type(wanted).__eq__ is object.__eq__ and hasattr(wanted, "__dict__") and not callable(wanted):
-        alike(vars(found), vars(wanted))
+    elif type(wanted).__eq__ is object.__eq__ and not callable(wanted) and (names := _attributes(wanted)):
+        alike({name: getattr(found, name) for name in names}, {name: getattr(wanted, name) for name in names})
     else:
         assert found == wanted
         assert repr(found) == repr(wanted)
+
+
+def _attributes(one: Any) -> list[str]:
+    """Names of what an object holds, in its __dict__ or its slots."""
+    slots = [name for kind in type(one).__mro__ for name in getattr(kind, "__slots__", ())]
+    return [*getattr(one, "__dict__", ()), *slots]
 
 
 def together(calls: Sequence[Callable[[], Any]]) -> list[Any]:

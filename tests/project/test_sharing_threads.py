@@ -18,6 +18,7 @@ from cutjoint.motion import Circle, Desired, Reference
 from cutjoint.motion import reference as reference_module
 from cutjoint.papers.cpm import CpmModel, CpmRotaryModel
 from cutjoint.papers.omega3 import Omega3Model
+from cutjoint.papers.scalars import NUMBERS
 from cutjoint.simulation import ConstrainedPlant, ReducedPlant, State, run
 
 CALLS = 480
@@ -38,9 +39,16 @@ NAMES = [
 def call(model: Any, name: str, p: np.ndarray, at: Posture) -> Any:
     """A method with arguments by their names, or a property."""
     given = {"at": at, "near": at, "q": at.q, "p": p, "v": V, "a": A, "effort": TAU, "mass": 0.1}
-    given["parameters"] = model.parameters
+    given |= {"parameters": model.parameters, "tool": p, "fn": NUMBERS}
     found = getattr(model, name)
-    return found(*(given[one] for one in inspect.signature(found).parameters)) if callable(found) else found
+    if not callable(found):
+        return found
+    wanted = inspect.signature(found).parameters
+    if "branch" in wanted:
+        given["branch"] = model.branch(at)
+    if "fn" in wanted:  # equations: `p` is the parameters there
+        given["p"] = model.parameters
+    return found(*(given[one] for one in wanted))
 
 
 def postures(model: Mechanism, count: int = 30) -> list[Posture]:
