@@ -14,7 +14,8 @@ from kit.shipped import SHIPPED
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.build import build_model, coordinates_to_q
+from cutjoint.chain.build import build_model
+from cutjoint.chain.joints import coordinates_to_q
 from cutjoint.description import catalogue, load_description
 from cutjoint.description.model import Home, Joint, JointType, Link, RobotDescription
 from cutjoint.description.transforms import placement

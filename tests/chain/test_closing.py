@@ -12,7 +12,8 @@ from kit.shipped import DETERMINED, SHIPPED
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.closing.continuation import _Linear, _same_branch
+from cutjoint.chain.closing.continuation import same_branch
+from cutjoint.chain.closing.newton import Linearised
 from cutjoint.description.model import CutJoint, CutType, Frame, Inertial, Joint, JointType, Link, RobotDescription
 from cutjoint.description.transforms import placement
 from cutjoint.errors import (
@@ -432,15 +433,15 @@ def test_a_robot_that_is_a_tree_needs_no_closing(kit: Any) -> None:
 
 def test_a_step_that_left_its_branch_is_told_by_each_sign_alone() -> None:
     """Onto the other branch the motion turns and the determinant may keep its sign; straight on, conversely."""
-    here, along = _Linear.of(np.eye(2)), np.array([1.0, 0.2])
-    assert _same_branch(here, along, _Linear.of(np.diag([0.9, 1.2])), np.array([1.1, 0.1]))
-    assert not _same_branch(here, along, _Linear.of(np.eye(2)), np.array([1.0, -0.6]))
-    assert not _same_branch(here, along, _Linear.of(np.diag([1.0, -1.0])), along)
-    assert not _same_branch(here, along, _Linear.of(np.diag([1.0, 1e-9])), along)
-    loose = _Linear.of(np.array([[1.0, 0.0]]), free=1)
-    assert _same_branch(loose, along, loose, along)
-    assert not _same_branch(loose, along, _Linear.of(np.array([[-1.0, 0.0]]), free=1), along)
-    assert not _same_branch(loose, along, loose, -along)
+    here, along = Linearised.of(np.eye(2)), np.array([1.0, 0.2])
+    assert same_branch(here, along, Linearised.of(np.diag([0.9, 1.2])), np.array([1.1, 0.1]))
+    assert not same_branch(here, along, Linearised.of(np.eye(2)), np.array([1.0, -0.6]))
+    assert not same_branch(here, along, Linearised.of(np.diag([1.0, -1.0])), along)
+    assert not same_branch(here, along, Linearised.of(np.diag([1.0, 1e-9])), along)
+    loose = Linearised.of(np.array([[1.0, 0.0]]), free=1)
+    assert same_branch(loose, along, loose, along)
+    assert not same_branch(loose, along, Linearised.of(np.array([[-1.0, 0.0]]), free=1), along)
+    assert not same_branch(loose, along, loose, -along)
 
 
 def test_a_straight_limb_learns_which_way_to_bend() -> None:

@@ -144,18 +144,18 @@ def test_nothing_drives_the_idle_motions(name: str, out_of_round: float) -> None
     chain = one.chain
     for at in one.postures:
         v, a = rng.normal(size=(2, chain.n))
-        locked = chain._selection.astype(bool)
+        locked = chain._actuated.selection.astype(bool)
         matrix = np.vstack([chain._k.at(at.q_full).scaled, np.eye(chain.nv)[locked.any(axis=0)]])
         values, right = np.linalg.svd(matrix)[1:]
         idle = chain._k.column_scale[:, None] * right[int((values > 1e-9).sum()) :].T
         assert idle.shape[1] == one.idle
         v_full = chain.full_velocity(at, v)
-        mass = chain._k.mass(at.q_full)
+        mass = chain._k.tree.mass_matrix(at.q_full)
         assert np.abs(idle.T @ mass @ v_full).max() < 1e-12 * (np.abs(idle.T) @ np.abs(mass) @ np.abs(v_full)).max()
         effort = chain.inverse_dynamics(at, v, a)
         np.testing.assert_allclose(chain.forward_dynamics(at, v, effort), a, rtol=0.0, atol=1e-10 * np.abs(a).max())
         full = chain.tangent(at) @ a + chain.drift(at, v)
-        forces = chain._k.forces(at.q_full, v_full, full)
+        forces = chain._k.tree.forces(at.q_full, v_full, full)
         assert np.abs(idle.T @ forces).max() < 1e-11 * (np.abs(idle.T) @ np.abs(forces)).max()
         # the same motion in full coordinates, where nobody knows of idle motions
         moved = chain.full_forward_dynamics(at.q_full, v_full, chain.full_effort(effort)).acceleration
@@ -184,7 +184,7 @@ def test_a_fall_keeps_the_energy_and_the_spin_of_every_rod(name: str) -> None:
     at = one.postures[0]
     free = np.array(chain.project(at.q_full, np.zeros(chain.nv))[1])
     v = chain.full_velocity(at, 0.5 * rng.normal(size=chain.n)) + free
-    tangent = chain._map(chain._k.at(at.q_full))
+    tangent = chain._mobility.tangent(chain._k.at(at.q_full))
     v = v + tangent.idle @ rng.normal(size=one.idle) * 0.02
     before = spin_momenta(one, np.array(at.q_full), v)
     assert np.abs(before).max() > 0.0

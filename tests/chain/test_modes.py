@@ -15,7 +15,7 @@ import pytest
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain, Modes
 from cutjoint.chain.modes import starts as starts_module
-from cutjoint.chain.modes.limits import Limits as JointLimits
+from cutjoint.chain.modes.limits import JointLimits
 from cutjoint.chain.modes.parts import independent_parts
 from cutjoint.chain.modes.starts import Starts
 from cutjoint.chain.modes.tally import TIMES, Tally
@@ -366,11 +366,11 @@ def test_robots_without_a_tool_have_assembly_modes_of_all_their_links(kit: Any) 
 
 def test_parts_are_the_limbs(kit: Any) -> None:
     """With the tool's pose held, the joints of different limbs do not know of each other."""
-    from cutjoint.chain.closing.continuation import PoseDriver
+    from cutjoint.chain.closing.drivers import PoseDriver
 
     for name, sizes in (("cpm", [4, 4, 4]), ("omega3", [1, 4, 4, 4]), ("stewart", [1, 3, 3, 3, 3, 3, 3])):
         chain = kit.robot(name)
-        place = chain._at_home.tool
+        place = chain._postures.at_home.tool
         parts = independent_parts(chain._k, PoseDriver(place, place), chain._k.tool_support, [], chain.home.q_full)
         assert sorted(len(part) for part in parts) == sizes
         assert sorted(joint for part in parts for joint in part) == list(range(1, chain.model.njoints))

@@ -191,6 +191,6 @@ def test_an_iteration_that_has_not_converged_is_not_believed(name: str, tmp_path
         wanted = chain.full_forward_dynamics(q, v, effort).acceleration
         found = chain.full_acceleration(q, v, effort)
         # some of the closed postures stand apart and cannot move: then nothing of what the open tree would do is left
-        size = max(np.abs(wanted).max(), 1e-3 * np.abs(np.linalg.solve(chain._k.mass(q), effort)).max())
+        size = max(np.abs(wanted).max(), 1e-3 * np.abs(np.linalg.solve(chain._k.tree.mass_matrix(q), effort)).max())
         assert np.abs(found - wanted).max() < 3e-8 * size
     assert missed > 0, "none of these postures would notice"

@@ -222,7 +222,7 @@ def everything(
     state = p.moving(by_joint(chain, v))
     mobility(chain, oracle, at)
     own = np.zeros(chain.nv)
-    own[chain._v_index] = effort[chain._v_index]
+    own[chain._actuated.v_index] = effort[chain._actuated.v_index]
     return {
         "gap": p.gap,
         "open velocity": state.unmet,

@@ -114,7 +114,7 @@ class Verdicts:
             if massless:
                 continue
             own = np.zeros(chain.nv)
-            own[chain._v_index] = effort[chain._v_index]
+            own[chain._actuated.v_index] = effort[chain._actuated.v_index]
             apart = self.attempt("full inverse", partial(judge.full_inverse, chain, state, at, v, own))
             judge.require({} if apart is None else {"full inverse": float(apart)}, allowed)
         if chain.n and not massless:

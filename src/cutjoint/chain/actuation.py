@@ -16,7 +16,9 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly
-from cutjoint.chain.kinematics import Kinematics, Placed, joints_of
+from cutjoint.chain.joints import joints_of
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.placed import Placed
 from cutjoint.chain.rank import Split, null_space
 from cutjoint.errors import ActuationError, InputError
 
@@ -35,9 +37,7 @@ class ActuatorEfforts(Values):
     preload: Array
 
 
-def actuator_efforts(
-    name: str, kinematics: Kinematics, actuated: Array, q: Array, v: Array, a: Array
-) -> ActuatorEfforts:
+def actuator_efforts(kinematics: Kinematics, actuated: Array, q: Array, v: Array, a: Array) -> ActuatorEfforts:
     """Least actuator efforts for the motion q (nq,), v and a (nv,) of all joints, which the loops must allow.
 
     Raises:
@@ -46,8 +46,8 @@ def actuator_efforts(
     k = kinematics
     scale = k.column_scale
     motions = null_space(k.at(q).scaled)
-    mass = scale[:, None] * k.mass(q) * scale
-    inertial, bias = mass @ (a / scale), scale * k.forces(q, v, np.zeros(k.model.nv))
+    mass = scale[:, None] * k.tree.mass_matrix(q) * scale
+    inertial, bias = mass @ (a / scale), scale * k.tree.forces(q, v, np.zeros(k.model.nv))
     split = Split.of(motions[actuated].T)
     wanted = motions.T @ (inertial + bias)
     out_of_reach = Split.of(split.left.T).null
@@ -57,7 +57,7 @@ def actuator_efforts(
     if size > tolerances.REACHED.value * float(terms.max(initial=0.0)) + tolerances.ROUNDED.value * k.load(mass, v, a):
         joints = joints_of(k.model, (motions @ (out_of_reach @ missing))[:, None] / size)
         raise ActuationError(
-            f"the actuators of {name} cannot produce this motion: they act on {split.rank} of its {motions.shape[1]} "
+            f"the actuators of {k.name} cannot produce this motion: they act on {split.rank} of its {motions.shape[1]} "
             f"degrees of freedom, and the rest would need a generalised force of {size:.3g} (dimensionless) "
             f"along the joint motion of {', '.join(joints)}",
             mobility=motions.shape[1],
@@ -70,9 +70,7 @@ def actuator_efforts(
     return ActuatorEfforts(readonly(effort - preload @ (preload.T @ effort)), readonly(preload))
 
 
-def motion_of_tool(
-    name: str, kinematics: Kinematics, placed: Placed, velocity: Array, acceleration: Array
-) -> tuple[Array, Array]:
+def motion_of_tool(kinematics: Kinematics, placed: Placed, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
     """Least motion of all joints, v and a (nv,) each, that the loops allow and that moves the tool point as asked.
 
     Raises:
@@ -89,7 +87,7 @@ def motion_of_tool(
         miss = np.abs(rows @ motion - right)
         if miss.max(initial=0.0) > tolerances.REACHED.value * terms.max(initial=0.0):
             off = float(miss[-3:].max()) * k.length
-            raise InputError(f"the tool of {name} cannot have this {what} here: it would be off by {off:.3g}")
+            raise InputError(f"the tool of {k.name} cannot have this {what} here: it would be off by {off:.3g}")
         return np.asarray(scale * motion)
 
     v = least("velocity", np.concatenate([still, velocity / k.length]))

@@ -13,13 +13,13 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
-from cutjoint.description.model import Home, Inertial, Joint, JointType, RobotDescription
+from cutjoint.chain.joints import JOINTS, coordinates_to_q, joint_model
+from cutjoint.description.model import Frame, Home, Inertial, Joint, RobotDescription
 from cutjoint.errors import CutjointError, UnknownNameError
 
 UNBOUNDED = 1e30
 MOST_JOINTS = 500
 """All is dense: with 500 joints the workspaces of Pinocchio take ten seconds to make, with 3000 a gigabyte each."""
-_NAMED_AXES: dict[tuple[float, ...], str] = {(1.0, 0.0, 0.0): "X", (0.0, 1.0, 0.0): "Y", (0.0, 0.0, 1.0): "Z"}
 
 
 def build_model(description: RobotDescription, origin: Array | None = None) -> pin.Model:
@@ -31,7 +31,7 @@ def build_model(description: RobotDescription, origin: Array | None = None) -> p
     Raises:
         CutjointError: the robot is too large, or Pinocchio's own consistency check refuses the model.
     """
-    moving = sum(joint.type is not JointType.FIXED for joint in description.joints)
+    moving = sum(joint.type.moves for joint in description.joints)
     if moving > MOST_JOINTS:
         raise CutjointError(
             f"{description.name} has {moving} moving joints; cutjoint works with dense matrices, up to {MOST_JOINTS} "
@@ -51,7 +51,7 @@ def build_model(description: RobotDescription, origin: Array | None = None) -> p
     while stack:
         joint, parent, parent_link = stack.pop()
         here = parent_link * pin.SE3(np.array(joint.placement))
-        if joint.type is JointType.FIXED:
+        if not joint.type.moves:
             body, link = parent, here
         else:
             body, link = _add_joint(model, joint, parent, here)
@@ -67,36 +67,16 @@ def _add_joint(model: pin.Model, joint: Joint, parent: int, here: pin.SE3) -> tu
     """Add a moving joint; returns its index and the child link's placement in it."""
     link = pin.SE3.Identity()
     kind = joint.type
-    if kind is JointType.PLANAR:
+    if JOINTS[kind].about_z:
         turn = pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(joint.axis)), np.zeros(3))
         here, link = here * turn, turn.inverse()
-    index = model.addJoint(parent, _joint_model(joint), here, joint.name)
+    index = model.addJoint(parent, joint_model(joint), here, joint.name)
     model.addJointFrame(index)
-    if kind in (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC):
+    if kind.single:
         lower, upper = joint.limits.lower, joint.limits.upper
-        bounded = kind is not JointType.CONTINUOUS
-        model.lowerPositionLimit[model.idx_qs[index]] = lower if bounded and lower is not None else -UNBOUNDED
-        model.upperPositionLimit[model.idx_qs[index]] = upper if bounded and upper is not None else UNBOUNDED
+        model.lowerPositionLimit[model.idx_qs[index]] = lower if kind.limited and lower is not None else -UNBOUNDED
+        model.upperPositionLimit[model.idx_qs[index]] = upper if kind.limited and upper is not None else UNBOUNDED
     return index, link
-
-
-def _joint_model(joint: Joint) -> pin.JointModel:
-    axis = np.array(joint.axis)
-    name = _NAMED_AXES.get(tuple(float(x) for x in axis))
-    match joint.type:
-        case JointType.REVOLUTE | JointType.CONTINUOUS:
-            return getattr(pin, f"JointModelR{name}")() if name else pin.JointModelRevoluteUnaligned(axis)
-        case JointType.PRISMATIC:
-            return getattr(pin, f"JointModelP{name}")() if name else pin.JointModelPrismaticUnaligned(axis)
-        case JointType.UNIVERSAL:
-            return pin.JointModelUniversal(axis, np.array(joint.axis2))
-        case JointType.SPHERICAL:
-            return pin.JointModelSpherical()
-        case JointType.PLANAR:
-            return pin.JointModelPlanar()
-        case JointType.FLOATING:
-            return pin.JointModelFreeFlyer()
-    raise CutjointError(f"joint '{joint.name}': type '{joint.type}' does not move")
 
 
 def _add_body(model: pin.Model, name: str, inertial: Inertial | None, joint: int, placement: pin.SE3) -> None:
@@ -104,20 +84,6 @@ def _add_body(model: pin.Model, name: str, inertial: Inertial | None, joint: int
         inertia = pin.Inertia(inertial.mass, np.array(inertial.com), np.array(inertial.inertia))
         model.appendBodyToJoint(joint, inertia, placement)
     model.addFrame(pin.Frame(name, joint, placement, pin.FrameType.BODY))
-
-
-def coordinates_to_q(joint: Joint, value: float | tuple[float, ...]) -> Array:
-    """A home value as Pinocchio's configuration of that joint: floating x, y, z, roll, pitch, yaw; spherical roll,
-    pitch, yaw; planar x, y, angle; else the numbers themselves."""
-    numbers = np.atleast_1d(np.asarray(value, dtype=np.float64))
-    match joint.type:
-        case JointType.FLOATING:
-            return np.concatenate([numbers[:3], pin.Quaternion(pin.rpy.rpyToMatrix(numbers[3:])).coeffs()])
-        case JointType.SPHERICAL:
-            return np.asarray(pin.Quaternion(pin.rpy.rpyToMatrix(numbers)).coeffs())
-        case JointType.PLANAR:
-            return np.array([numbers[0], numbers[1], np.cos(numbers[2]), np.sin(numbers[2])])
-    return numbers
 
 
 def rough_home(model: pin.Model, description: RobotDescription, name: str | None) -> tuple[Array, bool]:
@@ -140,3 +106,9 @@ def rough_home(model: pin.Model, description: RobotDescription, name: str | None
         start = model.idx_qs[index]
         q[start : start + model.nqs[index]] = coordinates_to_q(joints[joint], value)
     return q, bool(home.actuated)
+
+
+def bind_frame(model: pin.Model, frame: Frame) -> tuple[int, pin.SE3]:
+    """Joint index and placement in that joint of a frame on a link."""
+    link = model.frames[model.getFrameId(frame.link, pin.FrameType.BODY)]
+    return link.parentJoint, link.placement * pin.SE3(np.array(frame.placement))

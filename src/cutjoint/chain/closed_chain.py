@@ -1,20 +1,19 @@
-"""The closed robot in actuated coordinates: a `Mechanism` wherever the actuators determine the motion.
+"""A closed robot in Pinocchio, as users hold it: a `Mechanism`, and all joints of its tree.
 
-With K = [K_a K_p] the constraint Jacobian, split into actuated and passive columns,
+This is the face alone.  What is behind it, each on its own:
 
-    v_full = T v,   T = [1; -K_p^+ K_a]          a_full = T a + d,   d = [0; -K_p^+ K_dot v_full]
-    mass = T' M T,  coriolis = T' (M d + C v_full),  gravity = T' g
-
-where M, C and g of the tree come from Pinocchio (crba, rnea).  The pseudo-inverse keeps exactly as many singular
-values as there are passive velocities, so redundant rows do no harm and a singular posture raises an error.
-
-Idle motions, such as a rod between two balls that spins about itself, need no actuator: T gives them no momentum
-(`cutjoint.chain.tangent`), and they accelerate as no motor pushes them.
+- `kinematics`: the tree at a configuration, the closure equations, their scales
+- `postures`, `actuated`: from closed configurations to postures, and which joints are driven
+- `closing`: by the actuators, by the tool, from anywhere
+- `mobility`: what is true at nearly every posture, tangent maps, reports
+- `reduced`, `dynamics`: dynamics by the actuated coordinates, and of all joints
+- `modes`: all solutions of inverse and forward kinematics
+- `placements`: where links and cuts are
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -22,22 +21,30 @@ import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
-from cutjoint import tolerances
-from cutjoint.arrays import Array, as_vector, readonly
-from cutjoint.chain.closing.closing import FullChain
-from cutjoint.chain.closing.continuation import ActuatedDriver, Driver, Stopped, ToolDriver
-from cutjoint.chain.closing.walking import Walker
-from cutjoint.chain.kinematics import Placed
-from cutjoint.chain.reduced import Reduced
+from cutjoint.arrays import Array, as_vector
+from cutjoint.chain.actuated import Actuated
+from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
+from cutjoint.chain.build import build_model, rough_home
+from cutjoint.chain.closing.assembling import assembled
+from cutjoint.chain.closing.closing import Closing
+from cutjoint.chain.closing.rounding import check_rounding, trusted_rows
+from cutjoint.chain.dynamics import FullDynamics, FullMotion
+from cutjoint.chain.joints import limit_violations
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.mobility import Mobility, MobilityReport
+from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
+from cutjoint.chain.placements import Placements
+from cutjoint.chain.postures import Postures
+from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.model import RobotDescription
-from cutjoint.errors import ClosureError, SingularError, UnreachableError
-from cutjoint.mechanism import Posture, Terms, Tool
+from cutjoint.mechanism import Actuator, Posture, Terms, Tool
 
 if TYPE_CHECKING:
     from cutjoint import CompiledChain
 
 
-class ClosedChain(FullChain):
+# long: the public face of a robot, a line or two of code a method
+class ClosedChain:
     """A robot with loops, built from its description.
 
     Args:
@@ -50,8 +57,81 @@ class ClosedChain(FullChain):
     """
 
     def __init__(self, description: RobotDescription, home: str | None = None) -> None:
-        super().__init__(description, home)
-        self._last: Reduced | None = None
+        self.description, self._home_name = description, home
+        self.model = build_model(description)
+        k = Kinematics(description)
+        self._actuated = Actuated(self.model, description)
+        rough, keep = rough_home(self.model, description, home)
+        driver = self._actuated.hold(rough) if keep else None
+        trusted = trusted_rows(k, rough, driver)
+        self._k = k = k if trusted is None else Kinematics(description, trusted)
+        at_home = assembled(k, k.tree.normalised(rough), driver)
+        check_rounding(k, at_home)
+        self._postures = Postures(k, self._actuated, at_home)
+        self._mobility = Mobility(k, self._actuated, at_home)
+        self._closing = Closing(k, self._actuated, self._postures, self._mobility)
+        self._reduced = ReducedDynamics(k, self._actuated, self._postures, self._mobility)
+        self._dynamics = FullDynamics(k, at_home.q)
+        self._placements = Placements(k)
+
+    def __reduce__(self) -> tuple[Callable[..., ClosedChain], tuple[RobotDescription, str | None]]:
+        """Built anew from its description, in another process too."""
+        return type(self), (self.description, self._home_name)
+
+    # ---- names and sizes -------------------------------------------------------------------------------------------
+
+    @property
+    def name(self) -> str:
+        """Robot and variant."""
+        return self._k.name
+
+    @property
+    def n(self) -> int:
+        """Number of actuated coordinates."""
+        return self._actuated.n
+
+    @property
+    def actuators(self) -> tuple[Actuator, ...]:
+        """The actuated joints in the order of the coordinates."""
+        return self._actuated.joints
+
+    @property
+    def home(self) -> Posture:
+        """The closed home posture."""
+        return self._postures.home
+
+    @property
+    def length(self) -> float:
+        """Characteristic length [m] that scales singular values."""
+        return self._k.length
+
+    @property
+    def local_model(self) -> pin.Model:
+        """The open tree that is computed with: `model`, but for a fixed base far from the world's origin, which would
+        cost digits; it stands near its own origin then, which is `origin` in the world."""
+        return self._k.model
+
+    @property
+    def origin(self) -> Array:
+        """Where in the world the origin of `local_model` is, shape (3,) [m]; zero as a rule."""
+        return self._k.origin
+
+    @property
+    def nq(self) -> int:
+        """Size of a full configuration."""
+        return int(self.model.nq)
+
+    @property
+    def neutral(self) -> Array:
+        """The zero configuration of the open tree, shape (nq,); its loops are open as a rule."""
+        return self._k.tree.neutral
+
+    @property
+    def nv(self) -> int:
+        """Number of velocities of the open tree."""
+        return int(self.model.nv)
+
+    # ---- closing ---------------------------------------------------------------------------------------------------
 
     def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The closed posture with actuated coordinates `q`, shape (n,) [m] or [rad], on the branch of `near`.
@@ -63,31 +143,7 @@ class ClosedChain(FullChain):
             ClosureError: on this branch the loops cannot be kept closed all the way.
             SingularError: the way leads through a type-2 singularity, where branches meet.
         """
-        target = as_vector("q", q, self.n)
-        placed = self._placed(near)
-        start = placed.q
-        quick = self._step(placed, self._drive(start[self._q_index], target))
-        if quick is not None:
-            return self._posture(quick)
-        found = self._walker.walk(start, start[self._q_index], target, self._drive)
-        if isinstance(found, Stopped):
-            if found.singular:
-                raise self._crossing(f"be closed at {self._show(target)}", found, "type-2")
-            distance, angle, cut = self._open_gap(found, target)
-            raise ClosureError(
-                f"{self.name} cannot be closed at {self._show(target)}: from {self._show(start[self._q_index])} it got "
-                f"{found.fraction:.1%} of the way, to {self._show(found.q[self._q_index])}, where {found.why} "
-                f"(distance to a type-2 singularity {self._type2(self._k.at(found.q)):.2g})"
-                + (
-                    f"; with the actuators at the target, cut '{cut}' stays {distance:.3g} m, {angle:.3g} rad open"
-                    if cut
-                    else ""
-                ),
-                gap=(distance, angle),
-                cut=cut,
-                progress=found.fraction,
-            )
-        return self._posture(self._k.at(found))
+        return self._closing.close(q, near)
 
     def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The closed posture with the tool point at `p`, shape (3,) [m], on the branch of `near`.
@@ -100,28 +156,87 @@ class ClosedChain(FullChain):
             UnreachableError: the tool cannot come there on this branch.
             SingularError: the way leads through a type-1 singularity, where branches meet.
         """
-        target = as_vector("p", p, 3, "m")
-        self._need_tool()
-        placed = self._placed(near)
-        goal = target - self._k.origin
-        origin = placed.tool_position
-        quick = self._step(placed, ToolDriver(origin, goal))
-        if quick is not None:
-            return self._posture(quick)
-        found = self._lead_tool(placed.q, origin, goal)
-        if isinstance(found, Stopped):
-            if found.singular:
-                raise self._crossing(f"reach {np.round(target, 6).tolist()} m", found, "type-1")
-            reached = readonly(self._k.at(found.q).tool_position + self._k.origin)
-            raise UnreachableError(
-                f"{self.name} cannot reach {np.round(target, 6).tolist()} m on this branch: "
-                f"it got {found.fraction:.1%} of the way, to {np.round(reached, 6).tolist()} m, where {found.why}; "
-                "choose a target inside the workspace or start from a posture of another working mode",
-                target=readonly(target),
-                reached=reached,
-                progress=found.fraction,
-            )
-        return self._posture(self._k.at(found))
+        return self._closing.reach(p, near)
+
+    def posture(self, q_full: npt.ArrayLike) -> Posture:
+        """A configuration that is closed already, as a posture.
+
+        Raises:
+            ClosureError: it is open by more than the closure tolerance.
+        """
+        return self._closing.posture(q_full)
+
+    def assemble(self, q_full: npt.ArrayLike, keep_actuators: bool = True) -> Posture:
+        """A closed posture from any configuration `q_full`, shape (nq,), loops open or not.
+
+        With `keep_actuators` the actuated coordinates stay as given; otherwise they may move too.
+
+        Raises:
+            InputError: wrong shape or not finite.
+            ClosureError: no closed posture was found from there.
+        """
+        return self._closing.assemble(q_full, keep_actuators)
+
+    def project(self, q_full: Array, v_full: Array) -> tuple[Array, Array]:
+        """Nearby closed configuration and velocity: removes the drift of an integrator.
+
+        The actuated coordinates stay where they determine the motion; otherwise the correction is the least one.
+
+        Raises:
+            ClosureError: too far from closed for Newton's method.
+            SingularError: type-2 singularity.
+        """
+        return self._closing.project(q_full, v_full)
+
+    def working_modes(self, at: Posture | None = None, hold: Held | None = None, starts: int = MOST_STARTS) -> Modes:
+        """Solutions of inverse kinematics: closed postures that hold the tool as `at` (default home) does, `at` first.
+
+        Args:
+            hold: "point" or "pose" of the tool; default the point where it says where the tool is, else the pose.
+            starts: at most as many starts; fewer where everything was found several times.
+
+        Raises:
+            InputError: the robot has no tool or no cuts, `hold` is neither, or `starts` not a whole number above 0.
+            ActuationError: holding the tool leaves the robot movable, so the modes are not discrete.
+        """
+        return self._seeker.working_modes(self._postures.placed(at), hold, starts)
+
+    def assembly_modes(self, at: Posture | None = None, limbs: bool = False, starts: int = MOST_STARTS) -> Modes:
+        """Solutions of forward kinematics: closed postures with the actuated coordinates of `at` (default home), `at`
+        first.
+
+        Args:
+            limbs: tell apart also postures that differ in limbs alone, the tool in one pose.  Otherwise each pose of
+                the tool comes once, with the limbs as near to those of `at` as may be.
+            starts: at most as many starts; fewer where everything was found several times.
+
+        Raises:
+            InputError: `starts` is not a whole number above 0.
+            ActuationError: with its actuators held the robot can still move, so the modes are not discrete.
+        """
+        return self._seeker.assembly_modes(self._postures.placed(at), limbs, starts)
+
+    # ---- mobility --------------------------------------------------------------------------------------------------
+
+    def mobility(self, at: Posture | None = None) -> MobilityReport:
+        """Mobility, redundancy and distance to singularities at a posture (default home)."""
+        return self._mobility.report(self._postures.placed(at))
+
+    @cached_property
+    def idle_is_cyclic(self) -> bool:
+        """Whether neither masses nor weights notice the idle motions, as for a rod that is round.
+
+        Idle motions that start without momentum then stay without, and the actuated coordinates tell the whole motion;
+        else only full coordinates do.  True for a robot without idle motions.
+
+        Raises:
+            ActuationError: the actuators do not determine the motion.
+        """
+        return self._mobility.idle_is_cyclic
+
+    def limit_violations(self, at: Posture) -> Mapping[str, tuple[float, float, float]]:
+        """Joints beyond their limits: name -> (value, lower, upper), [m] or [rad]."""
+        return limit_violations(self.model, at.q_full)
 
     # ---- in actuated coordinates (Mechanism) -----------------------------------------------------------------------
 
@@ -132,19 +247,15 @@ class ClosedChain(FullChain):
             ActuationError: the actuators do not determine the motion.
             SingularError: type-2 singularity.
         """
-        return self._tangent(at).map
+        return self._reduced.at(at).map
 
     def full_velocity(self, at: Posture, v: npt.ArrayLike) -> Array:
         """Velocity of all joints, shape (nv,)."""
-        return self._tangent(at).map @ as_vector("v", v, self.n)
+        return self._reduced.velocity(at, v)
 
     def drift(self, at: Posture, v: npt.ArrayLike) -> Array:
         """d with a_full = T @ a + d, shape (nv,): what the passive joints accelerate at constant actuator speed."""
-        tangent, v_full = self._tangent(at), self.full_velocity(at, v)
-        drift = tangent.drift(v_full)
-        if tangent.idle.size:
-            drift = drift - tangent.idle @ (tangent.idle.T @ self._k.forces(at.q_full, v_full, drift))
-        return drift
+        return self._reduced.drift(at, v)
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
         """Position, Jacobian (3, n) and J_dot v of the tool point in world axes.
@@ -153,15 +264,7 @@ class ClosedChain(FullChain):
             InputError: the robot has no tool, or `at` is another robot's posture.
             ActuationError, SingularError: as `tangent`.
         """
-        self._need_tool()
-        tangent = self._tangent(at)
-        if v is None:
-            placed, drift = tangent.placed, np.zeros(3)
-        else:
-            v_full = self.full_velocity(at, v)
-            placed = moving = self._k.moving(at.q_full, v_full)
-            drift = moving.tool_drift + moving.tool_jacobian[:3] @ tangent.drift(v_full)
-        return Tool(placed.tool_position + self._k.origin, placed.tool_jacobian[:3] @ tangent.map, drift)
+        return self._reduced.tool(at, v)
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
         """Mass matrix (n, n), Coriolis vector (n,) and gravity (n,) in actuated coordinates.
@@ -169,24 +272,11 @@ class ClosedChain(FullChain):
         Raises:
             ActuationError, SingularError: as `tangent`.
         """
-        tangent, q = self._tangent(at), at.q_full
-        mass, gravity = self._k.mass(q), self._k.gravity(q)
-        coriolis = np.zeros(self.n)
-        if v is not None:
-            v_full = self.full_velocity(at, v)
-            drift = tangent.drift(v_full)
-            coriolis = tangent.transposed @ (self._k.forces(q, v_full, drift) - gravity)
-        reduced = tangent.transposed @ mass @ tangent.map
-        return Terms(0.5 * (reduced + reduced.T), coriolis, tangent.transposed @ gravity)
+        return self._reduced.terms(at, v)
 
     def potential_energy(self, at: Posture) -> float:
         """Potential energy of gravity [J], zero at the world origin."""
-        k = self._k
-        near = float(pin.computePotentialEnergy(k.model, k.data, self._placed(at).q))
-        if not k.origin.any():
-            return near
-        mass = sum(inertia.mass for inertia in list(k.model.inertias)[1:])
-        return near - float(mass * np.array(k.model.gravity.linear) @ k.origin)
+        return self._placements.potential_energy(self._postures.placed(at).q)
 
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Effort that gives the acceleration `a`, shape (n,): T' rnea(q, T v, T a + d).
@@ -194,11 +284,7 @@ class ClosedChain(FullChain):
         Raises:
             InputError, ActuationError, SingularError: as `tangent`.
         """
-        tangent = self._tangent(at)
-        v_full = tangent.map.dot(as_vector("v", v, self.n))
-        full = tangent.map.dot(as_vector("a", a, self.n)) + tangent.drift(v_full)
-        k = self._k
-        return np.asarray(tangent.transposed.dot(pin.rnea(k.model, k.data, at.q_full, v_full, full)))
+        return self._reduced.inverse(at, v, a)
 
     def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
         """Acceleration that `effort` gives, shape (n,): (T' M T)^-1 (effort - T' rnea(q, T v, d)).
@@ -206,12 +292,7 @@ class ClosedChain(FullChain):
         Raises:
             InputError, ActuationError, SingularError: as `tangent`.
         """
-        tangent = self._tangent(at)
-        v_full = tangent.map.dot(as_vector("v", v, self.n))
-        k = self._k
-        held = pin.rnea(k.model, k.data, at.q_full, v_full, tangent.drift(v_full))
-        push = as_vector("effort", effort, self.n) - tangent.transposed.dot(held)
-        return np.asarray(tangent.inverse_mass.dot(push))
+        return self._reduced.forward(at, v, effort)
 
     def with_payload(self, mass: float) -> ClosedChain:
         """The same robot with a further point mass [kg] at the tool point.
@@ -233,63 +314,93 @@ class ClosedChain(FullChain):
         assert isinstance(robot, CompiledChain)
         return robot
 
+    # ---- in full coordinates ---------------------------------------------------------------------------------------
+
+    def full_forward_dynamics(self, q_full: Array, v_full: Array, effort_full: Array) -> FullMotion:
+        """Acceleration of all joints and loop forces at a closed configuration; all arguments in full coordinates.
+
+        Raises:
+            DynamicsError: the solution does not respect the cuts.
+        """
+        v, effort = self._motion("v_full", v_full), self._motion("effort_full", effort_full)
+        return self._dynamics.motion(self._whole(q_full), v, effort)
+
+    def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
+        """As `full_forward_dynamics`, the acceleration alone, for inner loops, shape (nv,); the arguments are not
+        checked."""
+        return self._dynamics.acceleration(q_full, v_full, effort_full)
+
+    def full_inverse_dynamics(self, q_full: Array, v_full: Array, a_full: Array) -> ActuatorEfforts:
+        """Least actuator efforts for a motion of all joints that the loops allow, and the space of internal preload.
+
+        For any number of actuators; `full_motion` makes such a motion from that of the tool.
+
+        Raises:
+            ActuationError: the actuators cannot produce the motion; it names the joints that would need a motor.
+        """
+        q, v, a = self._whole(q_full), self._motion("v_full", v_full), self._motion("a_full", a_full)
+        return actuator_efforts(self._k, self._actuated.v_index, q, v, a)
+
+    def full_motion(self, at: Posture, velocity: npt.ArrayLike, acceleration: npt.ArrayLike) -> tuple[Array, Array]:
+        """Least motion of all joints, v and a (nv,) each, with which the tool point moves as asked, (3,) each.
+
+        Raises:
+            InputError: the robot has no tool, or the tool cannot move like that here.
+        """
+        self._k.need_tool()
+        wanted = as_vector("velocity", velocity, 3, "m/s"), as_vector("acceleration", acceleration, 3, "m/s2")
+        return motion_of_tool(self._k, self._postures.placed(at), *wanted)
+
+    def full_effort(self, effort: npt.ArrayLike) -> Array:
+        """Actuator efforts (n,) as generalised forces of all joints, shape (nv,)."""
+        full = np.zeros(self.nv)
+        full[self._actuated.v_index] = as_vector("effort", effort, self.n)
+        return full
+
+    def actuated(self, q_full: Array) -> Array:
+        """Actuated coordinates of a full configuration, shape (n,)."""
+        return self._actuated.of(q_full)
+
+    def actuated_velocity(self, v_full: Array) -> Array:
+        """Actuated part of a full velocity or acceleration, shape (n,)."""
+        return np.asarray(v_full[self._actuated.v_index])
+
+    def integrate(self, q_full: Array, motion: Array) -> Array:
+        """Configuration after the tangent motion (nv,), on the manifold, shape (nq,)."""
+        return self._k.tree.integrate(q_full, motion)
+
+    def gap(self, q_full: Array) -> tuple[float, float]:
+        """Worst loop gap of a configuration, ([m], [rad])."""
+        return self._k.at(self._whole(q_full)).gap[:2]
+
+    def constraint_jacobian(self, q_full: Array) -> Array:
+        """Derivative of all constraint rows, unscaled, shape (rows, nv)."""
+        return self._k.at(self._whole(q_full)).jacobian
+
+    def link_placements(self, q_full: Array) -> dict[str, Array]:
+        """World placement (4, 4) of every link."""
+        return self._placements.links(self._whole(q_full))
+
+    def cut_placements(self, q_full: Array) -> list[tuple[str, Array, Array]]:
+        """Name and world placements (4, 4) of both frames of every cut."""
+        return self._placements.cuts(self._whole(q_full))
+
+    def centre_of_mass(self, q_full: Array) -> Array:
+        """Centre of mass of all moving links, shape (3,) [m].
+
+        Raises:
+            InputError: none of them has mass.
+        """
+        return self._placements.centre_of_mass(self._whole(q_full))
+
     # ---- inside ----------------------------------------------------------------------------------------------------
 
-    def __reduce__(self) -> tuple[Callable[..., ClosedChain], tuple[RobotDescription, str | None]]:
-        """Built anew from its description, in another process too."""
-        return type(self), (self.description, self._home_name)
+    @property
+    def _seeker(self) -> ModeSeeker:
+        return ModeSeeker(self._k, self._actuated, self._postures)
 
-    def _tangent(self, at: Posture) -> Reduced:
-        """Tangent map of a posture; that of the last one is kept, since several calls at one posture are the rule."""
-        last = self._last
-        if last is None or last.posture is not at:
-            placed = self._placed(at)
-            quick = self._nearby.tangent(placed) if self._nearby is not None else None
-            last = Reduced(self._k, self._passive, at, placed, self._map(placed) if quick is None else quick)
-            self._last = last
-        return last
+    def _whole(self, q_full: npt.ArrayLike) -> Array:
+        return as_vector("q_full", q_full, self.nq)
 
-    def _step(self, start: Placed, driver: Driver) -> Placed | None:
-        """A short way in one go, where that is plainly on the same branch."""
-        return self._nearby.follow(start, driver) if self._nearby is not None else None
-
-    @cached_property
-    def _walker(self) -> Walker:
-        return Walker(self._k, self._assembler, self._drive, self._regular)
-
-    def _drive(self, origin: Array, goal: Array) -> ActuatedDriver:
-        """Leads the actuated coordinates from `origin` to `goal`, shape (n,)."""
-        return ActuatedDriver(self._q_index, self._selection, self._actuated_lengths, origin, goal)
-
-    def _lead_tool(self, start: Array, origin: Array, goal: Array) -> Array | Stopped:
-        """Walk the tool from `origin` to `goal` in the model: straight, else along what it can reach at all."""
-        found = self._walker.walk(start, origin, goal, ToolDriver)
-        if not isinstance(found, Stopped) or (found.singular and found.fraction == 0.0):
-            return found
-        there, now = ToolDriver(goal, goal), self.actuated
-        beside: Array | None = None
-
-        def tangent(placed: Placed) -> Array:
-            return self._map(placed).map
-
-        if self.n == 1:
-            beside = self._walker.along_curve(start, there, now, tangent)
-        elif self._is_determined and self._structure.directions == 2:
-            beside = self._walker.over_surface(start, there, now, tangent)
-        return found if beside is None else beside
-
-    def _crossing(self, what: str, stopped: Stopped, kind: str) -> SingularError:
-        return SingularError(
-            f"{self.name} cannot {what} without leaving its branch: {stopped.fraction:.1%} of the way, at "
-            f"{self._show(stopped.q[self._q_index])}, {stopped.why} (distance to a {kind} singularity "
-            f"{stopped.measure:.2g}); start from a posture beyond it",
-            kind=kind,
-            measure=stopped.measure,
-            limit=tolerances.SINGULAR.value,
-        )
-
-    def _open_gap(self, stopped: Stopped, target: Array) -> tuple[float, float, str]:
-        """Gaps that stay with the actuators moved on to `target` from where `_walk` stopped."""
-        q = stopped.q.copy()
-        q[self._q_index] = target
-        return self._k.at(q).gap
+    def _motion(self, name: str, values: npt.ArrayLike) -> Array:
+        return as_vector(name, values, self.nv)

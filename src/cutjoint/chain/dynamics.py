@@ -11,9 +11,9 @@ so redundant rows never enter, and f is the least one that does the work: least 
 cuts, with L the characteristic length.  Motions that move no mass stay at rest where nothing pushes them; where
 something does, there is no answer.
 
-Where all cuts are fixed, spherical or revolute, `pin.constraintDynamics` gives the same accelerations by its proximal
-iteration, and quicker; it is used where it converged.  What is returned with forces satisfies both equations, or an
-error is raised.
+Where the rows of all cuts are those of contacts (fixed, spherical, revolute), `pin.constraintDynamics` gives the same
+accelerations by its proximal iteration, and quicker; it is used where it converged.  What is returned with forces
+satisfies both equations, or an error is raised.
 """
 
 from __future__ import annotations
@@ -22,11 +22,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
-from cutjoint.chain.kinematics import Kinematics, Moving, joints_of
+from cutjoint.chain.joints import joints_of
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.placed import Moving
 from cutjoint.chain.rank import Split, coordinates_of, null_space
 from cutjoint.chain.rigid import RigidConstraints, is_rigid
 from cutjoint.chain.wrenches import Wrench, wrenches
@@ -123,9 +124,9 @@ class FullDynamics:
         placed = self._k.moving(q, v)
         acceleration, multipliers, residual = self._solve(placed, effort)
         multipliers = self._k.closure.spread(multipliers)
-        ratios = self._k.closure.ratios
-        of_ratios = multipliers[len(multipliers) - len(ratios) :]
-        couplings = {r.name: float(f) for r, f in zip(ratios, of_ratios, strict=True)}
+        coupled = self._k.closure.couplings
+        of_coupled = multipliers[len(multipliers) - len(coupled) :]
+        couplings = {one.name: float(f) for one, f in zip(coupled, of_coupled, strict=True)}
         forces = wrenches(self._k.closure.cuts, placed.frames, multipliers)
         return FullMotion(readonly(acceleration), readonly_mapping(forces), readonly_mapping(couplings), residual)
 
@@ -135,8 +136,8 @@ class FullDynamics:
         q, v = placed.q, placed.v
         split = Split.of(placed.scaled)
         gamma = k.row_scale * placed.drift
-        mass = scale[:, None] * k.mass(q) * scale
-        bias = scale * np.array(pin.nonLinearEffects(k.model, k.data, q, v))
+        mass = scale[:, None] * k.tree.mass_matrix(q) * scale
+        bias = scale * k.tree.bias(q, v)
         push = scale * effort
         least = split.solve(-gamma)
         inertial = mass @ least
@@ -210,8 +211,8 @@ def has_massless_joint(kinematics: Kinematics) -> bool:
     k = kinematics
     if not k.model.nv:
         return False
-    bent = k.integrate(np.array(pin.neutral(k.model)), k.column_scale * np.linspace(0.3, 0.7, k.model.nv))
-    mass = k.mass(bent) * k.column_scale[:, None] * k.column_scale
+    bent = k.after(k.tree.neutral, np.linspace(0.3, 0.7, k.model.nv))
+    mass = k.tree.mass_matrix(bent) * k.column_scale[:, None] * k.column_scale
     return bool(Motions.of(np.eye(k.model.nv), mass).idle.size)
 
 
@@ -219,7 +220,7 @@ def massless_motions(kinematics: Kinematics, q: Array) -> Array:
     """Basis of the motions at the closed configuration `q` (nq,) that the loops allow and that move no mass, shape
     (nv, k), dimensionless."""
     k = kinematics
-    mass = k.mass(q) * k.column_scale[:, None] * k.column_scale
+    mass = k.tree.mass_matrix(q) * k.column_scale[:, None] * k.column_scale
     motions = Motions.of(null_space(k.at(q).scaled), mass)
     found: Array = motions.basis @ (motions.idle / motions.size[:, None])
     return found

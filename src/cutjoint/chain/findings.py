@@ -13,7 +13,7 @@ import numpy as np
 
 from cutjoint.chain.closed_chain import ClosedChain
 from cutjoint.chain.dynamics import massless_motions
-from cutjoint.chain.kinematics import joints_of
+from cutjoint.chain.joints import joints_of
 from cutjoint.chain.mobility import MobilityReport
 from cutjoint.chain.rank import rank_of
 from cutjoint.description.model import RobotDescription

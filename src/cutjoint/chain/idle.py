@@ -16,7 +16,8 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.placed import Placed
 from cutjoint.chain.tangent import TangentMap
 from cutjoint.errors import SingularError
 
@@ -28,7 +29,7 @@ def is_cyclic(
     kinematics: Kinematics,
     postures: Sequence[Placed],
     tangent: Callable[[Placed], TangentMap],
-    settle: Callable[[Array], Array | None],
+    settle: Callable[[Array], Placed | None],
 ) -> bool:
     """Whether mass matrix and gravity in actuated coordinates are the same after a motion along any idle direction.
 
@@ -45,17 +46,16 @@ def is_cyclic(
             continue
         looked = True
         mass, gravity = _reduced(k, here, placed)
-        weights = np.abs(here.map.T) @ np.abs(k.gravity(placed.q))
+        weights = np.abs(here.map.T) @ np.abs(k.tree.gravity(placed.q))
         for motion in here.idle.T:
             step = motion * (TURN / float(np.abs(motion / k.column_scale).max()))
-            moved = settle(k.integrate(placed.q, step))
+            moved = settle(k.tree.integrate(placed.q, step))
             if moved is None:
                 return False
-            other = k.at(moved)
-            mass_there, gravity_there = _reduced(k, tangent(other), other)
+            mass_there, gravity_there = _reduced(k, tangent(moved), moved)
             size = np.sqrt(np.outer(np.diag(mass), np.diag(mass)))
             heavier = np.abs(mass_there - mass) > tolerances.DYNAMICS.value * size
-            largest = np.maximum(weights, np.abs(here.map.T) @ np.abs(k.gravity(moved)))
+            largest = np.maximum(weights, np.abs(here.map.T) @ np.abs(k.tree.gravity(moved.q)))
             if heavier.any() or (np.abs(gravity_there - gravity) > tolerances.DYNAMICS.value * largest).any():
                 return False
     return looked
@@ -63,4 +63,4 @@ def is_cyclic(
 
 def _reduced(k: Kinematics, tangent: TangentMap, placed: Placed) -> tuple[Array, Array]:
     """Mass matrix (n, n) and gravity (n,) in actuated coordinates."""
-    return tangent.map.T @ k.mass(placed.q) @ tangent.map, tangent.map.T @ k.gravity(placed.q)
+    return tangent.map.T @ k.tree.mass_matrix(placed.q) @ tangent.map, tangent.map.T @ k.tree.gravity(placed.q)

@@ -17,15 +17,23 @@ After Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from cutjoint import tolerances
-from cutjoint.arrays import Array
-from cutjoint.chain.kinematics import Kinematics, Placed, joints_of
+from cutjoint.chain.actuated import Actuated
+from cutjoint.chain.closing.assembling import around
+from cutjoint.chain.closing.newton import settle
+from cutjoint.chain.idle import is_cyclic
+from cutjoint.chain.joints import joints_of
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.placed import Placed
+from cutjoint.chain.quick_tangent import QuickTangent, QuickTangents
 from cutjoint.chain.rank import dependent_rows, rank_of, smallest
-from cutjoint.chain.structure import Structure, idle_motions, locked_motions, scaled_tool
-from cutjoint.chain.tangent import tangent_map
+from cutjoint.chain.structure import AROUND, SHIFT, Structure, idle_motions, is_steady, locked_motions, scaled_tool
+from cutjoint.chain.tangent import TangentMap, tangent_map
+from cutjoint.errors import ActuationError, SingularError
 
 
 @dataclass(frozen=True)
@@ -66,45 +74,148 @@ class MobilityReport:
     gap: tuple[float, float]
 
 
-def mobility_report(kinematics: Kinematics, actuated: Array, structure: Structure, placed: Placed) -> MobilityReport:
-    """Mobility at one configuration.
+class Mobility:
+    """Mobility of one robot: what is true of it at nearly every posture of its branch, and at single ones.
 
     Args:
-        actuated: velocity indices of the actuated joints, shape (n,).
-        structure: of the robot at nearly every posture.
+        at_home: the tree at its closed home posture.
     """
-    k, n, nv = kinematics, len(actuated), kinematics.model.nv
-    passive = np.setdiff1d(np.arange(nv), actuated)
-    matrix = placed.scaled
-    distance, angle, _ = placed.gap
-    rank = rank_of(matrix)
-    locked = locked_motions(k, actuated, placed)
-    idle = idle_motions(k, actuated, placed, locked)
-    tangent = tangent_map(k, actuated, passive, placed, structure.idle)
-    regular = tangent.type2 > tolerances.RANK.value
-    determined = regular and tangent.consistent and locked.shape[1] == structure.idle
-    usually = structure.locked == structure.idle and structure.rank + structure.idle + n == nv
-    type1 = condition = float("nan")
-    type2 = tangent.type2 if determined or usually else float("nan")
-    if determined and k.tool_support is not None and structure.directions:
-        jacobian = scaled_tool(k, placed)[:3] / k.column_scale @ tangent.map * k.column_scale[actuated]
-        values = np.linalg.svd(jacobian, compute_uv=False)
-        type1 = smallest(jacobian, structure.directions)
-        condition = float(values[0] / type1) if type1 > 0.0 else float("inf")
-    return MobilityReport(
-        velocities=nv,
-        rows=k.closure.all_rows,
-        rank=rank,
-        mobility=nv - rank,
-        redundant_rows=(*k.closure.left_out, *(k.closure.row_names[i] for i in dependent_rows(matrix))),
-        dropped_rows=k.closure.left_out,
-        actuators=n,
-        determined=determined,
-        idle_mobility=idle.shape[1],
-        free=joints_of(k.model, locked),
-        idle=joints_of(k.model, idle),
-        type1=type1,
-        type2=type2,
-        condition=condition,
-        gap=(distance, angle),
-    )
+
+    def __init__(self, kinematics: Kinematics, actuated: Actuated, at_home: Placed) -> None:
+        self._k, self._actuated, self._at_home = kinematics, actuated, at_home
+
+    def report(self, placed: Placed) -> MobilityReport:
+        """Mobility at one closed configuration."""
+        k, nv = self._k, self._k.model.nv
+        actuated, n, structure = self._actuated.v_index, self._actuated.n, self.structure
+        matrix = placed.scaled
+        distance, angle, _ = placed.gap
+        rank = rank_of(matrix)
+        locked = locked_motions(k, actuated, placed)
+        idle = idle_motions(k, actuated, placed, locked)
+        tangent = self._map(placed)
+        regular = tangent.type2 > tolerances.RANK.value
+        determined = regular and tangent.consistent and locked.shape[1] == structure.idle
+        type1 = condition = float("nan")
+        type2 = tangent.type2 if determined or self.is_determined else float("nan")
+        if determined and k.tool_support is not None and structure.directions:
+            jacobian = scaled_tool(k, placed)[:3] / k.column_scale @ tangent.map * k.column_scale[actuated]
+            values = np.linalg.svd(jacobian, compute_uv=False)
+            type1 = smallest(jacobian, structure.directions)
+            condition = float(values[0] / type1) if type1 > 0.0 else float("inf")
+        return MobilityReport(
+            velocities=nv,
+            rows=k.closure.all_rows,
+            rank=rank,
+            mobility=nv - rank,
+            redundant_rows=(*k.closure.left_out, *(k.closure.row_names[i] for i in dependent_rows(matrix))),
+            dropped_rows=k.closure.left_out,
+            actuators=n,
+            determined=determined,
+            idle_mobility=idle.shape[1],
+            free=joints_of(k.model, locked),
+            idle=joints_of(k.model, idle),
+            type1=type1,
+            type2=type2,
+            condition=condition,
+            gap=(distance, angle),
+        )
+
+    # ---- at nearly every posture -----------------------------------------------------------------------------------
+
+    @cached_property
+    def regular(self) -> tuple[Placed, ...]:
+        """Home and closed postures around it, home first."""
+        found = [self._at_home]
+        for start in around(self._k, self._at_home.q, np.full(2 * AROUND, SHIFT)):
+            closed = settle(self._k, start, None, 3.0 * SHIFT) if len(found) <= AROUND else None
+            if closed is not None:
+                found.append(closed)
+        return tuple(found)
+
+    @cached_property
+    def structure(self) -> Structure:
+        """Rank and freedoms at nearly every posture."""
+        return Structure.of(self._k, self._actuated.v_index, list(self.regular))
+
+    @cached_property
+    def is_determined(self) -> bool:
+        """Whether the actuators determine the motion at nearly every posture, but for idle motions."""
+        usual = self.structure
+        return usual.locked == usual.idle and usual.rank + usual.idle + self._actuated.n == self._k.model.nv
+
+    @cached_property
+    def idle_is_cyclic(self) -> bool:
+        """Whether idle motions that start without momentum stay without.
+
+        Raises:
+            ActuationError: the actuators do not determine the motion.
+        """
+        if not self.structure.idle:
+            return True
+        hold = self._actuated.hold
+        return is_cyclic(self._k, self.regular, self.tangent, lambda q: settle(self._k, q, hold(q), 1.0))
+
+    # ---- tangent maps ----------------------------------------------------------------------------------------------
+
+    @cached_property
+    def quick(self) -> QuickTangents | None:
+        """Quick tangent maps, where the actuators determine all of the motion."""
+        own = self._actuated
+        if not self.is_determined or self.structure.idle or not (own.n and len(own.passive)):
+            return None
+        steady = [placed for placed in self.regular if is_steady(self._k, placed)]
+        if not steady:
+            return None
+        regular = max(steady, key=self.type2)
+        return QuickTangents(self._k, own.v_index, own.passive, regular)
+
+    def quick_tangent(self, placed: Placed) -> QuickTangent | None:
+        """The quick tangent map at a closed configuration, where there is one."""
+        return self.quick.at(placed) if self.quick is not None else None
+
+    def tangent(self, placed: Placed) -> TangentMap:
+        """Tangent map at a configuration where the actuators determine the motion.
+
+        Raises:
+            SingularError: type-2 singularity.
+            ActuationError: the actuators do not determine the motion, here or anywhere.
+        """
+        usual, found, limit = self.structure, self._map(placed), tolerances.SINGULAR.value
+        if usual.locked > usual.idle and not found.type2 > limit:
+            raise self._not_determined(placed)
+        if found.type2 < limit:
+            raise SingularError(
+                f"{self._k.name} at {self._actuated.show(self._actuated.of(placed.q))} is in a type-2 singularity: "
+                f"with the actuators locked it still moves (singular value {found.type2:.2g}, limit {limit:.0e})",
+                kind="type-2",
+                measure=found.type2,
+                limit=limit,
+            )
+        if not found.consistent:
+            raise self._not_determined(placed)
+        return found
+
+    def type2(self, placed: Placed) -> float:
+        """Distance to a type-2 singularity."""
+        return self._map(placed).type2
+
+    def _map(self, placed: Placed) -> TangentMap:
+        """Tangent map at any configuration, also where it means nothing."""
+        return tangent_map(self._k, self._actuated.v_index, self._actuated.passive, placed, self.structure.idle)
+
+    def _not_determined(self, placed: Placed) -> ActuationError:
+        report = self.report(placed)
+        moving = [joint for joint in report.free if joint not in report.idle]
+        if moving:
+            why = f"with all actuators locked these joints still move: {', '.join(moving)}"
+        else:
+            needed = report.mobility - report.idle_mobility
+            why = f"{report.actuators - needed} actuators more than the mobility depend on the others"
+        return ActuationError(
+            f"the actuators of {self._k.name} do not determine its motion: mobility {report.mobility}, actuators "
+            f"{report.actuators}; {why}. Full coordinates still work",
+            mobility=report.mobility,
+            actuators=report.actuators,
+            free=report.free,
+        )

@@ -1,138 +1,97 @@
-"""What a closed robot is in actuated coordinates at one posture: tangent map, drift, inverse of the mass matrix.
+"""The closed robot in actuated coordinates, wherever the actuators determine the motion.
 
-The drift d of the joint accelerations is made of the rates of the joint Jacobians and of the turning of the cuts' rows
-(`cutjoint.chain.closure`).  Where all cuts are fixed or spherical the second is the difference of the centripetal
-accelerations w x (u + w x p) of the points that are held together, so both are a matrix of the posture times a vector.
+With K = [K_a K_p] the constraint Jacobian, split into actuated and passive columns,
+
+    v_full = T v,   T = [1; -K_p^+ K_a]          a_full = T a + d,   d = [0; -K_p^+ K_dot v_full]
+    mass = T' M T,  coriolis = T' (M d + C v_full),  gravity = T' g
+
+where M, C and g of the tree come from Pinocchio (crba, rnea).  The pseudo-inverse keeps exactly as many singular
+values as there are passive velocities, so redundant rows do no harm and a singular posture raises an error.
+
+Idle motions, such as a rod between two balls that spins about itself, need no actuator: T gives them no momentum
+(`cutjoint.chain.tangent`), and they accelerate as no motor pushes them.
 """
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
+import numpy.typing as npt
 
-from cutjoint import tolerances
-from cutjoint.arrays import Array, readonly
-from cutjoint.chain.closing.short_steps import QuickTangent
-from cutjoint.chain.closure import cross
-from cutjoint.chain.dynamics import Motions
-from cutjoint.chain.kinematics import Kinematics, Placed
-from cutjoint.chain.tangent import TangentMap
-from cutjoint.errors import DynamicsError, SingularError
-from cutjoint.mechanism import Posture
+from cutjoint.arrays import Array, as_vector
+from cutjoint.chain.actuated import Actuated
+from cutjoint.chain.at_posture import AtPosture
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.mobility import Mobility
+from cutjoint.chain.postures import Postures
+from cutjoint.mechanism import Posture, Terms, Tool
 
 
-class Reduced:
-    """A robot at one posture; it never changes.
+class ReducedDynamics:
+    """Kinematics and dynamics of one robot by its actuated coordinates.  All raise what `Mobility.tangent` does."""
 
-    Attributes:
-        posture: where.
-        placed: the tree there.
-        map: T with v_full = T @ v, shape (nv, n).
-        transposed: T', shape (n, nv).
-        idle: idle motions as in `TangentMap`, shape (nv, k).
-    """
+    def __init__(self, kinematics: Kinematics, actuated: Actuated, postures: Postures, mobility: Mobility) -> None:
+        self._k, self._actuated, self._postures, self._mobility = kinematics, actuated, postures, mobility
+        self._n, self._tree = actuated.n, kinematics.tree
+        self._last: AtPosture | None = None
 
-    def __init__(
-        self, kinematics: Kinematics, passive: Array, posture: Posture, placed: Placed, found: QuickTangent | TangentMap
-    ) -> None:
-        self._k, self._passive, self._found = kinematics, passive, found
-        self.posture, self.placed = posture, placed
-        self.map, self.transposed = readonly(found.map), readonly(found.map.T)
-        self.idle = found.idle if isinstance(found, TangentMap) else self.map[:, :0]
+    def at(self, at: Posture) -> AtPosture:
+        """The robot at a posture; at the last one it is kept, since several calls at one posture are the rule."""
+        last = self._last
+        if last is None or last.posture is not at:
+            placed = self._postures.placed(at)
+            found = self._mobility.quick_tangent(placed) or self._mobility.tangent(placed)
+            last = self._last = AtPosture(self._k, self._actuated.passive, at, placed, found)
+        return last
 
-    def drift(self, v_full: Array) -> Array:
-        """d with a_full = T a + d, shape (nv,), the idle motions at rest, for a velocity T v of all joints.
+    def velocity(self, at: Posture, v: npt.ArrayLike) -> Array:
+        """Velocity of all joints, shape (nv,)."""
+        return self.at(at).map @ as_vector("v", v, self._n)
 
-        Raises:
-            SingularError: the velocity opens the loops in the next moment, whatever the accelerations.
-        """
-        k, closure = self._k, self._k.closure
-        data, q = k.data, self.posture.q_full
-        moving = closure.moved * v_full
-        if closure.holds_points and isinstance(self._found, QuickTangent):
-            drift: Array = self._from_rates.dot(moving.dot(k.rates(data, q, v_full).T).ravel())
-            if closure.turns:
-                speeds = self._speeds.dot(v_full)
-                half = speeds.size // 2
-                inward = cross(speeds[:half].reshape(-1, 3), speeds[half:].reshape(-1, 3))
-                drift += self._from_inward.dot(inward.ravel())
-            return drift
-        rates, twists = k.rates(data, q, v_full), k.twists(data)
-        drift = np.zeros(k.model.nv)
-        placed = self.placed
-        gamma = closure.drift(placed.frames, placed.gather, twists, rates, v_full)
-        drift[self._passive] = self._back @ gamma
-        if isinstance(self._found, TangentMap):
-            self._check(v_full, drift, gamma)
+    def drift(self, at: Posture, v: npt.ArrayLike) -> Array:
+        """d with a_full = T @ a + d, shape (nv,)."""
+        here, v_full = self.at(at), self.velocity(at, v)
+        drift = here.drift(v_full)
+        if here.idle.size:
+            drift = drift - here.idle @ (here.idle.T @ self._tree.forces(at.q_full, v_full, drift))
         return drift
 
-    def _check(self, v_full: Array, drift: Array, gamma: Array) -> None:
+    def tool(self, at: Posture, v: npt.ArrayLike | None) -> Tool:
+        """The tool point in world axes."""
         k = self._k
-        speed = float(np.abs(v_full / k.column_scale).max(initial=0.0))
-        scaled, wanted = drift / k.column_scale, k.row_scale * gamma
-        left = float(np.abs(self.placed.scaled @ scaled + wanted).max(initial=0.0))
-        terms = speed**2 + float((np.abs(self.placed.scaled) @ np.abs(scaled) + np.abs(wanted)).max(initial=0.0))
-        if left > tolerances.REACHED.value * terms:
-            raise SingularError(
-                f"{k.description.name} moves here only for a moment: at this velocity the loops open, whatever the "
-                f"accelerations (by {left:.2g} of terms of {terms:.2g}, dimensionless)",
-                kind="type-2",
-                measure=0.0,
-                limit=tolerances.REACHED.value,
-            )
+        k.need_tool()
+        here = self.at(at)
+        if v is None:
+            placed, drift = here.placed, np.zeros(3)
+        else:
+            v_full = self.velocity(at, v)
+            placed = moving = k.moving(at.q_full, v_full)
+            drift = moving.tool_drift + moving.tool_jacobian[:3] @ here.drift(v_full)
+        return Tool(placed.tool_position + k.origin, placed.tool_jacobian[:3] @ here.map, drift)
 
-    @cached_property
-    def inverse_mass(self) -> Array:
-        """Inverse of the mass matrix in actuated coordinates, shape (n, n).
+    def terms(self, at: Posture, v: npt.ArrayLike | None) -> Terms:
+        """Mass matrix (n, n), Coriolis vector (n,) and gravity (n,)."""
+        here, tree, q = self.at(at), self._tree, at.q_full
+        mass, gravity = tree.mass_matrix(q), tree.gravity(q)
+        coriolis = np.zeros(self._n)
+        if v is not None:
+            v_full = self.velocity(at, v)
+            coriolis = here.transposed @ (tree.forces(q, v_full, here.drift(v_full)) - gravity)
+        reduced = here.transposed @ mass @ here.map
+        return Terms(0.5 * (reduced + reduced.T), coriolis, here.transposed @ gravity)
 
-        Raises:
-            DynamicsError: a motion of the actuators moves no mass.
-        """
-        mass = self.transposed @ self._k.mass(self.placed.q) @ self.map
-        motions = Motions.of(np.eye(len(mass)), mass)
-        if motions.idle.size:
-            raise DynamicsError(
-                f"{self._k.description.name} has a motion that moves no mass: a body at the end of a limb has none, or "
-                "none that its joint moves; give it an inertia",
-                residual=np.inf,
-            )
-        return np.asarray(motions.basis @ motions.factor @ motions.factor.T @ motions.basis.T)
+    def inverse(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
+        """Effort (n,) of an acceleration: T' rnea(q, T v, T a + d)."""
+        here = self.at(at)
+        v_full = here.map.dot(as_vector("v", v, self._n))
+        full = here.map.dot(as_vector("a", a, self._n)) + here.drift(v_full)
+        effort: Array = here.transposed.dot(self._tree.forces(at.q_full, v_full, full))
+        return effort
 
-    @cached_property
-    def _back(self) -> Array:
-        """Passive accelerations from the drift of the rows, shape (passive, rows)."""
-        found = self._found
-        if isinstance(found, TangentMap):
-            return -found.inverse
-        back = np.zeros((len(found.back), self._k.closure.rows))
-        back[:, found.rows] = found.back
-        return back
-
-    def _from(self, rows: Array) -> Array:
-        """Accelerations of all joints from what rows of the cuts (cut rows, k) make of something, shape (nv, k)."""
-        found = np.zeros((self._k.model.nv, rows.shape[1]))
-        found[self._passive] = self._back @ self._k.closure.kept_rows(rows)
-        return found
-
-    @cached_property
-    def _from_rates(self) -> Array:
-        """Accelerations of all joints from the rates of the cut frames' twists, shape (nv, 12 cuts)."""
-        return self._from(self.placed.gather)
-
-    @cached_property
-    def _from_inward(self) -> Array:
-        """Accelerations of all joints from the centripetal ones of the cut frames' origins, shape (nv, 6 cuts)."""
-        return self._from(self._k.closure.apart)
-
-    @cached_property
-    def _speeds(self) -> Array:
-        """Angular velocities of all cut frames, then velocities of their origins, shape (12 cuts, nv)."""
-        frames = self.placed.frames
-        twists = self._k.closure.support * self.placed.twists
-        points = np.concatenate([frames.at_a, frames.at_b])
-        w = twists[:, 3:].transpose(0, 2, 1)
-        velocity = twists[:, :3] + cross(w.reshape(-1, 3), np.repeat(points, w.shape[1], axis=0)).reshape(
-            w.shape
-        ).transpose(0, 2, 1)
-        return np.concatenate([twists[:, 3:].reshape(-1, w.shape[1]), velocity.reshape(-1, w.shape[1])])
+    def forward(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
+        """Acceleration (n,) of an effort: (T' M T)^-1 (effort - T' rnea(q, T v, d))."""
+        here = self.at(at)
+        v_full = here.map.dot(as_vector("v", v, self._n))
+        held = self._tree.forces(at.q_full, v_full, here.drift(v_full))
+        push = as_vector("effort", effort, self._n) - here.transposed.dot(held)
+        acceleration: Array = here.inverse_mass.dot(push)
+        return acceleration

@@ -1,4 +1,4 @@
-"""Fixed, spherical and revolute cuts as Pinocchio's `RigidConstraintModel`s.
+"""Cuts whose rows are those of contacts (fixed, spherical, revolute) as Pinocchio's `RigidConstraintModel`s.
 
 A revolute cut is two coincident points on its axis: six rows of rank five.
 """
@@ -16,9 +16,14 @@ from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closure import Closure
 from cutjoint.chain.kinematics import Kinematics
-from cutjoint.description.model import CutType
+from cutjoint.description.cuts import Kind
 
-_RIGID = (CutType.FIXED, CutType.SPHERICAL, CutType.REVOLUTE)
+# the kinds of a cut's equations -> Pinocchio's contact with the same rows, and where along z it acts, in lengths
+_CONTACTS: dict[tuple[Kind, ...], tuple[pin.ContactType, tuple[float, ...]]] = {
+    (Kind.POINT, Kind.LOCK): (pin.ContactType.CONTACT_6D, (0.0,)),
+    (Kind.POINT,): (pin.ContactType.CONTACT_3D, (0.0,)),
+    (Kind.POINT, Kind.HINGE): (pin.ContactType.CONTACT_3D, (-0.5, 0.5)),
+}
 ITERATIONS = 4
 CONVERGED_SQUARED = tolerances.CONVERGED.value**2
 
@@ -28,8 +33,8 @@ HARDLY = 1e-6
 
 def is_rigid(closure: Closure) -> bool:
     """Whether Pinocchio has constraint models for all of a robot's cuts (and there are cuts)."""
-    whole = bool(closure.cuts) and not closure.ratios and not closure.left_out
-    return whole and all(cut.type in _RIGID for cut in closure.cuts)
+    whole = bool(closure.cuts) and not closure.couplings and not closure.left_out
+    return whole and all(cut.type.kinds in _CONTACTS for cut in closure.cuts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +60,9 @@ class RigidConstraints:
         self._floor = (1e-13 * float(np.linalg.norm(model.gravity.linear)) / length) ** 2
         self.models = pin.StdVec_RigidConstraintModel()
         for cut in kinematics.closure.cuts:
-            kind = pin.ContactType.CONTACT_6D if cut.type is CutType.FIXED else pin.ContactType.CONTACT_3D
-            for shift in (-0.5 * length, 0.5 * length) if cut.type is CutType.REVOLUTE else (0.0,):
-                offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, shift]))
+            kind, shifts = _CONTACTS[cut.type.kinds]
+            for shift in shifts:
+                offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, shift * length]))
                 constraint = pin.RigidConstraintModel(
                     kind,
                     model,

@@ -20,7 +20,8 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.chain.dynamics import Motions
-from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.placed import Placed
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +77,10 @@ def tangent_map(kinematics: Kinematics, actuated: Array, passive: Array, placed:
         return TangentMap(selection, inverse, type2, bool(unmet < _LOOSE), none)
     spins = np.zeros((nv, idle))
     spins[passive] = right[kept:].T
-    mass = scale[:, None] * k.mass(placed.q) * scale
+    mass = scale[:, None] * k.tree.mass_matrix(placed.q) * scale
     motions = Motions.of(spins, mass)
     moved = scale[:, None] * (motions.basis @ motions.factor)
-    carried = selection - moved @ (moved.T @ (k.mass(placed.q) @ selection))
+    carried = selection - moved @ (moved.T @ (k.tree.mass_matrix(placed.q) @ selection))
     return TangentMap(carried, inverse, type2, bool(unmet < _LOOSE), readonly(moved))
 
 

@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.closure import bind_frame
+from cutjoint.chain.build import bind_frame
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Posture
 from cutjoint.simulation.plant import Observation, State

@@ -18,8 +18,11 @@ from scipy.linalg import qr
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.closing.continuation import Assembler, Driver
+from cutjoint.chain.closing.assembling import nearest
+from cutjoint.chain.closing.drivers import Driver
+from cutjoint.chain.closing.newton import settle
 from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.placed import Placed
 from cutjoint.chain.rank import singular_values
 from cutjoint.errors import ClosureError, RoundingWarning
 
@@ -37,12 +40,11 @@ def trusted_rows(kinematics: Kinematics, q: Array, driver: Driver | None) -> Arr
     k = kinematics
     if not k.closure.rows:
         return None
-    assembler = Assembler(k)
-    near, cost = assembler.nearest(q, driver)
+    near, cost = nearest(k, q, driver)
     gap = float(np.sqrt(cost))
     if not gap < tolerances.ROUNDING.value:
         return None
-    if assembler.settle(near, driver, tolerances.ROUNDING.value) is not None:
+    if settle(k, near, driver, tolerances.ROUNDING.value) is not None:
         return None
     matrix = k.at(near).scaled
     values = singular_values(matrix)
@@ -54,8 +56,8 @@ def trusted_rows(kinematics: Kinematics, q: Array, driver: Driver | None) -> Arr
     return np.sort(order[:rank])
 
 
-def check_rounding(name: str, kinematics: Kinematics, q: Array) -> None:
-    """Say which rows were dropped and what stays open at home, `q` (nq,).
+def check_rounding(kinematics: Kinematics, home: Placed) -> None:
+    """Say which rows were dropped and what stays open at home.
 
     Raises:
         ClosureError: more than rounding explains.
@@ -63,11 +65,11 @@ def check_rounding(name: str, kinematics: Kinematics, q: Array) -> None:
     k = kinematics
     if not k.closure.left_out:
         return
-    distance, angle, cut = k.at(q).gap
+    distance, angle, cut = home.gap
     rows = ", ".join(k.closure.left_out)
     if max(distance / k.reach, angle) > tolerances.ROUNDED_GAP.value:
         raise ClosureError(
-            f"{name}: the loops cannot be closed with all of their rows; without {rows} cut '{cut}' stays "
+            f"{k.name}: the loops cannot be closed with all of their rows; without {rows} cut '{cut}' stays "
             f"{distance:.3g} m, {angle:.3g} rad open, which is more than rounded lengths explain "
             f"({tolerances.ROUNDED_GAP.value:g} of {k.reach:.3g} m). Mend the frames of that cut, or choose a cut "
             "type that leaves the motion free",
@@ -75,8 +77,8 @@ def check_rounding(name: str, kinematics: Kinematics, q: Array) -> None:
             cut=cut,
         )
     warnings.warn(
-        f"{name}: the loops close only up to rounding: {rows} dropped as dependent but for {distance:.2g} m, "
+        f"{k.name}: the loops close only up to rounding: {rows} dropped as dependent but for {distance:.2g} m, "
         f"{angle:.2g} rad, which stay open. More digits in the file would close them",
         RoundingWarning,
-        stacklevel=4,
+        stacklevel=3,
     )

@@ -10,12 +10,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.closing.continuation import UNBOUND, ActuatedDriver, Assembler, Driver, Stopped, System, ToolDriver
-from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.closing.assembling import assemble
+from cutjoint.chain.closing.continuation import UNBOUND, Stopped, follow
+from cutjoint.chain.closing.drivers import ActuatedDriver, Driver, ToolDriver
+from cutjoint.chain.closing.equations import System, freedom
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.placed import Placed
 from cutjoint.chain.rank import Split
 
 FURTHEST_DETOUR = 2.0 * np.pi
@@ -31,120 +34,120 @@ class Walker:
     """Walks of one robot.
 
     Args:
-        hold: makes the driver of the actuated coordinates, from where they are to where they shall go.
+        lead: makes the driver of the actuated coordinates, from where they are to where they shall go.
         regular: closed postures, to tell what closure and driver leave free as a rule.
     """
 
     def __init__(
         self,
         kinematics: Kinematics,
-        assembler: Assembler,
-        hold: Callable[[Array, Array], ActuatedDriver],
+        lead: Callable[[Array, Array], ActuatedDriver],
         regular: tuple[Placed, ...],
     ) -> None:
-        self._k, self._assembler, self._hold, self._regular = kinematics, assembler, hold, regular
+        self._k, self._lead, self._regular = kinematics, lead, regular
 
-    def walk(self, q: Array, origin: Array, target: Array, driver: Callable[[Array, Array], Driver]) -> Array | Stopped:
+    def walk(
+        self, start: Placed, origin: Array, target: Array, driver: Callable[[Array, Array], Driver]
+    ) -> Placed | Stopped:
         """Follow the straight line from `origin` to `target`, or where it leaves the workspace, a detour of two lines.
 
         A detour is tried only where the robot can be closed at the target at all, and only for short ways.
         """
         line = driver(origin, target)
-        free = self._free(q, line)
-        straight = self._assembler.follow(q, line, free)
+        free = self._free(start, line)
+        straight = follow(self._k, start, line, free)
         if not isinstance(straight, Stopped) or straight.far or (straight.fraction == 0.0 and straight.singular):
             return straight
-        if self._assembler.assemble(straight.q, driver(target, target)) is None:
+        if assemble(self._k, straight.placed.q, driver(target, target)) is None:
             return replace(straight, why=UNBOUND, singular=False) if straight.singular else straight
         length = self._k.length
         if np.abs((target - origin) / np.where(line.is_length, length, 1.0)).max(initial=0.0) > FURTHEST_DETOUR:
             return straight
         for corner in _detours(origin, target, length):
-            there = self._assembler.follow(q, driver(origin, corner), free)
+            there = follow(self._k, start, driver(origin, corner), free)
             if isinstance(there, Stopped):
                 continue
-            found = self._assembler.follow(there, driver(corner, target), free)
+            found = follow(self._k, there, driver(corner, target), free)
             if not isinstance(found, Stopped):
                 return found
         return straight
 
     def along_curve(
-        self, start: Array, driver: ToolDriver, now: Callable[[Array], Array], tangent: Callable[[Placed], Array]
-    ) -> Array | None:
+        self, start: Placed, driver: ToolDriver, now: Callable[[Array], Array], tangent: Callable[[Placed], Array]
+    ) -> Placed | None:
         """Configuration of a robot with one actuator that meets the driver, within half a turn either way.
 
         Args:
             now: actuated coordinates of a configuration, shape (1,).
             tangent: T of a configuration, shape (nv, 1).
         """
-        passed: list[Array] = []
-        lengths = self._hold(now(start), now(start)).is_length
+        passed: list[Placed] = []
+        lengths = self._lead(now(start.q), now(start.q)).is_length
         for stride in (CURVE_STEP, -CURVE_STEP):
             step = np.where(lengths, stride * self._k.length, stride)
-            q: Array | Stopped = start
+            here: Placed | Stopped = start
             for _ in range(int(np.pi / CURVE_STEP) + 1):
-                if isinstance(q, Stopped):
+                if isinstance(here, Stopped):
                     break
-                passed.append(q)
-                q = self._step(q, self._hold(now(q), now(q) + step))
+                passed.append(here)
+                here = self._step(here, self._lead(now(here.q), now(here.q) + step))
 
-        def miss(q: Array) -> float:
-            return float(np.linalg.norm(driver.error(self._k.at(q), 1.0)))
+        def miss(placed: Placed) -> float:
+            return float(np.linalg.norm(driver.error(placed, 1.0)))
 
         for nearest in sorted(passed, key=miss)[:3]:
-            found = self._assembler.assemble(nearest, driver)
+            found = assemble(self._k, nearest.q, driver)
             if found is None and self._k.rounded:
                 # the target lies beside the curve by its own rounding, and the loops must not give way to it
                 found = self.over_surface(nearest, driver, now, tangent)
-            if found is not None and np.abs(pin.difference(self._k.model, nearest, found)).max() < 2.0 * CURVE_STEP:
+            if found is not None and np.abs(self._k.tree.difference(nearest.q, found.q)).max() < 2.0 * CURVE_STEP:
                 return found
         return None
 
     def over_surface(
-        self, start: Array, driver: ToolDriver, now: Callable[[Array], Array], tangent: Callable[[Placed], Array]
-    ) -> Array | None:
+        self, start: Placed, driver: ToolDriver, now: Callable[[Array], Array], tangent: Callable[[Placed], Array]
+    ) -> Placed | None:
         """Configuration that meets the driver, reached by the actuators going downhill on the distance to it.
 
         Args:
             now: actuated coordinates of a configuration, shape (n,).
             tangent: T of a configuration, shape (nv, n).
         """
-        k, q, last = self._k, start, np.inf
+        k, placed, last = self._k, start, np.inf
         system = System(k, driver)
         for _ in range(SURFACE_STEPS):
-            placed = k.at(q)
             here = system.at(placed)
             if here.openness <= 1.0:
-                return q
+                return placed
             miss = float(np.linalg.norm(here.error))
             if miss > 0.999 * last:
                 return None
-            last = miss
-            lengths = self._hold(now(q), now(q)).is_length
+            last, actuated = miss, now(placed.q)
+            lengths = self._lead(actuated, actuated).is_length
             scale = np.where(lengths, k.length, 1.0)
             slope = placed.tool_jacobian[:3] @ tangent(placed) * scale / k.length
-            step = -Split.of(slope).solve(here.error[k.closure.rows :])
+            step = -Split.of(slope).solve(here.driven)
             step *= min(1.0, tolerances.STRIDE.value / float(np.abs(step).max(initial=1e-300)))
             for _ in range(8):
-                found = self._step(q, self._hold(now(q), now(q) + scale * step))
+                found = self._step(placed, self._lead(actuated, actuated + scale * step))
                 if not isinstance(found, Stopped):
-                    there = system.at(k.at(found))
+                    there = system.at(found)
                     if float(np.linalg.norm(there.error)) < miss or there.openness <= 1.0:
-                        q = found
+                        placed = found
                         break
                 step *= 0.5
             else:
                 return None
         return None
 
-    def _step(self, q: Array, driver: Driver) -> Array | Stopped:
-        return self._assembler.follow(q, driver, self._free(q, driver))
+    def _step(self, start: Placed, driver: Driver) -> Placed | Stopped:
+        return follow(self._k, start, driver, self._free(start, driver))
 
-    def _free(self, q: Array, driver: Driver) -> int:
+    def _free(self, start: Placed, driver: Driver) -> int:
         """Motions that closure and driver leave free as a rule."""
-        if not self._assembler.freedom(self._k.at(q), driver):
+        if not freedom(self._k, start, driver):
             return 0
-        return min(self._assembler.freedom(placed, driver) for placed in self._regular)
+        return min(freedom(self._k, placed, driver) for placed in self._regular)
 
 
 def _detours(origin: Array, target: Array, length: float) -> Iterator[Array]:

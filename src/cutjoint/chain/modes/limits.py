@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cutjoint.arrays import Array
+from cutjoint.chain.joints import angles
 from cutjoint.chain.kinematics import Kinematics
 
 OPEN = 1e-9
@@ -13,7 +14,7 @@ BEYOND = 1e-6
 """How far beyond a limit a joint may be and still count as at it [m, rad]."""
 
 
-class Limits:
+class JointLimits:
     """The joint limits of one robot, seen from the closed configuration `q` (nq,).
 
     Attributes:
@@ -25,12 +26,7 @@ class Limits:
     def __init__(self, kinematics: Kinematics, q: Array) -> None:
         self._k, self._q = kinematics, q
         model = kinematics.model
-        self.angles = [
-            index
-            for joint in range(1, model.njoints)
-            if (name := model.joints[joint].shortname()).startswith("JointModelR") or name == "JointModelUniversal"
-            for index in range(model.idx_qs[joint], model.idx_qs[joint] + model.nqs[joint])
-        ]
+        self.angles = angles(model)
         self.geared: set[int] = set()
         velocities = {
             model.idx_qs[joint] + i: model.idx_vs[joint] + i

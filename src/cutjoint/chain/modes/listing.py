@@ -11,9 +11,9 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.modes.search import Equations, Place, Search, part_of
-from cutjoint.chain.modes.shape import Shapes
-from cutjoint.chain.modes.tally import Entry
+from cutjoint.chain.closing.newton import settle
+from cutjoint.chain.modes.search import HubPlace, Search, part_of
+from cutjoint.chain.modes.tally import TallyEntry
 
 MOST_MODES = 4096
 """Combinations of the limbs' ways beyond this are not listed."""
@@ -31,10 +31,10 @@ class Found:
 class Listing:
     """Lists what a search found."""
 
-    def __init__(self, equations: Equations, shapes: Shapes, search: Search) -> None:
-        self._e, self._shapes, self._search = equations, shapes, search
-        self._model = equations.kinematics.model
-        self._asked = shapes.links(equations.q)
+    def __init__(self, search: Search) -> None:
+        self._e, self._shapes, self._search = search.equations, search.shapes, search
+        self._model = self._e.kinematics.model
+        self._asked = self._shapes.links(self._e.q)
         self.truncated = False
 
     def combined(self) -> list[Found]:
@@ -56,7 +56,7 @@ class Listing:
                 found.append(one)
         return self._ordered(found)
 
-    def _as_asked(self, place: Place) -> Found | None:
+    def _as_asked(self, place: HubPlace) -> Found | None:
         """The posture at a place that the limbs come to from where they stand in the posture asked about."""
         e, model = self._e, self._model
         start = e.q.copy()
@@ -72,8 +72,8 @@ class Listing:
             return None
         return Found(q, self._shapes.links(q), self._count(place))
 
-    def _combinations(self, place: Place) -> Iterator[Found]:
-        choices: list[list[Entry]] = []
+    def _combinations(self, place: HubPlace) -> Iterator[Found]:
+        choices: list[list[TallyEntry]] = []
         for part, ways in zip(place.parts, place.ways, strict=True):
             allowed = [way for way in ways.entries if way.allowed]
             away = [float(np.linalg.norm(way.shape - part_of(self._asked, part))) for way in allowed]
@@ -91,12 +91,13 @@ class Listing:
                 count = min([self._count(place), *counts])
                 yield Found(closed, self._shapes.links(closed), count)
 
-    def _count(self, place: Place) -> int:
+    def _count(self, place: HubPlace) -> int:
         return self._search.hubs.entries[self._search.places.index(place)].count
 
     def _closed(self, q: Array) -> Array | None:
         """The solution at `q`, or beside it where links are rounded."""
-        return self._e.assembler.settle(q, self._e.driver)
+        found = settle(self._e.kinematics, q, self._e.driver)
+        return None if found is None else found.q
 
     def _copy(self, joint: int, source: Array, target: Array) -> None:
         where = slice(self._model.idx_qs[joint], self._model.idx_qs[joint] + self._model.nqs[joint])

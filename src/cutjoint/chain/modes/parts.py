@@ -6,8 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
-from cutjoint.chain.closing.continuation import Driver
-from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.closing.drivers import Driver
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.placed import Placed
 from cutjoint.chain.rank import null_space
 
 TIED = 1e-7
@@ -43,7 +44,7 @@ def independent_parts(
         if parent > 0 and (hub is None or parent != kinematics.tool_joint):
             tied[own, model.idx_vs[parent]] = tied[model.idx_vs[parent], own] = True
     random = np.random.default_rng(0)
-    aside = kinematics.integrate(q, kinematics.column_scale * random.uniform(-0.3, 0.3, model.nv))
+    aside = kinematics.tree.integrate(q, kinematics.column_scale * random.uniform(-0.3, 0.3, model.nv))
     for place in (q, aside):
         placed = kinematics.at(place)
         free = null_space(scaled_rows(kinematics, driver, placed))

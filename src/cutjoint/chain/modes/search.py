@@ -16,14 +16,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.chain.closing.continuation import Assembler, Driver, PoseDriver
+from cutjoint.chain.closing.assembling import nearest
+from cutjoint.chain.closing.drivers import Both, Driver, PoseDriver
+from cutjoint.chain.closing.newton import settle
 from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.modes.limits import Limits
+from cutjoint.chain.modes.limits import JointLimits
 from cutjoint.chain.modes.parts import independent_parts, scaled_rows
 from cutjoint.chain.modes.shape import Shapes
 from cutjoint.chain.modes.starts import Starts
 from cutjoint.chain.modes.tally import Tally
-from cutjoint.chain.modes.task import Both
 from cutjoint.chain.rank import null_space
 
 FEWEST = 96
@@ -40,12 +41,11 @@ NEAR = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Equations:
+class ModeEquations:
     """What is to be solved.
 
     Attributes:
-        kinematics, assembler: of the robot.
-        actuated: velocity indices of the actuated joints, shape (n,).
+        kinematics: of the robot.
         hub: 1 for every velocity that moves the tool, shape (nv,), if there is one.
         guide: what leads a start to a solution.
         driver: what a solution must meet besides the loops; the guide implies it.
@@ -55,20 +55,18 @@ class Equations:
     """
 
     kinematics: Kinematics
-    assembler: Assembler
-    actuated: Array
     hub: Array | None
     guide: Driver
     driver: Driver
     fixed: frozenset[int]
     q: Array
-    limits: Limits
+    limits: JointLimits
 
     def solve(self, start: Array, guide: Driver, steps: int = PATIENT_STEPS) -> Array | None:
         """The solution that a start leads to in as many steps, shape (nq,), or None."""
-        rest, cost = self.assembler.nearest(start, guide, steps)
-        found = self.assembler.settle(rest, self.driver) if cost < NEAR else None
-        return None if found is None else self.limits.turned_back(found)
+        rest, cost = nearest(self.kinematics, start, guide, steps)
+        found = settle(self.kinematics, rest, self.driver) if cost < NEAR else None
+        return None if found is None else self.limits.turned_back(found.q)
 
     def left(self, shapes: Shapes, q: Array) -> Array:
         """Motions other than idle ones that are left at a solution, dimensionless, shape (nv, k)."""
@@ -81,7 +79,7 @@ class Equations:
 
 
 @dataclass(eq=False)
-class Place:
+class HubPlace:
     """A placement of the hub, first met at `q`; what holds it there; the parts that move independently meanwhile, the
     ways of each to stand, and which of the parts were searched."""
 
@@ -96,32 +94,33 @@ class Search:
     """One search.
 
     Attributes:
+        equations, shapes: what is to be solved, and what tells postures apart.
         hubs, places: what was found; entry i of `hubs` counts place i.  The first is that of the posture asked about.
         starts, closed, loose: starts made, those that ended in a solution, and in one that can still move.
     """
 
-    def __init__(self, equations: Equations, shapes: Shapes, most: int) -> None:
-        self._e, self._shapes, self._most = equations, shapes, most
+    def __init__(self, equations: ModeEquations, shapes: Shapes, most: int) -> None:
+        self.equations, self.shapes, self._most = equations, shapes, most
         k = equations.kinematics
         self._starts = Starts(k, equations.limits, equations.q)
         self._free = [joint for joint in range(1, k.model.njoints) if joint not in equations.fixed]
         self.hubs = Tally()
-        self.places: list[Place] = []
+        self.places: list[HubPlace] = []
         self.starts = self.closed = self.loose = 0
         self._sort_in(equations.q, counts=False)
 
     def find_places(self) -> None:
         """Make starts of the whole robot until every place was found several times."""
         while self.starts < self._most and not self.hubs.settled(FEWEST):
-            q = self._start(self._free, self._e.q, self._e.guide)
+            q = self._start(self._free, self.equations.q, self.equations.guide)
             if q is not None:
                 self._sort_in(q)
 
-    def find_ways(self, place: Place) -> None:
+    def find_ways(self, place: HubPlace) -> None:
         """Make starts of each limb, the hub held at a place, until every way to stand there was found several times; no
         more once a limb cannot stand there within its joints' limits."""
         for index, part in enumerate(place.parts):
-            free = [joint for joint in part if joint not in self._e.fixed]
+            free = [joint for joint in part if joint not in self.equations.fixed]
             if not free:
                 continue
             ways, tries = place.ways[index], 0
@@ -145,27 +144,27 @@ class Search:
         ways = (place.ways[index] for place in self.places for index in place.searched)
         return self.hubs.settled(FEWEST) and all(one.settled(FEWEST_LIMB) for one in ways)
 
-    def place_of(self, q: Array) -> Place | None:
+    def place_of(self, q: Array) -> HubPlace | None:
         """The place where a solution has the hub."""
-        index = self.hubs.find(self._shapes.hub_pose(self._e.kinematics.at(q)))
+        index = self.hubs.find(self.shapes.hub_pose(self.equations.kinematics.at(q)))
         return None if index is None else self.places[index]
 
     def _start(self, joints: list[int], around: Array, guide: Driver) -> Array | None:
         self.starts += 1
         steps = STEPS if EASY * self.closed >= self.starts else PATIENT_STEPS
-        q = self._e.solve(self._starts.draw(joints, around), guide, steps)
+        q = self.equations.solve(self._starts.draw(joints, around), guide, steps)
         if q is not None:
             self.closed += 1
         return q
 
-    def _sort_in(self, q: Array, only: Place | None = None, part: int = 0, counts: bool = True) -> None:
+    def _sort_in(self, q: Array, only: HubPlace | None = None, part: int = 0, counts: bool = True) -> None:
         """Count a solution for its place and for each of its parts, or for one part of one place alone."""
-        links = self._shapes.links(q)
+        links = self.shapes.links(q)
         place = self.place_of(q)
         if only is not None and place is not only:
             return
         known = [None] if place is None else [w.find(s) for w, s in self._ways(place, links)]
-        if None in known and counts and self._e.left(self._shapes, q).shape[1]:
+        if None in known and counts and self.equations.left(self.shapes, q).shape[1]:
             self.loose += 1
             return
         if place is None:
@@ -177,24 +176,24 @@ class Search:
             if only is None or index == part:
                 way = known[index]
                 if way is None:
-                    way = ways.add(shape, q, all(self._e.limits.allow(q, joint) for joint in place.parts[index]))
+                    way = ways.add(shape, q, all(self.equations.limits.allow(q, joint) for joint in place.parts[index]))
                 if counts:
                     ways.count(way)
 
     @staticmethod
-    def _ways(place: Place, links: Array) -> list[tuple[Tally, Array]]:
+    def _ways(place: HubPlace, links: Array) -> list[tuple[Tally, Array]]:
         """The ways of each part, and the shape of the part among those of all links."""
         return [(ways, part_of(links, part)) for ways, part in zip(place.ways, place.parts, strict=True)]
 
-    def _new_place(self, q: Array) -> Place:
-        e, k = self._e, self._e.kinematics
+    def _new_place(self, q: Array) -> HubPlace:
+        e, k = self.equations, self.equations.kinematics
         placed = k.at(q)
-        self.hubs.add(self._shapes.hub_pose(placed), q)
+        self.hubs.add(self.shapes.hub_pose(placed), q)
         holding = e.guide
         if e.hub is not None:
             holding = Both(e.guide, PoseDriver(placed.tool, placed.tool))
         parts = independent_parts(k, holding, e.hub, e.limits.geared_velocities, q)
-        place = Place(q, holding, parts, [Tally() for _ in parts])
+        place = HubPlace(q, holding, parts, [Tally() for _ in parts])
         self.places.append(place)
         return place
 

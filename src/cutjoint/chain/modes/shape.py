@@ -12,8 +12,9 @@ from __future__ import annotations
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.chain.closure import support
-from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.joints import support
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.placed import Placed
 from cutjoint.chain.rank import null_space
 from cutjoint.chain.structure import scaled_tool
 
@@ -50,7 +51,7 @@ class Shapes:
         """The shape of every link at `q` (nq,), shape (joints, 12)."""
         k = self._k
         length, placed = k.length, k.at(q)
-        axes, at = k.bodies(q)
+        axes, at = k.tree.bodies(q)
         shapes = np.zeros((k.model.njoints - 1, SIZE))
         idle = self.idle(placed) * k.column_scale[:, None] if self.idle_motions else np.zeros((k.model.nv, 0))
         for joint in range(1, k.model.njoints):
@@ -74,7 +75,7 @@ class Shapes:
         k = self._k
         if self._hub is not None:
             return scaled_tool(k, placed)
-        axes, at = k.bodies(placed.q)
+        axes, at = k.tree.bodies(placed.q)
         rows = [np.zeros((0, k.model.nv))]
         for joint, points in enumerate(self._points[1:], start=1):
             moving = placed.twists * self._supports[joint] * k.column_scale

@@ -13,8 +13,9 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain.build import UNBOUNDED
+from cutjoint.chain.joints import JOINTS, type_of
 from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.modes.limits import Limits
+from cutjoint.chain.modes.limits import JointLimits
 
 SEED = 0
 """Every search draws the same numbers; what it finds must not depend on them."""
@@ -23,10 +24,10 @@ SEED = 0
 class Starts:
     """Draws configurations around `q` (nq,); the same ones in every run."""
 
-    def __init__(self, kinematics: Kinematics, limits: Limits, q: Array) -> None:
+    def __init__(self, kinematics: Kinematics, limits: JointLimits, q: Array) -> None:
         model = kinematics.model
         self._model, self._q = model, q
-        axes, at = kinematics.bodies(q)
+        axes, at = kinematics.tree.bodies(q)
         places = at[1:]
         middle = np.mean(places, axis=0) if len(places) else np.zeros(3)
         apart = max((float(np.linalg.norm(place - middle)) for place in places), default=0.0)
@@ -48,15 +49,10 @@ class Starts:
         return drawn
 
     def _anywhere(self, joint: int, where: slice) -> Array:
-        name = self._model.joints[joint].shortname()
-        uniform, reach, middle = self._random.uniform, self._reach, self._middle[joint - 1]
-        if name == "JointModelFreeFlyer":
-            return np.concatenate([middle + uniform(-reach, reach, 3), self._orientation()])
-        if name == "JointModelSpherical":
-            return self._orientation()
-        if name == "JointModelPlanar":
-            angle = uniform(-np.pi, np.pi)
-            return np.array([*(middle[:2] + uniform(-reach, reach, 2)), np.cos(angle), np.sin(angle)])
+        anywhere = JOINTS[type_of(self._model, joint)].anywhere
+        if anywhere is not None:
+            return anywhere(self._random, self._middle[joint - 1], self._reach)
+        uniform = self._random.uniform
         return np.array([uniform(*self._range(index)) for index in range(where.start, where.stop)])
 
     def _range(self, index: int) -> tuple[float, float]:
@@ -72,7 +68,3 @@ class Starts:
         if high:
             centre = min(centre, upper - half)
         return centre - half, centre + half
-
-    def _orientation(self) -> Array:
-        quaternion = self._random.normal(size=4)
-        return np.asarray(quaternion / np.linalg.norm(quaternion))

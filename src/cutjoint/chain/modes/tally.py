@@ -21,7 +21,7 @@ is then missing with a chance of about 1 in (log m)^2 m."""
 
 
 @dataclass(eq=False)
-class Entry:
+class TallyEntry:
     """One of the things: what tells it from the others, a configuration that shows it, whether the robot's joints allow
     it, and how often it was found."""
 
@@ -35,7 +35,7 @@ class Entry:
 class Tally:
     """Things told apart by a vector, their shape, to within the tolerance DISTINCT."""
 
-    entries: list[Entry] = field(default_factory=list)
+    entries: list[TallyEntry] = field(default_factory=list)
     total: int = 0
 
     def find(self, shape: Array) -> int | None:
@@ -47,7 +47,7 @@ class Tally:
 
     def add(self, shape: Array, q: Array, allowed: bool = True) -> int:
         """Add an entry, not counted as found yet."""
-        self.entries.append(Entry(shape, q, allowed))
+        self.entries.append(TallyEntry(shape, q, allowed))
         return len(self.entries) - 1
 
     def count(self, index: int) -> None:

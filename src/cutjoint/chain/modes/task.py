@@ -18,12 +18,12 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.closing.continuation import Driver, PoseDriver, ToolDriver
-from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.closing.drivers import Driver, PoseDriver, TiltDriver, ToolDriver
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.placed import Placed
 from cutjoint.chain.rank import null_space
 from cutjoint.chain.structure import scaled_tool
 
@@ -44,52 +44,6 @@ def task_of(kinematics: Kinematics, placed: Placed) -> tuple[Held, Array]:
 
     whole, point = directions(moved).shape[1], directions(moved[:3]).shape[1]
     return "point" if point == whole else "pose", directions(moved[3:])
-
-
-class TiltDriver:
-    """Prescribes the tool point and one axis of the tool, about which it may turn."""
-
-    def __init__(self, pose: pin.SE3, axis: Array) -> None:
-        self._pose, self._axis = pose, axis
-        self._flat = np.eye(3) - np.outer(axis, axis)
-        self._aside = np.linalg.svd(self._flat)[0][:, 0]
-        self.is_length = np.array([True] * 3 + [False] * 3)
-
-    def error(self, placed: Placed, fraction: float) -> Array:
-        pose = placed.tool
-        carried = pose.rotation @ (self._pose.rotation.T @ self._axis)
-        sine, cosine = np.cross(self._axis, carried), float(self._axis @ carried)
-        size = float(np.linalg.norm(sine))
-        if size < 1e-12 and cosine < 0.0:
-            return np.concatenate([pose.translation - self._pose.translation, np.pi * self._aside])
-        tilt = sine * (np.arctan2(size, cosine) / size if size > 1e-12 else 1.0)
-        return np.concatenate([pose.translation - self._pose.translation, tilt])
-
-    def jacobian(self, placed: Placed) -> Array:
-        jacobian = placed.tool_jacobian
-        jacobian[3:] = self._flat @ jacobian[3:]
-        return jacobian
-
-    def put(self, q: Array, fraction: float) -> None:
-        """No coordinate is prescribed."""
-
-
-class Both:
-    """Prescribes what two drivers prescribe."""
-
-    def __init__(self, one: Driver, two: Driver) -> None:
-        self._one, self._two = one, two
-        self.is_length = np.concatenate([one.is_length, two.is_length])
-
-    def error(self, placed: Placed, fraction: float) -> Array:
-        return np.concatenate([self._one.error(placed, fraction), self._two.error(placed, fraction)])
-
-    def jacobian(self, placed: Placed) -> Array:
-        return np.concatenate([self._one.jacobian(placed), self._two.jacobian(placed)])
-
-    def put(self, q: Array, fraction: float) -> None:
-        self._one.put(q, fraction)
-        self._two.put(q, fraction)
 
 
 def holding(held: Held, axes: Array, at: Placed) -> tuple[Driver, Driver]:

@@ -44,7 +44,7 @@ from cutjoint.compile.expressions.vectors import (
 from cutjoint.description.cuts import Equation, Kind
 
 if TYPE_CHECKING:
-    from cutjoint.chain.closure import Cut, Ratio
+    from cutjoint.chain.bound import BoundCoupling, BoundCut
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class ConstraintRow:
 class Loops:
     """All cuts and couplings on a tree."""
 
-    def __init__(self, tree: JointTree, cuts: Sequence[Cut], couplings: Sequence[Ratio] = ()) -> None:
+    def __init__(self, tree: JointTree, cuts: Sequence[BoundCut], couplings: Sequence[BoundCoupling] = ()) -> None:
         self.couplings = tuple(couplings)
         self.cuts = tuple(
             (cut.type.equations, tree.frame(cut.joint_a, cut.placement_a), tree.frame(cut.joint_b, cut.placement_b))
@@ -78,8 +78,11 @@ class Loops:
                     kept = {u: c for u, c in coefficients.items() if not is_zero(c)}
                     found.append(ConstraintRow(kept, drift, residual, equation.is_length))
         for one in self.couplings:
-            residual = pose.q[one.q_joint] - one.ratio * pose.q[one.q_driver] - one.offset
-            found.append(ConstraintRow({one.v_joint: 1.0, one.v_driver: -one.ratio}, 0.0, residual, one.is_length))
+            total: Number = 0.0
+            for weight, index in zip(one.weights, one.q_index, strict=True):
+                total = total + weight * pose.q[index] if weight >= 0.0 else total - -weight * pose.q[index]
+            coefficients = dict(zip(one.v_index, one.weights, strict=True))
+            found.append(ConstraintRow(coefficients, 0.0, total - -one.constant, one.is_length))
         return found
 
 

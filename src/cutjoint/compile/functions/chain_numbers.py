@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
-from cutjoint.chain.closure import bind_frame
+from cutjoint.chain.build import bind_frame
 from cutjoint.compile.equations.carried import NO_MASS, joint_inertia
 from cutjoint.compile.equations.cloud import least_solution, null_space
 from cutjoint.compile.sources.chain import ChainSource

@@ -79,8 +79,8 @@ class ChainSource(ChainPlan):
                 for cut in self.closure.cuts
             ],
             "couplings": [
-                [r.q_joint, r.q_driver, r.v_joint, r.v_driver, r.ratio, r.offset, r.is_length]
-                for r in self.closure.ratios
+                [*one.q_index, *one.v_index, *one.weights, one.constant, one.is_length]
+                for one in self.closure.couplings
             ],
             "actuators": self.actuated_rates,
             "tool": None if description.tool is None else [description.tool.link, _numbers(description.tool.placement)],

@@ -37,7 +37,7 @@ class ChainPlan(ChainTree):
     @once
     def loops(self) -> Loops:
         """Its cuts and couplings."""
-        return Loops(self.tree, self.closure.cuts, self.closure.ratios)
+        return Loops(self.tree, self.closure.cuts, self.closure.couplings)
 
     @property
     def row_is_length(self) -> tuple[bool, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.closure import bind_frame
+from cutjoint.chain.build import bind_frame
 from cutjoint.compile.equations.cloud import rate_scale
 from cutjoint.compile.equations.inertia import BodyInertia, PointMass
 from cutjoint.compile.equations.pose import Pose

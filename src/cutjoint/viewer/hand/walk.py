@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.kinematics import velocity_scale
+from cutjoint.chain.joints import velocity_scale
 from cutjoint.description.model import JointType
 from cutjoint.errors import ClosureError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture

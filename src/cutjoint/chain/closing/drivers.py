@@ -1,0 +1,141 @@
+"""What is prescribed besides the closure: the actuated coordinates, the tool point, or the tool's pose.
+
+A driver leads the robot along a way: `fraction` runs from 0 at its start to 1 at its target.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import pinocchio as pin
+
+from cutjoint.arrays import Array
+from cutjoint.chain.placed import Placed
+
+
+class Driver(Protocol):
+    """What is prescribed besides the closure."""
+
+    @property
+    def is_length(self) -> Array:
+        """Whether each row is a length, shape (rows,)."""
+        ...
+
+    def error(self, placed: Placed, fraction: float) -> Array:
+        """Present minus wanted value at this fraction of the way, shape (rows,)."""
+        ...
+
+    def jacobian(self, placed: Placed) -> Array:
+        """Derivative of the error, shape (rows, nv)."""
+        ...
+
+    def put(self, q: Array, fraction: float) -> None:
+        """Write the coordinates that are prescribed themselves into a configuration that nearly has them."""
+        ...
+
+
+class ActuatedDriver:
+    """Prescribes the actuated coordinates, on a straight line from `start` to `target`, shape (n,)."""
+
+    def __init__(self, q_index: Array, selection: Array, is_length: Array, start: Array, target: Array) -> None:
+        self._q_index, self._selection, self.is_length = q_index, selection, is_length
+        self._start, self._target = start, target
+
+    def error(self, placed: Placed, fraction: float) -> Array:
+        return np.asarray(placed.q[self._q_index] - self._wanted(fraction))
+
+    def jacobian(self, placed: Placed) -> Array:
+        return self._selection
+
+    def put(self, q: Array, fraction: float) -> None:
+        q[self._q_index] = self._wanted(fraction)
+
+    def _wanted(self, fraction: float) -> Array:
+        return self._target if fraction == 1.0 else self._start + fraction * (self._target - self._start)
+
+
+class ToolDriver:
+    """Prescribes the tool point in the model, on a straight line from `start` to `target`, shape (3,) [m]."""
+
+    is_length = np.ones(3, dtype=bool)
+
+    def __init__(self, start: Array, target: Array) -> None:
+        self._start, self._target = start, target
+
+    def error(self, placed: Placed, fraction: float) -> Array:
+        wanted = self._target if fraction == 1.0 else self._start + fraction * (self._target - self._start)
+        return np.asarray(placed.tool_position - wanted)
+
+    def jacobian(self, placed: Placed) -> Array:
+        return placed.tool_jacobian[:3]
+
+    def put(self, q: Array, fraction: float) -> None:
+        """No coordinate is prescribed."""
+
+
+class PoseDriver:
+    """Prescribes the tool's placement in the model; on the way the position runs straight, the rotation at once."""
+
+    is_length = np.array([True] * 3 + [False] * 3)
+
+    def __init__(self, start: pin.SE3, target: pin.SE3) -> None:
+        self._start, self._target = start, target
+
+    def error(self, placed: Placed, fraction: float) -> Array:
+        wanted = self._target if fraction == 1.0 else pin.SE3.Interpolate(self._start, self._target, fraction)
+        pose = placed.tool
+        turn = wanted.rotation @ pin.log3(wanted.rotation.T @ pose.rotation)
+        return np.concatenate([pose.translation - wanted.translation, turn])
+
+    def jacobian(self, placed: Placed) -> Array:
+        return placed.tool_jacobian
+
+    def put(self, q: Array, fraction: float) -> None:
+        """No coordinate is prescribed."""
+
+
+class TiltDriver:
+    """Prescribes the tool point and one axis of the tool, about which it may turn."""
+
+    def __init__(self, pose: pin.SE3, axis: Array) -> None:
+        self._pose, self._axis = pose, axis
+        self._flat = np.eye(3) - np.outer(axis, axis)
+        self._aside = np.linalg.svd(self._flat)[0][:, 0]
+        self.is_length = np.array([True] * 3 + [False] * 3)
+
+    def error(self, placed: Placed, fraction: float) -> Array:
+        pose = placed.tool
+        carried = pose.rotation @ (self._pose.rotation.T @ self._axis)
+        sine, cosine = np.cross(self._axis, carried), float(self._axis @ carried)
+        size = float(np.linalg.norm(sine))
+        if size < 1e-12 and cosine < 0.0:
+            return np.concatenate([pose.translation - self._pose.translation, np.pi * self._aside])
+        tilt = sine * (np.arctan2(size, cosine) / size if size > 1e-12 else 1.0)
+        return np.concatenate([pose.translation - self._pose.translation, tilt])
+
+    def jacobian(self, placed: Placed) -> Array:
+        jacobian = placed.tool_jacobian
+        jacobian[3:] = self._flat @ jacobian[3:]
+        return jacobian
+
+    def put(self, q: Array, fraction: float) -> None:
+        """No coordinate is prescribed."""
+
+
+class Both:
+    """Prescribes what two drivers prescribe."""
+
+    def __init__(self, one: Driver, two: Driver) -> None:
+        self._one, self._two = one, two
+        self.is_length = np.concatenate([one.is_length, two.is_length])
+
+    def error(self, placed: Placed, fraction: float) -> Array:
+        return np.concatenate([self._one.error(placed, fraction), self._two.error(placed, fraction)])
+
+    def jacobian(self, placed: Placed) -> Array:
+        return np.concatenate([self._one.jacobian(placed), self._two.jacobian(placed)])
+
+    def put(self, q: Array, fraction: float) -> None:
+        self._one.put(q, fraction)
+        self._two.put(q, fraction)

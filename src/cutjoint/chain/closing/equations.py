@@ -1,0 +1,122 @@
+"""Closure and driver as one system of equations: errors, their derivative, and when they are met."""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from cutjoint import tolerances
+from cutjoint.arrays import Array
+from cutjoint.chain.closing.drivers import Driver, ToolDriver
+from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.placed import Placed
+from cutjoint.chain.rank import rank_of
+
+WELL = 1e-3
+"""Openness (1 is closed) below which nothing is left to gain."""
+SMALL = 1e-4
+"""Steps of Newton's method smaller than this (in radians or link lengths) leave errors of its square, and change
+a determinant too little to look at."""
+
+
+class Scales(NamedTuple):
+    """What all systems of equations with a kind of driver have in common.
+
+    Attributes:
+        is_length: whether each row is a length (else an angle), shape (rows,).
+        scale: factor per row that makes errors dimensionless, shape (rows,).
+        driven: the same for the driver's rows, and for the velocities of its Jacobian, shape (driver's rows, nv).
+        rounded: distance [m] to which the driver's lengths are rounded.
+        closed: one over what counts as closed, of every row, where that is the same everywhere.
+    """
+
+    is_length: Array
+    scale: Array
+    driven: Array
+    rounded: Array
+    closed: Array | None
+
+    @staticmethod
+    def of(kinematics: Kinematics, driver: Driver | None) -> Scales:
+        """Of a driver; made once for each kind."""
+        k = kinematics
+        kind = None if driver is None else (type(driver), driver.is_length.tobytes())
+        found: Scales | None = k.scales.get(kind)
+        if found is None:
+            lengths = k.closure.is_length if driver is None else np.concatenate([k.closure.is_length, driver.is_length])
+            scale = np.where(lengths, 1.0 / k.length, 1.0)
+            driven = scale[k.closure.rows :, None] * k.column_scale
+            rounded = k.rounded if isinstance(driver, ToolDriver) else 0.0
+            far = np.where(np.arange(len(lengths)) >= k.closure.rows, rounded, 0.0)
+            found = Scales(lengths, scale, driven, far, None)
+            if not k.travels:
+                found = found._replace(closed=found.closed_by(k.closed_length))
+            k.scales[kind] = found
+        return found
+
+    def closed_by(self, length: float) -> Array:
+        """One over what counts as closed, of every row, for a length."""
+        return np.asarray(1.0 / (np.where(self.is_length, length, tolerances.CLOSURE.value) + self.rounded))
+
+
+class System:
+    """The rows of closure and driver as one system of equations."""
+
+    def __init__(self, kinematics: Kinematics, driver: Driver | None) -> None:
+        self.k, self.driver, self.scales = kinematics, driver, Scales.of(kinematics, driver)
+
+    def at(self, placed: Placed, fraction: float = 1.0) -> Equations:
+        """The equations at one configuration, this fraction of the driver's way."""
+        raw, scales = placed.residual, self.scales
+        if self.driver is not None:
+            raw = np.concatenate([raw, self.driver.error(placed, fraction)])
+        closed = scales.closed_by(self.k.closed_within(placed.q)) if scales.closed is None else scales.closed
+        left = raw * closed
+        return Equations(self, placed, scales.scale * raw, sqrt(left.dot(left)))
+
+
+class Equations(NamedTuple):
+    """Closure and driver at one configuration.
+
+    Attributes:
+        placed: the configuration.
+        error: of all rows, dimensionless, shape (rows,).
+        openness: norm of the errors in units of what counts as closed; 1 is closed.
+    """
+
+    system: System
+    placed: Placed
+    error: Array
+    openness: float
+
+    @property
+    def matrix(self) -> Array:
+        """Derivative of the error by dimensionless motions, shape (rows, nv)."""
+        if self.system.driver is None:
+            return self.placed.scaled
+        driven = self.system.driver.jacobian(self.placed) * self.system.scales.driven
+        return np.concatenate([self.placed.scaled, driven])
+
+    @property
+    def driven(self) -> Array:
+        """The driver's part of the error."""
+        return self.error[self.system.k.closure.rows :]
+
+    def is_closed(self, last: float = inf, motion: float = inf) -> bool:
+        """Whether Newton's method has done its work here: well below what counts as closed, or below it and no better
+        than before.
+
+        Args:
+            last: openness before the last step.
+            motion: size of that step; what a small one leaves is rounding.
+        """
+        worst = self.openness
+        return worst < (WELL if motion > SMALL else 10.0 * WELL) or (worst < 1.0 and worst > 0.1 * last)
+
+
+def freedom(kinematics: Kinematics, placed: Placed, driver: Driver) -> int:
+    """Number of motions that closure and driver leave free at a configuration."""
+    matrix = System(kinematics, driver).at(placed).matrix
+    return int(matrix.shape[1]) - rank_of(matrix)

@@ -1,0 +1,129 @@
+"""The open tree in Pinocchio: the one place that has its workspace filled, and reads it.
+
+What is handed out are arrays of its own.  Every thread has a workspace of its own, so a robot can be shared between
+threads; what a function says of "the last call" is that of the same thread.
+"""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pinocchio as pin
+
+from cutjoint.arrays import Array, readonly
+from cutjoint.chain.joints import JOINTS, support, type_of
+
+
+class TreeModel:
+    """The model of a tree with its workspaces.
+
+    Attributes:
+        model: the tree.
+        neutral: the zero configuration, shape (nq,).
+        mass: of all links that move [kg].
+    """
+
+    def __init__(self, model: pin.Model) -> None:
+        self.model = model
+        self._own = threading.local()
+        self.neutral = readonly(pin.neutral(model))
+        self.mass = float(sum(inertia.mass for inertia in list(model.inertias)[1:]))
+        self._first_axes = [
+            (int(model.idx_vs[joint]), support(model, model.parents[joint]))
+            for joint in range(1, model.njoints)
+            if JOINTS[type_of(model, joint)].first_with_parent
+        ]
+
+    @property
+    def data(self) -> pin.Data:
+        """Pinocchio's workspace of this thread."""
+        try:
+            return self._own.data
+        except AttributeError:
+            self._own.data = self.model.createData()
+            return self._own.data
+
+    # ---- where its joints are --------------------------------------------------------------------------------------
+
+    def jacobians(self, q: Array) -> Array:
+        """Joint Jacobians about the origin in its axes at `q` (nq,), shape (6, nv)."""
+        pin.computeJointJacobians(self.model, self.data, q)
+        return self.twists()
+
+    def rates(self, q: Array, v: Array) -> Array:
+        """Time derivatives of the joint Jacobians, shape (6, nv); `twists` are the Jacobians then.
+
+        Pinocchio 4.1 leaves out that the first axis of a universal joint turns with the parent alone; that column is
+        set right here.
+        """
+        data = self.data
+        pin.computeJointJacobiansTimeVariation(self.model, data, q, v)
+        rates = np.array(data.dJ).reshape(6, self.model.nv)  # (6,) where nv is 1
+        if self._first_axes:
+            twists = self.twists()
+            for column, below in self._first_axes:
+                axis = twists[:, column]
+                carrier = twists @ (below * v)
+                w, u = carrier[3:], carrier[:3]
+                rates[:3, column] = np.cross(w, axis[:3]) + np.cross(u, axis[3:])
+                rates[3:, column] = np.cross(w, axis[3:])
+        return rates
+
+    def twists(self) -> Array:
+        """The joint Jacobians of the last call that made them, shape (6, nv)."""
+        return np.array(self.data.J).reshape(6, self.model.nv)
+
+    def joints_at(self, joints: list[int]) -> Array:
+        """Placements of joints in the last call that made Jacobians, shape (k, 4, 4)."""
+        placed = self.data.oMi
+        return np.array([placed[joint].homogeneous for joint in joints])
+
+    def bodies(self, q: Array) -> tuple[Array, Array]:
+        """Axes (joints + 1, 3, 3) and origins (joints + 1, 3) of all joints' bodies in the model, the base first."""
+        data = self.data
+        pin.forwardKinematics(self.model, data, q)
+        placed = np.array([placement.homogeneous for placement in data.oMi])
+        return placed[:, :3, :3], placed[:, :3, 3]
+
+    def integrate(self, q: Array, motion: Array) -> Array:
+        """Configuration after the tangent motion (nv,), on the manifold."""
+        return np.asarray(pin.integrate(self.model, q, motion))
+
+    def normalised(self, q: Array) -> Array:
+        """A configuration (nq,) with its quaternions and turned vectors of length 1."""
+        return np.asarray(pin.normalize(self.model, q))
+
+    def difference(self, q: Array, other: Array) -> Array:
+        """The tangent motion (nv,) that leads from one configuration to another."""
+        return np.asarray(pin.difference(self.model, q, other))
+
+    # ---- its masses ------------------------------------------------------------------------------------------------
+
+    def mass_matrix(self, q: Array) -> Array:
+        """Mass matrix of the tree, symmetric, shape (nv, nv)."""
+        upper = np.triu(np.reshape(pin.crba(self.model, self.data, q), (self.model.nv, self.model.nv)))
+        return np.asarray(upper + np.triu(upper, 1).T)
+
+    def forces(self, q: Array, v: Array, a: Array) -> Array:
+        """Generalised forces that make the tree move so: M a + C v + g, shape (nv,)."""
+        found: Array = pin.rnea(self.model, self.data, q, v, a)
+        return found
+
+    def bias(self, q: Array, v: Array) -> Array:
+        """Those that keep its velocity: C v + g, shape (nv,)."""
+        found: Array = pin.nonLinearEffects(self.model, self.data, q, v)
+        return found
+
+    def gravity(self, q: Array) -> Array:
+        """Generalised gravity, shape (nv,)."""
+        found: Array = pin.computeGeneralizedGravity(self.model, self.data, q)
+        return found
+
+    def potential_energy(self, q: Array) -> float:
+        """Of gravity [J], zero at the model's origin."""
+        return float(pin.computePotentialEnergy(self.model, self.data, q))
+
+    def centre_of_mass(self, q: Array) -> Array:
+        """Of all links that move, in the model, shape (3,) [m]."""
+        return np.array(pin.centerOfMass(self.model, self.data, q))
