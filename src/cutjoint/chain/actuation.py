@@ -17,8 +17,7 @@ import numpy as np
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.chain.joints import joints_of
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import Split, null_space
 from cutjoint.errors import ActuationError, InputError
 

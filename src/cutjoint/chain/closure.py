@@ -26,7 +26,6 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain.bound import BoundCoupling, BoundCut
 from cutjoint.chain.rows import Rows
-from cutjoint.chain.vectors import cross, rotation_vectors, stretched
 from cutjoint.description.cuts import Kind
 from cutjoint.description.model import RobotDescription
 
@@ -89,14 +88,14 @@ class Closure:
         apart = frames.at_b - frames.at_a
         residual[rows.point_rows] = (apart if rows.all_points else apart.take(rows.point_cuts, 0)).ravel()
         if rows.locks:
-            residual[rows.lock_rows] = rotation_vectors(frames.axes_a[rows.lock_cuts], frames.axes_b[rows.lock_cuts])
+            residual[rows.lock_rows] = _rotation_vectors(frames.axes_a[rows.lock_cuts], frames.axes_b[rows.lock_cuts])
         for cut, row, i in rows.slides:
             residual[row] = frames.axes_a[cut, :, i] @ apart[cut]
         for cut, row, i, j, _ in rows.dots:
             residual[row] = frames.axes_a[cut, :, i] @ frames.axes_b[cut, :, j]
         for cut, row in rows.hinges:
             cosine = float(frames.axes_a[cut, :, 2] @ frames.axes_b[cut, :, 2])
-            residual[row : row + 2] = stretched(residual[row : row + 2], cosine)
+            residual[row : row + 2] = _stretched(residual[row : row + 2], cosine)
         for row, coupling in enumerate(self.couplings, start=rows.count):
             residual[row] = coupling.residual(q)
         return residual
@@ -187,3 +186,33 @@ class Closure:
         size = residual * residual
         lengths = np.sqrt(np.add.reduceat(size * self._all_lengths, self._starts))
         return lengths, np.sqrt(np.add.reduceat(size * ~self._all_lengths, self._starts))
+
+
+_FIRST = np.eye(3)[:, [1, 2, 0, 2, 0, 1]]
+_SECOND = np.eye(3)[:, [2, 0, 1, 1, 2, 0]]
+_LOWER, _UPPER = np.array([7, 2, 3]), np.array([5, 6, 1])
+_TRACE = np.eye(3).ravel()
+
+
+def cross(x: Array, y: Array) -> Array:
+    """Cross product of vectors, shape (3,) or (k, 3); quicker than numpy's on arrays as small as these."""
+    products = x.dot(_FIRST) * y.dot(_SECOND)
+    return np.asarray(products[..., :3] - products[..., 3:])
+
+
+def _stretched(sines: Array, cosine: float) -> Array:
+    """The two components of the sine of the angle between two unit vectors, stretched to the angle, shape (2,)."""
+    sine = float(np.hypot(sines[0], sines[1]))
+    if sine > 1e-12:
+        return sines * (float(np.arctan2(sine, cosine)) / sine)
+    return sines if cosine > 0.0 else np.array([np.pi, 0.0])
+
+
+def _rotation_vectors(a: Array, b: Array) -> Array:
+    """Rotation vectors in world axes that turn the axes a into b, shape (k, 3, 3) each, one after another, (3 k,)."""
+    turn = b @ a.transpose(0, 2, 1)
+    entries = turn.reshape(-1, 9)
+    twice = entries.take(_LOWER, 1) - entries.take(_UPPER, 1)
+    if np.vdot(twice, twice) < 1e-8 and min(entries.dot(_TRACE).tolist()) > 0.0:
+        return np.asarray(0.5 * twice.ravel())  # sines of small angles, right to 1e-14, as a rule
+    return np.concatenate([pin.log3(one) for one in turn])

@@ -26,8 +26,7 @@ import numpy as np
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
 from cutjoint.chain.joints import joints_of
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Moving
+from cutjoint.chain.kinematics import Kinematics, Moving
 from cutjoint.chain.rank import Split, coordinates_of, null_space
 from cutjoint.chain.rigid import RigidConstraints, is_rigid
 from cutjoint.chain.wrenches import Wrench, wrenches

@@ -27,12 +27,10 @@ from cutjoint.chain.closing.assembling import around
 from cutjoint.chain.closing.newton import settle
 from cutjoint.chain.idle import is_cyclic
 from cutjoint.chain.joints import joints_of
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
-from cutjoint.chain.quick_tangent import QuickTangent, QuickTangents
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import dependent_rows, rank_of, smallest
 from cutjoint.chain.structure import AROUND, SHIFT, Structure, idle_motions, is_steady, locked_motions, scaled_tool
-from cutjoint.chain.tangent import TangentMap, tangent_map
+from cutjoint.chain.tangent import QuickTangent, QuickTangents, TangentMap, tangent_map
 from cutjoint.errors import ActuationError, SingularError
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from cutjoint.chain.actuated import Actuated
 from cutjoint.chain.closing.equations import System
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Posture
 

@@ -18,8 +18,7 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import Split, null_space, rank_of
 
 SHIFT = 0.1

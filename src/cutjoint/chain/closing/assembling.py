@@ -10,8 +10,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.closing.equations import System
 from cutjoint.chain.closing.newton import settle
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.errors import ClosureError
 
 RESTARTS = 8

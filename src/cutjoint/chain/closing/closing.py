@@ -17,9 +17,8 @@ from cutjoint.chain.closing.equations import System
 from cutjoint.chain.closing.newton import settled
 from cutjoint.chain.closing.short_steps import ShortSteps
 from cutjoint.chain.closing.walking import Walker
-from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.mobility import Mobility
-from cutjoint.chain.placed import Placed
 from cutjoint.chain.postures import Postures
 from cutjoint.chain.rank import null_space
 from cutjoint.errors import ClosureError, SingularError, UnreachableError

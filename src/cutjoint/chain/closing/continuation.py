@@ -18,8 +18,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.closing.equations import System
 from cutjoint.chain.closing.newton import Linearised, settled
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Kinematics, Placed
 
 MOST_STEPS = 2000
 UNBOUND = "the joints would have to move without bound"

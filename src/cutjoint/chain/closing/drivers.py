@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Placed
 
 
 class Driver(Protocol):

@@ -10,8 +10,7 @@ import numpy as np
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import Driver, ToolDriver
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import rank_of
 
 WELL = 1e-3
@@ -43,8 +42,8 @@ class Scales(NamedTuple):
         """Of a driver; made once for each kind."""
         k = kinematics
         kind = None if driver is None else (type(driver), driver.is_length.tobytes())
-        found: Scales | None = k.scales.get(kind)
-        if found is None:
+        found = k.scales.get(kind)
+        if not isinstance(found, Scales):
             lengths = k.closure.is_length if driver is None else np.concatenate([k.closure.is_length, driver.is_length])
             scale = np.where(lengths, 1.0 / k.length, 1.0)
             driven = scale[k.closure.rows :, None] * k.column_scale

@@ -16,8 +16,7 @@ from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.closing.equations import Equations, System
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import threshold
 
 MOST = 12
@@ -35,10 +34,6 @@ class Steps(Protocol):
         """Whether a step led to a closed configuration."""
         ...
 
-    def enough(self, here: Equations) -> bool:
-        """Whether it will do, where no further step is made."""
-        ...
-
 
 def newton(here: Equations, steps: Steps, fraction: float = 1.0, most: int = MOST) -> Placed | None:
     """The configuration near by that meets the equations at a fraction of the driver's way, after one step at least (so
@@ -47,14 +42,14 @@ def newton(here: Equations, steps: Steps, fraction: float = 1.0, most: int = MOS
     for _ in range(most):
         motion = steps.next(here)
         if motion is None:
-            break
+            return None
         q = k.after(here.placed.q, motion)
         if system.driver is not None:
             system.driver.put(q, fraction)
         here = system.at(k.at(q), fraction)
         if steps.done(here):
             return here.placed
-    return here.placed if steps.enough(here) else None
+    return None
 
 
 class LeastSteps:
@@ -74,9 +69,6 @@ class LeastSteps:
 
     def done(self, here: Equations) -> bool:
         return here.is_closed(last=self._last)
-
-    def enough(self, here: Equations) -> bool:
-        return False
 
 
 def settled(here: Equations, reach: float, fraction: float = 1.0) -> Placed | None:

@@ -21,8 +21,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain.closing.assembling import nearest
 from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.closing.newton import settle
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import singular_values
 from cutjoint.errors import ClosureError, RoundingWarning
 

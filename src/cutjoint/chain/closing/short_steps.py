@@ -21,8 +21,8 @@ from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.closing.equations import SMALL, Equations, System
 from cutjoint.chain.closing.newton import newton
-from cutjoint.chain.placed import Placed
-from cutjoint.chain.quick_tangent import QuickTangents, are_trusted
+from cutjoint.chain.kinematics import Placed
+from cutjoint.chain.tangent import QuickTangents, are_trusted
 
 LARGEST_CHANGE = 2.0
 """Largest change of the determinant, up or down, over a way: a singular posture within it would change more."""
@@ -50,7 +50,8 @@ class ShortSteps:
         if not here.driven.any() and here.is_closed(motion=0.0):
             return start
         rows = np.concatenate([self._quick.rows, self._k.closure.rows + extra])
-        return newton(here, _ChosenSteps(rows), most=STEPS)
+        steps = _ChosenSteps(rows)
+        return newton(here, steps, most=STEPS) or steps.best
 
     def _rows_of(self, system: System, driver: Driver) -> npt.NDArray[np.intp] | None:
         """As many independent rows of a driver as there are actuators, or None where it has not as many."""
@@ -66,11 +67,12 @@ class ShortSteps:
 
 
 class _ChosenSteps:
-    """Steps of chosen rows, given up where they grow or the determinant changes much."""
+    """Steps of chosen rows, given up where they grow or the determinant changes much; `best` is closed, if not well."""
 
     def __init__(self, rows: npt.NDArray[np.intp]) -> None:
         self._rows, self._size, self._start = rows, inf, 0.0
         self._factors: Array | None = None
+        self.best: Placed | None = None
 
     def next(self, here: Equations) -> Array | None:
         error = here.error.take(self._rows)
@@ -80,8 +82,9 @@ class _ChosenSteps:
             determinant = _determinant(diagonal, self._pivots)
             self._start = self._start or determinant
             within = determinant / self._start if self._start else 0.0
-            self._trusted = not failed and are_trusted(diagonal) and 1.0 / LARGEST_CHANGE < within < LARGEST_CHANGE
-            if not self._trusted:
+            trusted = not failed and are_trusted(diagonal) and 1.0 / LARGEST_CHANGE < within < LARGEST_CHANGE
+            if not trusted:
+                self.best = None
                 return None
         else:  # so near the end the last factors are as good as new ones
             solved, _ = dgetrs(self._factors, self._pivots, error)
@@ -90,10 +93,8 @@ class _ChosenSteps:
 
     def done(self, here: Equations) -> bool:
         """After a small step only: what a large one does to the determinant is to be seen at its end."""
+        self.best = here.placed if here.openness < 1.0 else None
         return self._size < SMALL and here.is_closed(motion=self._size)
-
-    def enough(self, here: Equations) -> bool:
-        return self._trusted and here.openness < 1.0
 
 
 def _determinant(diagonal: list[float], pivots: Array) -> float:

@@ -17,8 +17,7 @@ from cutjoint.chain.closing.assembling import assemble
 from cutjoint.chain.closing.continuation import UNBOUND, Stopped, follow
 from cutjoint.chain.closing.drivers import ActuatedDriver, Driver, ToolDriver
 from cutjoint.chain.closing.equations import System, freedom
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import Split
 
 FURTHEST_DETOUR = 2.0 * np.pi

@@ -12,14 +12,13 @@ from cutjoint.arrays import Array
 from cutjoint.chain.actuated import Actuated
 from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.joints import joints_of
-from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.modes.limits import JointLimits
 from cutjoint.chain.modes.listing import Found, Listing
 from cutjoint.chain.modes.result import Modes
 from cutjoint.chain.modes.search import ModeEquations, Search
 from cutjoint.chain.modes.shape import Shapes
 from cutjoint.chain.modes.task import WAYS, Held, holding, task_of
-from cutjoint.chain.placed import Placed
 from cutjoint.chain.postures import Postures
 from cutjoint.chain.rank import rank_of
 from cutjoint.errors import ActuationError, InputError

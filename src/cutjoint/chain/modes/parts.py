@@ -7,8 +7,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import Driver
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import null_space
 
 TIED = 1e-7

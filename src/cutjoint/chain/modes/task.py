@@ -22,8 +22,7 @@ import numpy as np
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import Driver, PoseDriver, TiltDriver, ToolDriver
-from cutjoint.chain.kinematics import Kinematics
-from cutjoint.chain.placed import Placed
+from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import null_space
 from cutjoint.chain.structure import scaled_tool
 
