@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from cutjoint.chain import ClosedChain
-from cutjoint.compile import ClosedLoop, compiled
+from cutjoint.compile import ClosedLoop, CompiledChain, Options, compiled
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.functions.call import CompiledFunction
@@ -193,7 +193,8 @@ def test_a_base_far_away_costs_no_digits(kit: Any, name: str) -> None:
     """The traced model stands near the robot; where that is in the world is added to the results."""
     chain = kit.model(name)
     origin = np.array([8e3, -5e3, 3e3])
-    near, far = compiled(chain, cached=False), compiled(Away(chain, origin), cached=False)
+    away: Any = Away(chain, origin)
+    near, far = compiled(chain, cached=False), CompiledChain(away, Options(cached=False))
     at, v = near.home, np.full(chain.n, 0.3)
     one, other = near.tool(at, v), far.tool(at, v)
     np.testing.assert_array_equal(other.position, one.position + origin)

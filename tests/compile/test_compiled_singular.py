@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cutjoint.chain import ClosedChain
-from cutjoint.compile import compiled
+from cutjoint.compile import CompiledChain, Options, compiled
 from cutjoint.compile.equations.elimination_order import Plan
 from cutjoint.compile.equations.reduction import MASS_SHARE, STRAIN_LIMIT
 from cutjoint.description import load_description
@@ -298,7 +298,8 @@ class Lacking:
 
 
 def test_loops_that_close_only_in_part_are_refused_by_name(kit: Any) -> None:
-    machine = compiled(Lacking(kit.model("fivebar")), cached=False)
+    lacking: Any = Lacking(kit.model("fivebar"))
+    machine = CompiledChain(lacking, Options(cached=False))
     with pytest.raises(CompileError, match="left out"):
         machine.kernel("forward")
     with pytest.raises(CompileError, match="left out"):

@@ -11,7 +11,7 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.compile.equations.cloud import null_space
 from cutjoint.compile.functions.chain_numbers import ChainNumbers, ChainTerms
-from cutjoint.compile.functions.sample import BESIDE, RobotUnits, Sample, drawn
+from cutjoint.compile.functions.sample import BESIDE, JointSample, RobotSample, RobotUnits, drawn
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.errors import CutjointError
 from cutjoint.mechanism import Tool
@@ -29,7 +29,7 @@ class ChainTruth:
         self.units = RobotUnits.of(source.chain.actuators, source.chain.length, self.gravity)
         self.mass = sum(float(inertia.mass) for inertia in list(source.model.inertias)[1:])
 
-    def samples(self, chance: np.random.Generator) -> Sequence[Sample]:
+    def samples(self, chance: np.random.Generator) -> Sequence[RobotSample]:
         """At home and near it."""
         return [ChainSample(self, q, *drawn(self.units, chance), chance) for q in self.configurations]
 
@@ -58,7 +58,7 @@ class ChainTruth:
         return rank == 0 or bool(rank <= values.size and values[rank - 1] > WELL_POSED * values[0])
 
 
-class ChainSample(Sample):
+class ChainSample(JointSample):
     """A closed chain at one state."""
 
     def __init__(self, truth: ChainTruth, q: Array, v: Array, a: Array, chance: np.random.Generator) -> None:
@@ -69,7 +69,7 @@ class ChainSample(Sample):
         self.axes.update(x=np.array(source.position_scale), u=np.array(source.rate_scale))
 
     def beside(self, k: int, step: float, v: Array) -> ChainTerms:
-        """See `Sample`."""
+        """See `RobotSample`."""
         # what a straight step opens the loops by is of second order, the same to both sides: it cancels
         aside = pin.integrate(self.truth.source.model, self.q, step * self.here.tangent[:, k]) if step else self.q
         return self.numbers.at(aside, v)
@@ -81,46 +81,46 @@ class ChainSample(Sample):
 
     @cached_property
     def terms(self) -> ChainTerms:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return self.here
 
     @cached_property
     def tool(self) -> Tool:
-        """See `Sample`."""
+        """See `RobotSample`."""
         here = self.here
         position, jacobian, drift = self.numbers.tool(self.q, here.tangent @ self.v, here.drift)
         return Tool(position, jacobian[:3] @ here.tangent, drift)
 
     @property
     def potential(self) -> float:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return self.numbers.potential(self.q)
 
     @property
     def weight(self) -> float:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return self.truth.mass * self.truth.gravity * self.units.length
 
     @property
     def speed(self) -> float:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return float(np.abs(self.here.tangent @ self.v / self.axes["u"]).max())
 
     # -- full coordinates --------------------------------------------------------------------------------------------
 
     @property
     def tangent(self) -> Array:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return self.here.tangent
 
     @property
     def drift(self) -> Array:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return self.here.drift
 
     @property
     def bending(self) -> float:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return max(self.speed**2, self.units.rate**2 if self.truth.source.idle else 0.0)
 
     @cached_property
@@ -137,5 +137,5 @@ class ChainSample(Sample):
 
     @property
     def a_full(self) -> Array:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return self.numbers.full_acceleration(self.q, self.v_full, self.effort_full)

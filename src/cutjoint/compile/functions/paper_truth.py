@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.compile.functions.sample import BESIDE, RobotUnits, Sample, drawn
+from cutjoint.compile.functions.sample import BESIDE, RobotSample, RobotUnits, drawn
 from cutjoint.compile.sources.paper import PaperSource
 from cutjoint.errors import CutjointError
 from cutjoint.mechanism import Mechanism, Posture, Terms, Tool
@@ -21,7 +21,7 @@ class PaperTruth:
         self.units = RobotUnits.of(model.actuators, source.model.length, source.model.parameters.g)
         self.model, self.parameters = model, parameters
 
-    def samples(self, chance: np.random.Generator) -> Sequence[Sample]:
+    def samples(self, chance: np.random.Generator) -> Sequence[RobotSample]:
         """At home and at a posture near it."""
         return [PaperSample(self.units, self.model, at, *drawn(self.units, chance)) for at in self.postures]
 
@@ -38,7 +38,7 @@ class PaperTruth:
         return [home]
 
 
-class PaperSample(Sample):
+class PaperSample(RobotSample):
     """A published model at one state."""
 
     def __init__(self, units: RobotUnits, model: Mechanism, at: Posture, v: Array, a: Array) -> None:
@@ -47,27 +47,27 @@ class PaperSample(Sample):
         self.axes["x"] = units.coordinate
 
     def beside(self, k: int, step: float, v: Array) -> Terms:
-        """See `Sample`."""
+        """See `RobotSample`."""
         aside = np.array(self.q)
         aside[k] += step
         return self.model.terms(self.model.close(aside, self.at) if step else self.at, v)
 
     @cached_property
     def tool(self) -> Tool:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return self.model.tool(self.at, self.v)
 
     @property
     def potential(self) -> float:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return self.model.potential_energy(self.at)
 
     @property
     def weight(self) -> float:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return float(np.abs(self.units.coordinate * self.terms.gravity).max())
 
     @property
     def speed(self) -> float:
-        """See `Sample`."""
+        """See `RobotSample`."""
         return float(np.abs(self.tool.jacobian @ self.v / self.units.length).max())

@@ -46,7 +46,7 @@ class RobotUnits:
         return RobotUnits(coordinate, turning, length, float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0)
 
 
-class Sample:
+class RobotSample:
     """A robot at one state.  Arguments and right values of compiled functions by name; worked out when asked for.
 
     Args:
@@ -87,26 +87,6 @@ class Sample:
     @property
     def speed(self) -> float:
         """The fastest motion that `v` makes, in the robot's units."""
-        raise NotImplementedError
-
-    @property
-    def tangent(self) -> Array:
-        """Of chains: T~, shape (nv, n)."""
-        raise NotImplementedError
-
-    @property
-    def drift(self) -> Array:
-        """Of chains: accelerations of all joints at constant actuated rates, shape (nv,)."""
-        raise NotImplementedError
-
-    @property
-    def bending(self) -> float:
-        """Of chains: size of the drift, in the robot's units."""
-        raise NotImplementedError
-
-    @property
-    def a_full(self) -> Array:
-        """Of chains: acceleration of all joints in a random motion under random forces, shape (nv,)."""
         raise NotImplementedError
 
     # -- arguments and right values ----------------------------------------------------------------------------------
@@ -168,6 +148,30 @@ class Sample:
         return float((np.abs(self.inertia) @ rate).max() * rate.max())
 
 
+class JointSample(RobotSample):
+    """A robot at one state, of which all joints are known too."""
+
+    @property
+    def tangent(self) -> Array:
+        """T~, shape (nv, n)."""
+        raise NotImplementedError
+
+    @property
+    def drift(self) -> Array:
+        """Accelerations of all joints at constant actuated rates, shape (nv,)."""
+        raise NotImplementedError
+
+    @property
+    def bending(self) -> float:
+        """Size of the drift, in the robot's units."""
+        raise NotImplementedError
+
+    @property
+    def a_full(self) -> Array:
+        """Acceleration of all joints in a random motion under random forces, shape (nv,)."""
+        raise NotImplementedError
+
+
 class Truth(Protocol):
     """One robot, known by another way than the compiled one."""
 
@@ -175,7 +179,7 @@ class Truth(Protocol):
     parameters: Array
     """Values of the inertial parameters that are arguments."""
 
-    def samples(self, chance: np.random.Generator) -> Sequence[Sample]:
+    def samples(self, chance: np.random.Generator) -> Sequence[RobotSample]:
         """The robot at a few states, random in velocity and acceleration."""
         ...
 
@@ -200,3 +204,9 @@ def acceleration_by(terms: Terms, effort: Array) -> Array:
 def nearest_turn(q: Array, near: Array, turning: Sequence[bool]) -> Array:
     """`q` with whole turns added to its angles, so that they come next to `near`."""
     return np.asarray(q + np.where(turning, 2.0 * np.pi * np.round((near - q) / (2.0 * np.pi)), 0.0))
+
+
+def joints(sample: RobotSample) -> JointSample:
+    """A sample of a chain as what it is."""
+    assert isinstance(sample, JointSample)
+    return sample

@@ -17,7 +17,7 @@ from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.functions.call import CompiledFunction
 from cutjoint.compile.functions.chain_truth import ChainTruth
 from cutjoint.compile.functions.paper_truth import PaperTruth
-from cutjoint.compile.functions.sample import Sample, Truth, nearest_turn
+from cutjoint.compile.functions.sample import RobotSample, Truth, nearest_turn
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.paper import PaperSource
@@ -58,7 +58,7 @@ class Checker:
         return ""
 
 
-def disagreement(function: CompiledFunction, sample: Sample, parameters: Array) -> str:
+def disagreement(function: CompiledFunction, sample: RobotSample, parameters: Array) -> str:
     """What a function gives at one state against what it must give there: what is wrong, in words, or nothing."""
     arguments = [parameters if name == "parameters" else getattr(sample, name) for name in function.row.arguments]
     y = function.kernel(*arguments)
