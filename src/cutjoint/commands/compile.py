@@ -96,8 +96,8 @@ def _measured(mechanism: Compiled, what: str) -> tuple[float, float]:
     kernel = mechanism.kernel(what)
     home = mechanism.positions(mechanism.home)
     values = {"q": home, "target": mechanism.home.q, "parameters": np.array(list(mechanism.parameters.values()))}
-    if what == "reach":
-        values["q"] = mechanism.tool(mechanism.home).position
+    if "p" in dict(kernel.program.arguments):
+        values["p"] = mechanism.tool(mechanism.home).position
     count = 4096
     given = []
     for name, size in kernel.program.arguments:

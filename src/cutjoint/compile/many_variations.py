@@ -30,8 +30,8 @@ class Variation:
         for name in parameters:
             if name not in names:
                 raise InputError(
-                    f"'{name}' is not an argument of the compiled plant ({', '.join(names) or 'it has none'}); name "
-                    "it when compiling"
+                    f"'{name}' is not an argument of the compiled plant ({', '.join(names) or 'it has none'}); "
+                    "name it when compiling"
                 )
         columns: list[Array] = [_rows(name, gains[name], n) for name in loop.gains]
         masses = {**plant.parameters, **parameters}

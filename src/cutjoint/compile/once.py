@@ -3,26 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Generic, Self, TypeVar, overload
+from contextlib import AbstractContextManager
+from typing import Generic, Protocol, Self, TypeVar, overload
 
+
+class Locked(Protocol):
+    """An object with a re-entrant lock."""
+
+    @property
+    def _lock(self) -> AbstractContextManager[bool]: ...
+
+
+Owner = TypeVar("Owner", bound=Locked)
 T = TypeVar("T")
 
 
-class once(Generic[T]):
+class once(Generic[Owner, T]):
     """A cached property of an object that has a re-entrant lock `_lock`: others wait for the value.
 
     `functools.cached_property` does that in Python 3.11 only, and there with one lock for all objects of the class.
     """
 
-    def __init__(self, function: Callable[[Any], T]) -> None:
+    def __init__(self, function: Callable[[Owner], T]) -> None:
         self.function, self.name = function, function.__name__
         self.__doc__ = function.__doc__
 
     @overload
     def __get__(self, instance: None, owner: type | None = None) -> Self: ...
     @overload
-    def __get__(self, instance: object, owner: type | None = None) -> T: ...
-    def __get__(self, instance: Any, owner: type | None = None) -> Self | T:
+    def __get__(self, instance: Owner, owner: type | None = None) -> T: ...
+    def __get__(self, instance: Owner | None, owner: type | None = None) -> Self | T:
         if instance is None:
             return self
         known: dict[str, T] = instance.__dict__

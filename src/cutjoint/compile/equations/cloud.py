@@ -15,6 +15,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.equations.coordinates import moved
+from cutjoint.compile.equations import newton
 from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.equations.tree import JointTree
@@ -90,7 +91,7 @@ class Survey:
             size = float(np.abs(residual).max(initial=0.0))
             if not np.isfinite(size):
                 return None
-            if size > 0.5 * least and least < CLOSED:
+            if size > newton.SHRINKS * least and least < CLOSED:
                 break
             if size < least:
                 best, least = q, size
