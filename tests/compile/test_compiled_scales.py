@@ -19,7 +19,7 @@ from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.functions.call import CompiledFunction
 from cutjoint.compile.functions.verify import Checker
-from cutjoint.compile.machine.llvm.native import Kernel
+from cutjoint.compile.machine.llvm.native import NativeKernel
 from cutjoint.control import PD
 from cutjoint.description.model import Inertial, Joint, JointType, Limits, Link, RobotDescription
 from cutjoint.description.transforms import placement
@@ -185,7 +185,7 @@ def test_the_check_sees_errors_at_every_size(kit: Any, name: str) -> None:
             values = np.array(right.values)
             values[values != 0.0] *= 1.0 + 1e-6
             wrong = Program(right.name, right.arguments, right.results, right.op, right.operands, values, right.outputs)
-            assert "off by" in check(CompiledFunction(function.row, Kernel(wrong), machine.source)), (units, what)
+            assert "off by" in check(CompiledFunction(function.row, NativeKernel(wrong), machine.source)), (units, what)
 
 
 @pytest.mark.parametrize("name", ["fivebar", pytest.param("stewart", marks=pytest.mark.slow)])

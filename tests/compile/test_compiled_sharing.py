@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from cutjoint.compile import ClosedLoop, Made, compiled
-from cutjoint.compile.machine.llvm.native import Kernel
+from cutjoint.compile.machine.llvm.native import NativeKernel
 from cutjoint.compile.once import once
 from cutjoint.control import PD
 
@@ -115,7 +115,7 @@ def test_a_branch_that_many_ask_for_at_once_is_made_once(kit: Any, restless: Non
 def test_vector_code_and_lazy_values_are_made_once(kit: Any, restless: None, monkeypatch: pytest.MonkeyPatch) -> None:
     from cutjoint.compile.machine.llvm import native
 
-    kernel = Kernel(kit.machine("fivebar").kernel("forward").program)
+    kernel = NativeKernel(kit.machine("fivebar").kernel("forward").program)
     machines: list[str] = []
     own = native.Machine
 

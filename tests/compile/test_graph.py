@@ -18,7 +18,7 @@ from cutjoint.compile.expressions.interpret import interpret
 from cutjoint.compile.expressions.operations import Op
 from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.machine.llvm import text
-from cutjoint.compile.machine.llvm.native import Kernel
+from cutjoint.compile.machine.llvm.native import NativeKernel
 from cutjoint.compile.machine.llvm.sine_cosine import LARGEST
 from cutjoint.compile.machine.schedule import scheduled
 from cutjoint.errors import InputError
@@ -145,7 +145,7 @@ def test_every_rule_of_differentiation() -> None:
             assert found == pytest.approx(wanted, rel=1e-8), (name, k)
 
 
-def kernel_of_everything() -> Kernel:
+def kernel_of_everything() -> NativeKernel:
     """A kernel that uses every operation at least once."""
     graph = Graph()
     x = graph.symbols(6)
@@ -168,7 +168,7 @@ def kernel_of_everything() -> Kernel:
     program = assemble(graph, "everything", {"a": x[:2], "b": x[2:]}, {"y": results})
     used = {Op(int(code)) for code in program.op}
     assert used == set(Op), set(Op) - used
-    return Kernel(program)
+    return NativeKernel(program)
 
 
 def test_one_state_and_many_give_the_same_digits() -> None:
@@ -211,7 +211,7 @@ def test_a_shared_argument_and_threads_change_nothing() -> None:
 def test_sine_and_cosine_to_the_last_digits() -> None:
     graph = Graph()
     x = graph.symbols(1)
-    kernel = Kernel(assemble(graph, "sincos", {"x": x}, {"s": [x[0].sin()], "c": [x[0].cos()]}))
+    kernel = NativeKernel(assemble(graph, "sincos", {"x": x}, {"s": [x[0].sin()], "c": [x[0].cos()]}))
     rng = np.random.default_rng(0)
     quarters = np.arange(-200, 200)[:, None] * np.pi / 2 + rng.normal(size=(1, 50)) * 10.0 ** rng.uniform(-12, 0, 50)
     angles = np.concatenate([rng.uniform(-7, 7, 20000), rng.uniform(-LARGEST, LARGEST, 20000), quarters.ravel(), [0.0]])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import prod
+from math import isfinite, prod
 
 import numpy as np
 import numpy.typing as npt
@@ -38,7 +38,7 @@ class CompiledFunction:
         """One evaluation: the parts of the result by name, read-only; None where it must not be trusted."""
         y = self.kernel(*arguments)
         # a sum is finite only if all its terms are; the strain stands last
-        if not (y[-1] <= STRAIN_LIMIT and np.isfinite(y.sum())):
+        if not (y[-1] <= STRAIN_LIMIT and isfinite(y.sum())):
             return None
         y.setflags(write=False)
         return self.parts(y)

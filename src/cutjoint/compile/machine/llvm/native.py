@@ -17,7 +17,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.machine import kernel
+from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.machine.llvm.text import declarations, flat_function, row_loop
 from cutjoint.compile.once import once
 
@@ -82,7 +82,7 @@ class Machine:
         return int(self._engine.get_function_address(symbol))
 
 
-class NativeKernel(kernel.Kernel):
+class NativeKernel(Kernel):
     """A program as machine code.
 
     Attributes:
@@ -154,6 +154,3 @@ class NativeKernel(kernel.Kernel):
             edges = np.linspace(0, count, threads + 1).astype(int).tolist()
             with ThreadPoolExecutor(threads) as pool:
                 list(pool.map(run, edges[:-1], edges[1:]))
-
-
-Kernel = NativeKernel
