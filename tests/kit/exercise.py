@@ -52,7 +52,7 @@ class Exercise:
 
     Attributes:
         new: paths of the files that were added to the package.
-        rows: table -> the file that it is in, of those that got a row.
+        rows: file and table -> the file, of the tables that got a row.
     """
 
     def __init__(self, guide: Path, folder: Path) -> None:
@@ -128,7 +128,7 @@ class Exercise:
             self.new.append(said["new"])
         elif "row" in said:
             self._insert(said["row"], table_end(self._read(said["row"]), said["table"]), piece.text)
-            self.rows[said["table"]] = said["row"]
+            self.rows[f"{said['row']}: {said['table']}"] = said["row"]
         elif "import" in said:
             self._insert(said["import"], last_import(self._read(said["import"])), piece.text)
         elif "file" in said:
