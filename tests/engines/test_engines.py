@@ -12,7 +12,7 @@ import pytest
 import cutjoint
 from cutjoint.chain import ClosedChain
 from cutjoint.crosscheck import Comparison, SampledState, sample_states
-from cutjoint.description import Frame, Inertial, JointType, RobotDescription
+from cutjoint.description import CutJoint, CutType, Frame, Inertial, Joint, JointType, Link, RobotDescription
 from cutjoint.engines import compare
 from cutjoint.engines import mujoco as engine
 from cutjoint.engines.compare import compare_with_mujoco
@@ -179,3 +179,20 @@ def test_mujoco_says_which_joint_it_has_no_word_for() -> None:
     chain = ClosedChain(replace(description, joints=joints, actuators=(), cuts=(), homes=()))
     with pytest.raises(InputError, match="crank"):
         MujocoRobot(chain)
+
+
+def test_mujoco_says_that_a_carrier_is_not_mapped() -> None:
+    x, y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    body, turn = Inertial(1.0, inertia=np.eye(3)), JointType.CONTINUOUS
+    robot = RobotDescription(
+        name="cross",
+        links=(Link("base"), Link("a", body), Link("b", body)),
+        joints=(
+            Joint("x", turn, "base", "a", axis=x),
+            Joint("y", turn, "a", "b", axis=y),
+        ),
+        cuts=(CutJoint("twice", CutType.UNIVERSAL, Frame("base"), Frame("b")),),
+        actuators=("x", "y"),
+    )
+    with pytest.raises(InputError, match="carrier"):
+        compare_with_mujoco(ClosedChain(robot), [])

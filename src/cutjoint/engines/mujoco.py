@@ -61,7 +61,7 @@ class MujocoRobot:
     """A closed chain in MuJoCo.
 
     Raises:
-        InputError: MuJoCo is not installed, or the robot has joints that this comparison does not map.
+        InputError: MuJoCo is not installed, or the robot has joints or cuts that this comparison does not map.
     """
 
     def __init__(self, chain: ClosedChain) -> None:
@@ -106,6 +106,8 @@ class MujocoRobot:
             self._q_units[row[0] : row[0] + lengths] = chain.length
             self.units[row[1] : row[1] + lengths] = chain.length
         self._nv = chain.nv
+        if model.nv > chain.nv:
+            raise InputError(f"a cut of {chain.name} has no equality in MuJoCo: its carrier is not mapped")
 
     def opinion(self, q_full: Array, v_full: Array, effort_full: Array) -> Opinion:
         """MuJoCo's dynamics at a configuration (nq,), velocity and effort (nv,) of the chain."""
