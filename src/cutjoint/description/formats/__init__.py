@@ -1,7 +1,7 @@
 """The file formats that describe a robot: a folder each, and a row each in the table `FORMATS`.
 
-A new format is a folder with `read(path) -> Reading`, where it can be written a function that gives the texts of its
-files, and a row.  A dialect stands before what it extends; otherwise the order does not matter.
+A new format is a folder with `read(path, findings) -> RobotDescription | None`, where it can be written a function that
+gives the texts of its files, and a row.  A dialect stands before what it extends; otherwise the order does not matter.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Format:
         name: for messages.
         suffixes: of its files; the first is that of a file that is written.
         marks: texts, one of which its files contain.
-        read: its reader.
+        read: its reader, which notes everything that is wrong; None where nothing useful was left.
         write: its writer, None where there is none.
         key: what `cutjoint export --to` calls it.
         folder: whether what is written is a folder.
@@ -44,7 +44,7 @@ class Format:
     name: str
     suffixes: tuple[str, ...]
     marks: tuple[bytes, ...]
-    read: Callable[[Path], Reading]
+    read: Callable[[Path, Findings], RobotDescription | None]
     write: Texts | None = None
     key: str = ""
     folder: bool = False
@@ -80,11 +80,12 @@ def read(path: Path) -> Reading:
     """Read a robot out of a file, or out of a folder that holds a loops.toml."""
     if path.is_dir() and (path / "loops.toml").is_file():
         path = path / "loops.toml"
+    findings, description = Findings(str(path)), None
     if path.is_dir():
-        findings = Findings(str(path))
         findings.error("a directory without loops.toml", "a folder with a loops.toml, or a file", _inside(path))
-        return Reading(None, tuple(findings.problems))
-    return format_of(path).read(path)
+    else:
+        description = format_of(path).read(path, findings)
+    return Reading(description, tuple(findings.problems))
 
 
 def write(description: RobotDescription, path: str | os.PathLike[str], to: str = "loops") -> tuple[Path, ...]:

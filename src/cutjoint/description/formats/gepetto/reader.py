@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.description.findings import Findings, listing, nearest
-from cutjoint.description.formats.common.reading import OpenTree, Reading
+from cutjoint.description.formats.common.reading import OpenTree
 from cutjoint.description.formats.gepetto.yaml_lists import YamlItem, read_yaml
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Place, RobotDescription
@@ -29,13 +29,12 @@ JOINTS = {"SPHERICAL": JointType.SPHERICAL, "FIXED": JointType.FIXED} | {
 }
 
 
-def read(path: Path) -> Reading:
+def read(path: Path, findings: Findings) -> RobotDescription | None:
     """A robot.yaml and the URDF beside it (of the same stem, or the only one there)."""
-    findings = Findings(str(path))
     keys = read_yaml(path, findings)
     tree = None if keys is None else _tree(path, findings)
     if keys is None or tree is None:
-        return Reading(None, tuple(findings.problems))
+        return None
     for key, entry in keys.items():
         if key not in KEYS:
             findings.error(f"unknown key '{key}'", f"one of {', '.join(KEYS)}", nearest(key, KEYS), entry.line)
@@ -43,7 +42,7 @@ def read(path: Path) -> Reading:
     motors = _strings(keys, "name_mot", findings)
     if "name_mot" not in keys:
         findings.error("no key 'name_mot'", "the actuated joints", "add name_mot: [...]")
-    description = RobotDescription(
+    return RobotDescription(
         name=tree.name,
         links=tuple(tree.links),
         joints=tuple(tree.joints),
@@ -53,7 +52,6 @@ def read(path: Path) -> Reading:
         path=path,
         places={"actuators": Place(str(path), keys["name_mot"].line)} if "name_mot" in keys else {},
     )
-    return Reading(description, tuple(findings.problems))
 
 
 def _tree(path: Path, findings: Findings) -> OpenTree | None:

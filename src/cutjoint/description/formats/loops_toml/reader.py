@@ -10,21 +10,21 @@ from pathlib import Path
 from cutjoint.description.files import read_text_file
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import described
-from cutjoint.description.formats.common.reading import OpenTree, Reading
+from cutjoint.description.formats.common.reading import OpenTree
 from cutjoint.description.formats.common.toml.keys import take_extras
 from cutjoint.description.formats.common.toml.table import TomlTable, line_index, parse
 from cutjoint.description.formats.urdf import plain
+from cutjoint.description.model import RobotDescription
 
 SCHEMA = 1
 
 
-def read(path: Path) -> Reading:
+def read(path: Path, findings: Findings) -> RobotDescription | None:
     """A loops.toml and the URDF that it names."""
-    findings = Findings(str(path))
     data = read_text_file(path, findings, "loops.toml")
     values = None if data is None else parse(data, findings)
     if data is None or values is None:
-        return Reading(None, tuple(findings.problems))
+        return None
     top = TomlTable(values, (), line_index(data.decode("utf-8")), findings)
     schema = top.take("schema", required=True, expected=f"schema = {SCHEMA}")
     if schema is not None and (schema != SCHEMA or isinstance(schema, bool)):
@@ -33,9 +33,8 @@ def read(path: Path) -> Reading:
     extras = take_extras(top, actuators_required=True)
     top.finish()
     if tree is None:
-        return Reading(None, tuple(findings.problems))
-    description = described(tree, extras.cuts, extras, path, findings)
-    return Reading(description, tuple(findings.problems))
+        return None
+    return described(tree, extras.cuts, extras, path, findings)
 
 
 def _tree(top: TomlTable, path: Path, findings: Findings) -> OpenTree | None:

@@ -14,13 +14,13 @@ from pathlib import Path
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import Extras, described
-from cutjoint.description.formats.common.reading import Reading
 from cutjoint.description.formats.common.toml.keys import read_extras
 from cutjoint.description.formats.mjcf.body import Bodies, Compiler
 from cutjoint.description.formats.mjcf.equality import read_equalities
 from cutjoint.description.formats.mjcf.geom import Mesh
 from cutjoint.description.formats.mjcf.keyframes import read_homes
 from cutjoint.description.formats.mjcf.pose import AngleUnits
+from cutjoint.description.model import RobotDescription
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.packages import read_mesh
 from cutjoint.description.xml import Element, children, read_xml
@@ -32,15 +32,14 @@ SECTIONS = frozenset(
 )
 
 
-def read(path: Path) -> Reading:
+def read(path: Path, findings: Findings) -> RobotDescription | None:
     """An MJCF file."""
-    findings = Findings(str(path))
     root = read_xml(path, findings, "MJCF")
     if root is None:
-        return Reading(None, tuple(findings.problems))
+        return None
     if root.tag != "mujoco":
         findings.error(f"the root element is <{root.tag}>", "<mujoco>", "is this another format?", root.sourceline)
-        return Reading(None, tuple(findings.problems))
+        return None
     _refuse(root, findings)
     compiler = _compiler(root, findings)
     bodies = Bodies(root, compiler, _meshes(root, compiler.meshes, path, findings), path, findings)
@@ -54,8 +53,7 @@ def read(path: Path) -> Reading:
     bodies.tree.actuators = _actuators(root, bodies, findings)
     if not extras.homes:
         extras = replace(extras, homes=read_homes(root, bodies, findings))
-    description = described(bodies.tree, [*cuts, *extras.cuts], extras, path, findings)
-    return Reading(description, tuple(findings.problems))
+    return described(bodies.tree, [*cuts, *extras.cuts], extras, path, findings)
 
 
 def _refuse(root: Element, findings: Findings) -> None:

@@ -15,10 +15,9 @@ from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.graph import Edge, PlacedLink, span
-from cutjoint.description.formats.common.reading import Reading
 from cutjoint.description.formats.sdf.link import read_body
 from cutjoint.description.formats.sdf.pose import Poses, text_of
-from cutjoint.description.model import IDENTITY, Coupling, JointType, Limits, Link, Place
+from cutjoint.description.model import IDENTITY, Coupling, JointType, Limits, Link, Place, RobotDescription
 from cutjoint.description.numbers import parse_number, read_numbers, unit_axis
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child, read_xml
 
@@ -34,13 +33,12 @@ _JOINT_TAGS = frozenset({"parent", "child", "pose", "axis", "axis2"})
 _JOINT_IGNORED = frozenset({"physics", "sensor", "plugin", "initial_position", "gripper"})
 
 
-def read(path: Path) -> Reading:
+def read(path: Path, findings: Findings) -> RobotDescription | None:
     """An SDF file with one model."""
-    findings = Findings(str(path))
     root = read_xml(path, findings, "SDF")
     model = None if root is None else _model(root, findings)
     if root is None or model is None:
-        return Reading(None, tuple(findings.problems))
+        return None
     version = parse_number(str(root.get("version") or "1.6")) or 1.6
     check_known(model, frozenset({"name", "canonical_link", "placement_frame"}), _MODEL_TAGS, _MODEL_IGNORED, findings)
     for tag in ("include", "model"):
@@ -52,7 +50,7 @@ def read(path: Path) -> Reading:
     edges, couplings = _joints(model, {body.link.name for body in bodies}, poses, version, findings)
     if not bodies:
         findings.error("a model without links", "at least one <link>", "", model.sourceline)
-        return Reading(None, tuple(findings.problems))
+        return None
     static = text_of(only_child(model, "static", findings)).lower() in ("1", "true")
     root_link = bodies[0].link.name
     if not static:
@@ -63,7 +61,7 @@ def read(path: Path) -> Reading:
     tree, cuts = span(name, bodies, edges, root_link, findings)
     tree.couplings.extend(couplings)
     gravity = _gravity(root, findings)
-    return Reading(described(tree, cuts, Extras(gravity=readonly(gravity)), path, findings), tuple(findings.problems))
+    return described(tree, cuts, Extras(gravity=readonly(gravity)), path, findings)
 
 
 def _model(root: Element, findings: Findings) -> Element | None:

@@ -19,11 +19,10 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import described
-from cutjoint.description.formats.common.reading import Reading
 from cutjoint.description.formats.common.toml.keys import read_extras
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.formats.urdf.link import read_origin
-from cutjoint.description.model import CutJoint, CutType, Frame, Place
+from cutjoint.description.model import CutJoint, CutType, Frame, Place, RobotDescription
 from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import frame_along, turned
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
@@ -39,19 +38,17 @@ _NONE: frozenset[str] = frozenset()
 _TAGS = frozenset({"parent", "parent_origin", "parent_axis", "child", "child_origin", "child_axis"})
 
 
-def read(path: Path) -> Reading:
+def read(path: Path, findings: Findings) -> RobotDescription | None:
     """A URDF with constraints."""
-    findings = Findings(str(path))
     root = plain.read_robot(path, findings)
     if root is None:
-        return Reading(None, tuple(findings.problems))
+        return None
     tree = plain.read_tree(root, path, findings, frozenset({"constraint", "cutjoint"}))
     cuts = [_constraint(element, findings) for element in children(root, "constraint")]
     element = only_child(root, "cutjoint", findings)
     extras = None if element is None else read_extras(str(element.text or ""), findings, element.sourceline)
     sound = [cut for cut in cuts if cut is not None]
-    description = described(tree, [*sound, *(extras.cuts if extras else ())], extras, path, findings)
-    return Reading(description, tuple(findings.problems))
+    return described(tree, [*sound, *(extras.cuts if extras else ())], extras, path, findings)
 
 
 def _constraint(element: Element, findings: Findings) -> CutJoint | None:

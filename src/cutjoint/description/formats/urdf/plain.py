@@ -10,9 +10,10 @@ from pathlib import Path
 
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import described
-from cutjoint.description.formats.common.reading import OpenTree, Reading
+from cutjoint.description.formats.common.reading import OpenTree
 from cutjoint.description.formats.urdf.joint import read_joint
 from cutjoint.description.formats.urdf.link import Colours, read_colours, read_link
+from cutjoint.description.model import RobotDescription
 from cutjoint.description.xml import Element, check_known, children, read_xml, refuse_xacro
 
 ROBOT_ATTRIBUTES = frozenset({"name", "version"})
@@ -22,14 +23,13 @@ LOOP_TAGS = frozenset({"loop", "coupling", "constraint", "cutjoint"})
 """What dialects with loops add to a `<robot>`."""
 
 
-def read(path: Path) -> Reading:
+def read(path: Path, findings: Findings) -> RobotDescription | None:
     """A plain URDF as a robot without cuts: every free joint with one coordinate is an actuator."""
-    findings = Findings(str(path))
     root = read_robot(path, findings)
     if root is None:
-        return Reading(None, tuple(findings.problems))
+        return None
     tree = read_tree(root, path, findings)
-    return Reading(described(tree, (), None, path, findings), tuple(findings.problems))
+    return described(tree, (), None, path, findings)
 
 
 def read_robot(path: Path, findings: Findings) -> Element | None:

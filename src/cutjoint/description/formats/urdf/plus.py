@@ -13,10 +13,10 @@ from pathlib import Path
 
 from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.formats.common.extras import Extras, described
-from cutjoint.description.formats.common.reading import OpenTree, Reading
+from cutjoint.description.formats.common.reading import OpenTree
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.formats.urdf.link import read_origin
-from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, Place
+from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, Place, RobotDescription
 from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import frame_along, turned
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
@@ -32,12 +32,11 @@ TYPES = {
 _NONE: frozenset[str] = frozenset()
 
 
-def read(path: Path) -> Reading:
+def read(path: Path, findings: Findings) -> RobotDescription | None:
     """A URDF+ file."""
-    findings = Findings(str(path))
     root = plain.read_robot(path, findings)
     if root is None:
-        return Reading(None, tuple(findings.problems))
+        return None
     tree = plain.read_tree(root, path, findings, frozenset({"loop", "coupling", "constraint"}))
     rolling = [one for one in children(root, "constraint") if one.get("type") == "rolling"]
     loops = [one for one in children(root) if one.tag in ("loop", "constraint") and one not in rolling]
@@ -51,7 +50,7 @@ def read(path: Path) -> Reading:
     actuators = [joint.name for joint in tree.joints if joint.type.single and joint.name not in driven]
     sound = [cut for cut in cuts if cut is not None]
     extras = Extras(actuators=tuple(actuators))
-    return Reading(described(tree, sound, extras, path, findings), tuple(findings.problems))
+    return described(tree, sound, extras, path, findings)
 
 
 def _dependent(root: Element, findings: Findings) -> set[str]:
