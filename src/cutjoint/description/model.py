@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -201,6 +202,9 @@ class Variant(Values):
         object.__setattr__(self, "inertials", readonly_mapping(self.inertials))
 
 
+Named = TypeVar("Named", Link, Joint, Variant)
+
+
 @dataclass(frozen=True, eq=False)
 class RobotDescription(Values):
     """A robot with loops.  What `load_description` returns has passed `check()`.
@@ -241,10 +245,7 @@ class RobotDescription(Values):
         Raises:
             UnknownNameError: there is none.
         """
-        for link in self.links:
-            if link.name == name:
-                return link
-        raise UnknownNameError("link", name, [link.name for link in self.links])
+        return _called(name, "link", self.links)
 
     def joint(self, name: str) -> Joint:
         """The joint called `name`.
@@ -252,10 +253,7 @@ class RobotDescription(Values):
         Raises:
             UnknownNameError: there is none.
         """
-        for joint in self.joints:
-            if joint.name == name:
-                return joint
-        raise UnknownNameError("joint", name, [joint.name for joint in self.joints])
+        return _called(name, "joint", self.joints)
 
     def with_inertial(self, link: str, inertial: Inertial) -> RobotDescription:
         """A copy in which `link` has another inertia."""
@@ -269,13 +267,10 @@ class RobotDescription(Values):
         Raises:
             UnknownNameError: the robot has no such variant.
         """
-        for variant in self.variants:
-            if variant.name == name:
-                changed = self
-                for link, inertial in variant.inertials.items():
-                    changed = changed.with_inertial(link, inertial)
-                return replace(changed, variant_name=name)
-        raise UnknownNameError("variant", name, [variant.name for variant in self.variants])
+        changed = self
+        for link, inertial in _called(name, "variant", self.variants).inertials.items():
+            changed = changed.with_inertial(link, inertial)
+        return replace(changed, variant_name=name)
 
     def with_payload(self, mass: float) -> RobotDescription:
         """A copy that carries a point mass [kg] at the tool point.
@@ -295,6 +290,13 @@ class RobotDescription(Values):
         com = (old.mass * old.com + mass * point) / total
         inertia = old.inertia + _point_inertia(old.mass, old.com - com) + _point_inertia(mass, point - com)
         return self.with_inertial(self.tool.link, Inertial(total, com, inertia))
+
+
+def _called(name: str, kind: str, items: Sequence[Named]) -> Named:
+    for item in items:
+        if item.name == name:
+            return item
+    raise UnknownNameError(kind, name, [item.name for item in items])
 
 
 def _point_inertia(mass: float, at: Array) -> Array:

@@ -8,14 +8,14 @@ need be.  Every other joint becomes a cut joint between the two links.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.reading import OpenTree
-from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Link, Place
+from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Link
 from cutjoint.description.transforms import frame_along, inverse, turned
 
 
@@ -27,29 +27,13 @@ class PlacedLink:
     world: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Edge:
-    """A joint between two bodies; `world` (4, 4) is its frame at zero, the axes are in that frame."""
-
-    name: str
-    type: JointType
-    parent: str
-    child: str
-    world: Array
-    axis: Array = field(default_factory=lambda: readonly([1.0, 0.0, 0.0]))
-    axis2: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
-    limits: Limits = field(default_factory=Limits)
-    damping: float = 0.0
-    friction: float = 0.0
-    place: Place = field(default_factory=Place)
-
-
 def span(
-    name: str, bodies: Sequence[PlacedLink], edges: Sequence[Edge], root: str, findings: Findings
+    name: str, bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: str, findings: Findings
 ) -> tuple[OpenTree, list[CutJoint]]:
     """A tree from `root` over all bodies that joints connect to it, and the joints left over as cuts.
 
-    Bodies that nothing connects to the root stay in the list of links without a joint.
+    The placements of the joints that are given (`edges`) are those of their frames in the world at zero.  Bodies
+    that nothing connects to the root stay in the list of links without a joint.
     """
     tree = OpenTree(name, [body.link for body in bodies])
     world = {body.link.name: body.world for body in bodies}
@@ -63,9 +47,9 @@ def span(
     return tree, [cut for cut in cuts if cut is not None]
 
 
-def _first_parents(bodies: Sequence[PlacedLink], edges: Sequence[Edge], root: str) -> list[tuple[Edge, bool]] | None:
+def _first_parents(bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: str) -> list[tuple[Joint, bool]] | None:
     """Each link on the first joint that names it as child, or None where that leaves one unreached."""
-    above: dict[str, Edge] = {}
+    above: dict[str, Joint] = {}
     for edge in edges:
         if edge.child != root:
             above.setdefault(edge.child, edge)
@@ -82,10 +66,10 @@ def _first_parents(bodies: Sequence[PlacedLink], edges: Sequence[Edge], root: st
     return [(edge, False) for edge in edges if above.get(edge.child) is edge]
 
 
-def _greedy(edges: Sequence[Edge], root: str) -> list[tuple[Edge, bool]]:
+def _greedy(edges: Sequence[Joint], root: str) -> list[tuple[Joint, bool]]:
     """Joints in the order in which they reach a new link, forwards where possible."""
     reached, pending = {root}, list(edges)
-    used: list[tuple[Edge, bool]] = []
+    used: list[tuple[Joint, bool]] = []
     while True:
         forward = next((one for one in pending if one.parent in reached and one.child not in reached), None)
         edge = forward or next((one for one in pending if one.child in reached and one.parent not in reached), None)
@@ -96,36 +80,24 @@ def _greedy(edges: Sequence[Edge], root: str) -> list[tuple[Edge, bool]]:
         pending.remove(edge)
 
 
-def _attach(tree: OpenTree, edge: Edge, backwards: bool, world: dict[str, Array]) -> None:
+def _attach(tree: OpenTree, edge: Joint, backwards: bool, world: dict[str, Array]) -> None:
     """Add the joint; where its frame is not the child's, a massless link at the joint and a fixed joint as well."""
     parent, child = (edge.child, edge.parent) if backwards else (edge.parent, edge.child)
     sign = -1.0 if backwards else 1.0
     swap = backwards and edge.type.axes == 2
     axis, axis2 = (edge.axis2, edge.axis) if swap else (edge.axis, edge.axis2)
-    here = np.array_equal(edge.world, world[child])
+    here = np.array_equal(edge.placement, world[child])
     moved = child if here else f"{child}_at_{edge.name}"
-    tree.joints.append(
-        Joint(
-            name=edge.name,
-            type=edge.type,
-            parent=parent,
-            child=moved,
-            placement=readonly(inverse(world[parent]) @ edge.world),
-            axis=readonly(sign * axis),
-            axis2=readonly(sign * axis2),
-            limits=edge.limits,
-            damping=edge.damping,
-            friction=edge.friction,
-            place=edge.place,
-        )
-    )
+    placed = inverse(world[parent]) @ edge.placement
+    joint = replace(edge, parent=parent, child=moved, placement=placed, axis=sign * axis, axis2=sign * axis2)
+    tree.joints.append(joint)
     if not here:
-        offset = readonly(inverse(edge.world) @ world[child])
+        offset = readonly(inverse(edge.placement) @ world[child])
         tree.links.append(Link(moved, place=edge.place))
         tree.joints.append(Joint(f"{moved}_fixed", JointType.FIXED, moved, child, offset, place=edge.place))
 
 
-def _cut(edge: Edge, world: dict[str, Array], findings: Findings) -> CutJoint | None:
+def _cut(edge: Joint, world: dict[str, Array], findings: Findings) -> CutJoint | None:
     """The joint as a cut, with its frames on both links where they meet at zero."""
     if edge.type.cut is None:
         found = f"joint '{edge.name}' of type {edge.type.value} closes a loop"
@@ -138,6 +110,6 @@ def _cut(edge: Edge, world: dict[str, Array], findings: Findings) -> CutJoint | 
         align = np.array(frame_along(edge.axis))
     elif kind.axes == "xy":
         align = np.column_stack([edge.axis, edge.axis2, np.cross(edge.axis, edge.axis2)])
-    at = turned(edge.world, align)
+    at = turned(edge.placement, align)
     a, b = (Frame(link, readonly(inverse(world[link]) @ at)) for link in (edge.parent, edge.child))
     return CutJoint(edge.name, kind, a, b, edge.place)

@@ -18,11 +18,11 @@ from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.reading import OpenTree
 from cutjoint.description.formats.mjcf.defaults import Defaults
 from cutjoint.description.formats.mjcf.geom import Geom, Mesh, inertia_of_geoms, read_geom
-from cutjoint.description.formats.mjcf.joint import MjcfJoint, merged, read_free, read_joint
+from cutjoint.description.formats.mjcf.joint import merged, read_joint
 from cutjoint.description.formats.mjcf.pose import AngleUnits, read_placement
 from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointType, Link, Place
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
-from cutjoint.description.transforms import from_rotation, inverse
+from cutjoint.description.transforms import inverse
 from cutjoint.description.xml import Element, children, only_child
 
 WORLD = "world"
@@ -106,19 +106,20 @@ class Bodies:
         self._chain(name, parent, local, joints, place)
         return name, childclass
 
-    def _joints(self, element: Element, body: str, childclass: str) -> list[MjcfJoint]:
-        found: list[MjcfJoint] = []
+    def _joints(self, element: Element, body: str, childclass: str) -> list[Joint]:
+        found: list[Joint] = []
         for child in children(element):
             get = self._get(child, childclass) if child.tag == "joint" else {}
             if child.tag == "freejoint" or get.get("type") == "free":
-                found.append(read_free(child, body, self.findings))
+                free, place = str(child.get("name") or f"{body}_free"), Place(self.findings.file, child.sourceline)
+                found.append(Joint(free, JointType.FLOATING, body, body, place=place))
             elif child.tag == "joint":
                 one = read_joint(child, get, self.compiler.units, body, len(found), self.findings)
                 if one is not None:
-                    found.append(one)
-        self.joint_names += [one.name for one in found]
-        self.references |= {one.name: one.reference for one in found}
-        if len(found) > 1 and any(one.type is JointType.FLOATING for one in found):
+                    found.append(one[0])
+                    self.references[one[0].name] = one[1]
+        self.joint_names += [joint.name for joint in found]
+        if len(found) > 1 and any(joint.type is JointType.FLOATING for joint in found):
             problem = f"body '{body}' has a free joint and others"
             self.findings.error(problem, "a free joint alone", "", element.sourceline)
         return merged(found)
@@ -126,21 +127,21 @@ class Bodies:
     def _get(self, element: Element, childclass: str) -> dict[str, str]:
         return self.defaults.attributes(element, childclass)
 
-    def _chain(self, name: str, parent: str, local: Array, joints: list[MjcfJoint], place: Place) -> None:
+    def _chain(self, name: str, parent: str, local: Array, joints: list[Joint], place: Place) -> None:
         """The joints of a body from its parent on, each at its own point."""
         if not joints:
             self.tree.joints.append(Joint(f"{name}_fixed", JointType.FIXED, parent, name, local, place=place))
             return
         link, reach = parent, local  # `reach`: the body's frame at zero, seen from `link`
         for number, one in enumerate(joints):
-            here = from_rotation(np.eye(3), one.position)
-            centred = not one.position.any()
+            centred = not one.placement[:3, 3].any()
             moves_body = number == len(joints) - 1 and centred
             child = name if moves_body else f"{name}_at_{one.name}"
-            self.tree.joints.append(one.joint(link, child, reach if centred else readonly(reach @ here)))
+            placed = reach if centred else reach @ one.placement
+            self.tree.joints.append(replace(one, parent=link, child=child, placement=placed))
             if not moves_body:
                 self.tree.links.append(Link(child, place=place))
-            link, reach = child, inverse(here)
+            link, reach = child, inverse(one.placement)
         if link != name:
             self.tree.joints.append(Joint(f"{link}_fixed", JointType.FIXED, link, name, reach, place=place))
 
@@ -159,17 +160,10 @@ class Bodies:
                 self.sites[get["name"]] = Frame(body, at)
 
     def _link(self, name: str, inertial: Inertial | None, geoms: list[Geom], place: Place) -> None:
-        visuals = [geom.shape for geom in geoms if geom.visual]
-        collisions = [geom.shape for geom in geoms if not geom.visual]
-        self.tree.links.append(
-            Link(
-                name,
-                inertial,
-                tuple(shape for shape in visuals if shape is not None),
-                tuple(shape for shape in collisions if shape is not None),
-                place,
-            )
-        )
+        drawn = [geom for geom in geoms if geom.shape.kind != "ellipsoid"]
+        visuals = tuple(geom.shape for geom in drawn if geom.visual)
+        collisions = tuple(geom.shape for geom in drawn if not geom.visual)
+        self.tree.links.append(Link(name, inertial, visuals, collisions, place))
 
     def _inertial(self, body: Element, name: str, geoms: list[Geom]) -> Inertial | None:
         element = only_child(body, "inertial", self.findings)

@@ -27,24 +27,12 @@ _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "box": 3, "ellipsoid": 3}
 
 @dataclass(frozen=True, eq=False)
 class Geom:
-    """A geom in the frame of its body.  `size` is as in `Shape`; an ellipsoid's are its three half axes."""
+    """A geom in the frame of its body; an ellipsoid, which is not drawn, has its three half axes as size."""
 
-    kind: str
-    size: tuple[float, ...]
-    placement: Array
+    shape: Shape
     mass: float | None
     density: float
-    colour: tuple[float, float, float, float] | None
-    mesh: Path | None
-    name: str
     visual: bool
-
-    @property
-    def shape(self) -> Shape | None:
-        """The shape to draw; None for kinds that are not drawn."""
-        if self.kind == "ellipsoid":
-            return None
-        return Shape(self.kind, self.size, self.placement, self.colour, self.mesh, self.name)
 
 
 @dataclass(frozen=True)
@@ -90,9 +78,8 @@ def read_geom(
         size, placement = _size(element, get, kind, placement, what, findings)
     if size is None:
         return None
-    mass_value = None if mass is None else mass[0]
-    file, name = mesh.file if mesh else None, plain_name(get.get("name", ""))
-    return Geom(kind, size, placement, mass_value, density[0], colour, file, name, visual)
+    shape = Shape(kind, size, placement, colour, mesh.file if mesh else None, plain_name(get.get("name", "")))
+    return Geom(shape, None if mass is None else mass[0], density[0], visual)
 
 
 def plain_name(name: str) -> str:
@@ -152,18 +139,18 @@ def inertia_of_geoms(geoms: list[Geom], body: str, findings: Findings, line: int
     """The inertia of a body from its geoms; None where they have no mass."""
     parts = []
     for geom in geoms:
-        if geom.kind == "mesh":
+        if geom.shape.kind == "mesh":
             if geom.mass != 0.0 and not (geom.mass is None and geom.density == 0.0):
                 findings.error(
                     f"the inertia of body '{body}' would come from a mesh", "<inertial>", 'add it, or mass="0"', line
                 )
             continue
-        volume, squares = _moments(geom.kind, geom.size)
+        volume, squares = _moments(geom.shape.kind, geom.shape.size)
         mass = geom.density * volume if geom.mass is None else geom.mass
         if mass > 0.0:
             tensor = mass * np.diag([squares[1] + squares[2], squares[0] + squares[2], squares[0] + squares[1]])
-            rotation = geom.placement[:3, :3]
-            parts.append((mass, geom.placement[:3, 3], rotation @ tensor @ rotation.T))
+            rotation = geom.shape.placement[:3, :3]
+            parts.append((mass, geom.shape.placement[:3, 3], rotation @ tensor @ rotation.T))
     total = sum(mass for mass, _, _ in parts)
     if total <= 0.0:
         return None

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.mjcf.pose import AngleUnits
 from cutjoint.description.formats.mjcf.types import MADE_OF
 from cutjoint.description.model import Joint, JointType, Limits, Place
 from cutjoint.description.numbers import parse_number, read_numbers, unit_axis
+from cutjoint.description.transforms import from_rotation
 from cutjoint.description.xml import Element
 
 UNLIMITED = 1e10
@@ -20,41 +20,10 @@ UNLIMITED = 1e10
 TYPES = {"hinge": JointType.REVOLUTE, "slide": JointType.PRISMATIC, "ball": JointType.SPHERICAL}
 
 
-@dataclass(frozen=True, eq=False)
-class MjcfJoint:
-    """A joint at a point of its body; `reference` is the coordinate that MuJoCo calls the initial one."""
-
-    name: str
-    type: JointType
-    position: Array
-    axis: Array
-    axis2: Array
-    limits: Limits
-    damping: float
-    friction: float
-    reference: float
-    place: Place
-
-    def joint(self, parent: str, child: str, placement: Array) -> Joint:
-        """The joint of the tree; its frame has the axes of the body."""
-        return Joint(
-            self.name, self.type, parent, child, placement, self.axis, self.axis2, self.limits,
-            damping=self.damping, friction=self.friction, place=self.place,
-        )  # fmt: skip
-
-
-def read_free(element: Element, body: str, findings: Findings) -> MjcfJoint:
-    """A `<freejoint>`, or a joint of type free."""
-    name = str(element.get("name") or f"{body}_free")
-    zero, x, y = readonly(np.zeros(3)), readonly([1.0, 0.0, 0.0]), readonly([0.0, 1.0, 0.0])
-    place = Place(findings.file, element.sourceline)
-    return MjcfJoint(name, JointType.FLOATING, zero, x, y, Limits(), 0.0, 0.0, 0.0, place)
-
-
 def read_joint(
     element: Element, get: dict[str, str], units: AngleUnits, body: str, number: int, findings: Findings
-) -> MjcfJoint | None:
-    """A `<joint>`, with the attributes of its class filled in."""
+) -> tuple[Joint, float] | None:
+    """A `<joint>` at its point of the body, with the attributes of its class filled in, and its initial coordinate `ref`."""
     name = get.get("name") or (f"{body}_joint" if number == 0 else f"{body}_joint_{number + 1}")
     kind = get.get("type", "hinge")
     line = element.sourceline
@@ -77,13 +46,13 @@ def read_joint(
     reference = units.angle(numbers["ref"]) if hinge else numbers["ref"]
     measure = units if hinge else AngleUnits(degrees=False)
     limits = Limits() if kind == "ball" else _limits(get, measure, reference, name, findings, line)
-    axis = unit_axis(values, name, findings, line, any_length=True) if kind != "ball" else readonly([1.0, 0.0, 0.0])
+    axis = unit_axis(values, name, findings, line, any_length=True) if kind != "ball" else np.eye(3)[0]
     kind_of = JointType.CONTINUOUS if hinge and limits.lower is None and limits.upper is None else TYPES[kind]
-    place = Place(findings.file, line)
-    return MjcfJoint(
-        name, kind_of, readonly(position), axis, readonly([0.0, 1.0, 0.0]), limits,
-        numbers["damping"], numbers["frictionloss"], reference, place,
+    joint = Joint(
+        name, kind_of, body, body, from_rotation(np.eye(3), position), axis, limits=limits,
+        damping=numbers["damping"], friction=numbers["frictionloss"], place=Place(findings.file, line),
     )  # fmt: skip
+    return joint, reference
 
 
 def _limits(
@@ -99,13 +68,13 @@ def _limits(
     return Limits(lower if abs(lower) < UNLIMITED else None, upper if abs(upper) < UNLIMITED else None)
 
 
-def merged(joints: list[MjcfJoint]) -> list[MjcfJoint]:
+def merged(joints: list[Joint]) -> list[Joint]:
     """X and X/2 as one universal joint, up to X/3 a planar one, up to X/4 a floating one; else as they are."""
-    if not joints or joints[0].position.any():
+    if not joints or joints[0].placement[:3, 3].any():
         return joints
     first, others = joints[0], joints[1:]
     named = [one.name for one in others] == [f"{first.name}/{number}" for number in range(2, len(joints) + 1)]
-    if not named or any(not np.array_equal(one.position, first.position) for one in others):
+    if not named or any(not np.array_equal(one.placement, first.placement) for one in others):
         return joints
     kinds = tuple(kind for one in joints for kind in MADE_OF[one.type])
     together = next((kind for kind, made in MADE_OF.items() if made == kinds and len(made) == len(joints) > 1), None)

@@ -14,10 +14,10 @@ import numpy as np
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.formats.common.extras import Extras, described
-from cutjoint.description.formats.common.graph import Edge, PlacedLink, span
+from cutjoint.description.formats.common.graph import PlacedLink, span
 from cutjoint.description.formats.sdf.link import read_body
 from cutjoint.description.formats.sdf.pose import Poses, text_of
-from cutjoint.description.model import IDENTITY, Coupling, JointType, Limits, Link, Place, RobotDescription
+from cutjoint.description.model import IDENTITY, Coupling, Joint, JointType, Limits, Link, Place, RobotDescription
 from cutjoint.description.numbers import parse_number, read_numbers, unit_axis
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child, read_xml
 
@@ -87,7 +87,7 @@ def _gravity(root: Element, findings: Findings) -> tuple[float, ...]:
     return 0.0, 0.0, -9.81
 
 
-def _floating(bodies: list[PlacedLink], edges: list[Edge]) -> list[Edge]:
+def _floating(bodies: list[PlacedLink], edges: list[Joint]) -> list[Joint]:
     """A floating joint from the world for the first link of each part that no joint ties to the world."""
     near: dict[str, set[str]] = {}
     for edge in edges:
@@ -106,19 +106,19 @@ def _floating(bodies: list[PlacedLink], edges: list[Edge]) -> list[Edge]:
     reach(WORLD)
     children_of_joints = {edge.child for edge in edges}
     first = sorted(bodies, key=lambda body: body.link.name in children_of_joints)
-    extra: list[Edge] = []
+    extra: list[Joint] = []
     for body in first:
         name = body.link.name
         if name not in reached:
             reach(name)
             joint = "root_joint" if not extra else f"{name}_root_joint"
-            extra.append(Edge(joint, JointType.FLOATING, WORLD, name, body.world, place=body.link.place))
+            extra.append(Joint(joint, JointType.FLOATING, WORLD, name, body.world, place=body.link.place))
     return extra
 
 
 def _joints(
     model: Element, links: set[str], poses: Poses, version: float, findings: Findings
-) -> tuple[list[Edge], list[Coupling]]:
+) -> tuple[list[Joint], list[Coupling]]:
     edges, couplings = [], []
     for element in children(model, "joint"):
         check_known(element, frozenset({"name", "type"}), _JOINT_TAGS, _JOINT_IGNORED, findings)
@@ -159,7 +159,7 @@ def _edge(
     poses: Poses,
     version: float,
     findings: Findings,
-) -> Edge:
+) -> Joint:
     world = poses.world(name, "joint", element.sourceline)
     axis = only_child(element, "axis", findings)
     axis2 = only_child(element, "axis2", findings)
@@ -178,7 +178,7 @@ def _edge(
     elif kind.axes == 2:
         findings.error(f"{kind.value} joint '{name}' without <axis2>", "two axes", "", element.sourceline)
     place = Place(findings.file, element.sourceline)
-    return Edge(name, kind, ends[0], ends[1], world, first, second, limits, damping, friction, place)
+    return Joint(name, kind, ends[0], ends[1], world, first, second, limits, damping, friction, place)
 
 
 def _axis(axis: Element, name: str, world: Array, poses: Poses, version: float, findings: Findings) -> Array:
