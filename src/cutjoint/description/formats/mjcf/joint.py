@@ -23,7 +23,7 @@ TYPES = {"hinge": JointType.REVOLUTE, "slide": JointType.PRISMATIC, "ball": Join
 def read_joint(
     element: Element, get: dict[str, str], units: AngleUnits, body: str, number: int, findings: Findings
 ) -> tuple[Joint, float] | None:
-    """A `<joint>` at its point of the body, with the attributes of its class filled in, and its initial coordinate `ref`."""
+    """A `<joint>` at its point of the body, with the attributes of its class filled in, and its coordinate `ref`."""
     name = get.get("name") or (f"{body}_joint" if number == 0 else f"{body}_joint_{number + 1}")
     kind = get.get("type", "hinge")
     line = element.sourceline
