@@ -15,7 +15,7 @@ from cutjoint.mechanism import Posture
 from cutjoint.motion import Reference
 from cutjoint.simulation.coupled import Coupled
 from cutjoint.simulation.integrators import Adaptive, Integrator, Step, StepError
-from cutjoint.simulation.observables import OBSERVABLES, Sample
+from cutjoint.simulation.observables import OBSERVABLES, Instant
 from cutjoint.simulation.plant import Plant, State
 from cutjoint.simulation.result import About, Result, result_of
 
@@ -181,9 +181,9 @@ class _Run:
 
     def record(self, t: float, state: State, effort: Array, work: float) -> None:
         """Take one sample."""
-        sample = Sample(t, self.coupled.plant.observe(state), self.coupled.desired(t), effort, work)
+        now = Instant(t, self.coupled.plant.observe(state), self.coupled.desired(t), effort, work)
         for name, one in OBSERVABLES.items():
-            self.columns[name].append(one.take(sample))
+            self.columns[name].append(one.take(now))
 
     def result(self) -> Result:
         """Everything until now."""

@@ -16,7 +16,7 @@ from cutjoint.motion import Desired
 from cutjoint.simulation.plant import Observation
 
 
-class Sample(NamedTuple):
+class Instant(NamedTuple):
     """One instant of a run: time [s], what was seen and desired, effort of the actuators from then on and their work
     since the start [J]."""
 
@@ -43,7 +43,7 @@ class Observable:
     size: Literal[1, 2, 3, "n", "nq"]
     title: str
     units: tuple[str, ...]
-    take: Callable[[Sample], npt.ArrayLike]
+    take: Callable[[Instant], npt.ArrayLike]
     about: str
 
     def __str__(self) -> str:
