@@ -7,13 +7,16 @@ so the state may be put back onto the loops in between.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from cutjoint.arrays import Array, positive
 from cutjoint.errors import UnknownNameError
 from cutjoint.simulation.integrators.method import Field, Step, StepError
+
+if TYPE_CHECKING:
+    from scipy.integrate import OdeSolver
 
 METHODS = ("DOP853", "RK45", "RK23")
 
@@ -39,7 +42,7 @@ class Adaptive:
         """Method and tolerances."""
         return f"{self.method}, tolerances {self.relative:g} and {self.absolute:g}"
 
-    def _solver(self, field: Field, t: float, y: Array, end: float, h: float | None) -> object:
+    def _solver(self, field: Field, t: float, y: Array, end: float, h: float | None) -> OdeSolver:
         from scipy import integrate
 
         allowed = np.full(y.size, self.absolute)
@@ -50,20 +53,14 @@ class Adaptive:
 
     def first(self, field: Field, t: float, y: Array, slope: Array, span: float) -> float:
         """SciPy's own choice."""
-        return float(self._solver(field, t, y, t + span, None).h_abs)  # type: ignore[attr-defined]
+        return float(self._solver(field, t, y, t + span, None).h_abs)
 
     def step(self, field: Field, t: float, y: Array, slope: Array, h: float, end: float, span: float) -> Step:
         """One accepted step; see `Integrator.step`."""
         known: list[Array] = [slope]
         # The solver asks for the slope at its start first, which is known.
         solver = self._solver(lambda s, x: known.pop() if known else field(s, x), t, y, end, h)
-        message = solver.step()  # type: ignore[attr-defined]
-        if solver.status == "failed":  # type: ignore[attr-defined]
+        message = solver.step()
+        if solver.status == "failed":
             raise StepError(str(message))
-        return Step(
-            float(solver.t),  # type: ignore[attr-defined]
-            solver.y,  # type: ignore[attr-defined]
-            solver.f,  # type: ignore[attr-defined]
-            float(solver.h_abs),  # type: ignore[attr-defined]
-            solver.dense_output(),  # type: ignore[attr-defined]
-        )
+        return Step(float(solver.t), solver.y, solver.f, float(solver.h_abs), solver.dense_output())
