@@ -14,8 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.compile.equations.coordinates import moved
 from cutjoint.compile.equations import newton
+from cutjoint.compile.equations.coordinates import moved
 from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.equations.tree import JointTree
