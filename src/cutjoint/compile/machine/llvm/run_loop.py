@@ -6,8 +6,7 @@ so its state stays in the nearest cache and memory does not grow with the number
 
 from __future__ import annotations
 
-from cutjoint.compile.machine.llvm.sine_cosine import Arithmetic
-from cutjoint.compile.machine.llvm.text import Writer
+from cutjoint.compile.machine.llvm.lanes import Lanes, Writer
 from cutjoint.compile.machine.runs import Sizes
 
 
@@ -25,46 +24,7 @@ def run_loop(symbol: str, sizes: Sizes, lanes: int) -> str:
     return _RunLoop(symbol, sizes, lanes).text()
 
 
-class _Lanes:
-    """Writes what is done with numbers of all lanes in memory."""
-
-    def __init__(self, lanes: int) -> None:
-        self.lanes, self.out = lanes, Writer()
-        self.a = Arithmetic(self.out.emit, lanes, fused=True)
-        self.kind, self.size = self.a.type, 8 * lanes
-
-    def at(self, base: str, index: int | str) -> str:
-        """Address of a number of every lane."""
-        return self.out.emit(f"getelementptr {self.kind}, ptr {base}, i64 {index}")
-
-    def load(self, base: str, index: int) -> str:
-        """Its value."""
-        return self.out.emit(f"load {self.kind}, ptr {self.at(base, index)}, align {self.size}")
-
-    def store(self, base: str, index: int, value: str) -> None:
-        """Give it a value."""
-        self.out.do(f"store {self.kind} {value}, ptr {self.at(base, index)}, align {self.size}")
-
-    def copy(self, count: int, source: str, target: str) -> None:
-        """Copy numbers from one place to another."""
-        for k in range(count):
-            self.store(target, k, self.load(source, k))
-
-    def spread(self, scalar: str) -> str:
-        """A double in every lane."""
-        if self.lanes == 1:
-            return scalar
-        one = self.out.emit(f"insertelement {self.kind} poison, double {scalar}, i32 0")
-        mask = f"<{self.lanes} x i32> zeroinitializer"
-        return self.out.emit(f"shufflevector {self.kind} {one}, {self.kind} poison, {mask}")
-
-    def larger(self, x: str, y: str) -> str:
-        """The larger one; not a number if x is not."""
-        test = self.out.emit(f"fcmp ugt {self.kind} {x}, {y}")
-        return self.out.emit(f"select {self.a.boolean} {test}, {self.kind} {x}, {self.kind} {y}")
-
-
-class _RunLoop(_Lanes):
+class _RunLoop:
     """Writes the loop, block by block.
 
     Attributes:
@@ -74,8 +34,9 @@ class _RunLoop(_Lanes):
     """
 
     def __init__(self, symbol: str, sizes: Sizes, lanes: int) -> None:
-        super().__init__(lanes)
-        self.symbol, self.sizes = symbol, sizes
+        self.symbol, self.sizes, self.lanes = symbol, sizes, lanes
+        self.out = Writer()
+        self.a = Lanes(self.out, lanes)
         self.width, self.totals = sizes.state + sizes.watched, 2 * sizes.watched + 2
 
     def text(self) -> str:
@@ -90,9 +51,15 @@ class _RunLoop(_Lanes):
         body = "\n".join(self.out.lines)
         return f"define void @{self.symbol}({head}) #0 {{\n{body}\n}}\n"
 
-    def room(self, count: int) -> str:
-        """A place for so many numbers."""
-        return self.out.emit(f"alloca {self.kind}, i64 {max(count, 1)}, align {max(self.size, 8)}")
+    def copy(self, count: int, source: str, target: str) -> None:
+        """Copy numbers from one place to another."""
+        for k in range(count):
+            self.a.store(target, k, self.a.load(source, k))
+
+    def larger(self, x: str, y: str) -> str:
+        """The larger one; not a number if x is not."""
+        test = self.out.emit(f"fcmp ugt {self.a.type} {x}, {y}")
+        return self.out.emit(f"select {self.a.boolean} {test}, {self.a.type} {x}, {self.a.type} {y}")
 
     def row(self, index: str) -> None:
         """Put a row of the reference into the arguments."""
@@ -102,22 +69,22 @@ class _RunLoop(_Lanes):
         for k in range(s.columns):
             pointer = self.out.emit(f"getelementptr double, ptr {base}, i64 {k}")
             one = self.out.emit(f"load double, ptr {pointer}, align 8")
-            self.store(self.x, s.state + k, self.spread(one))
+            self.a.store(self.x, s.state + k, self.a.spread(one))
 
     def judge(self, strain: str) -> None:
         """Note the step if the strain is beyond the limit, or not a number."""
-        bad = self.out.emit(f"fcmp ugt {self.kind} {strain}, {self.limit}")
-        broken = self.load(self.sums, 2 * self.sizes.watched)
-        now = self.spread(self.out.emit("sitofp i64 %i to double"))
-        earlier = self.out.emit(f"fcmp olt {self.kind} {now}, {broken}")
+        bad = self.out.emit(f"fcmp ugt {self.a.type} {strain}, {self.limit}")
+        broken = self.a.load(self.sums, 2 * self.sizes.watched)
+        now = self.a.spread(self.out.emit("sitofp i64 %i to double"))
+        earlier = self.out.emit(f"fcmp olt {self.a.type} {now}, {broken}")
         first = self.out.emit(f"and {self.a.boolean} {bad}, {earlier}")
-        chosen = self.out.emit(f"select {self.a.boolean} {first}, {self.kind} {now}, {self.kind} {broken}")
-        self.store(self.sums, 2 * self.sizes.watched, chosen)
+        chosen = self.out.emit(f"select {self.a.boolean} {first}, {self.a.type} {now}, {self.a.type} {broken}")
+        self.a.store(self.sums, 2 * self.sizes.watched, chosen)
 
     def evaluate(self) -> None:
         """Rates at the arguments, judged."""
         self.out.do(f"call void @rate(ptr {self.x}, ptr {self.y})")
-        self.judge(self.load(self.y, self.sizes.state + self.sizes.watched))
+        self.judge(self.a.load(self.y, self.sizes.state + self.sizes.watched))
 
     # -- the loop ----------------------------------------------------------------------------------------------------
 
@@ -125,21 +92,21 @@ class _RunLoop(_Lanes):
         """Room, addresses and constants."""
         s, out = self.sizes, self.out
         out.do("entry:")
-        self.x, self.y = self.room(s.state + s.columns + s.given), self.room(self.width + 1)
-        self.base, self.total, self.sums = self.room(s.state), self.room(s.state), self.room(self.totals)
-        self.settled = self.room(s.settled + 2)
+        self.x, self.y = self.a.room(s.state + s.columns + s.given), self.a.room(self.width + 1)
+        self.base, self.total, self.sums = self.a.room(s.state), self.a.room(s.state), self.a.room(self.totals)
+        self.settled = self.a.room(s.settled + 2)
         pointers = []
         for k in range(6):
             place = out.emit(f"getelementptr i64, ptr %table, i64 {k}")
             value = out.emit(f"load i64, ptr {place}, align 8")
             pointers.append(value if k == 5 else out.emit(f"inttoptr i64 {value} to ptr"))
         self.states, self.given, self.rows, self.records, self.results, self.count = pointers
-        self.h = self.spread("%h")
-        self.half = out.emit(f"fmul {self.kind} {self.h}, {self.spread('5.0e-01')}")
-        self.sixth = out.emit(f"fdiv {self.kind} {self.h}, {self.spread('6.0e+00')}")
-        self.two = self.spread("2.0e+00")
-        self.limit = self.spread("%limit")
-        self.never = self.spread(out.emit(f"sitofp i64 {out.emit('add i64 %steps, 1')} to double"))
+        self.h = self.a.spread("%h")
+        self.half = out.emit(f"fmul {self.a.type} {self.h}, {self.a.spread('5.0e-01')}")
+        self.sixth = out.emit(f"fdiv {self.a.type} {self.h}, {self.a.spread('6.0e+00')}")
+        self.two = self.a.spread("2.0e+00")
+        self.limit = self.a.spread("%limit")
+        self.never = self.a.spread(out.emit(f"sitofp i64 {out.emit('add i64 %steps, 1')} to double"))
         out.do("br label %groups")
 
     def _groups(self) -> None:
@@ -150,14 +117,14 @@ class _RunLoop(_Lanes):
         out.do("%g.more = icmp slt i64 %g, %end")
         out.do("br i1 %g.more, label %start, label %leave")
         out.do("start:")
-        self.copy(s.state, self.at(self.states, out.emit(f"mul i64 %g, {s.state}")), self.base)
-        own = self.at(self.given, out.emit(f"mul i64 %g, {s.given}"))
+        self.copy(s.state, self.a.at(self.states, out.emit(f"mul i64 %g, {s.state}")), self.base)
+        own = self.a.at(self.given, out.emit(f"mul i64 %g, {s.given}"))
         for k in range(s.given):
-            self.store(self.x, s.state + s.columns + k, self.load(own, k))
+            self.a.store(self.x, s.state + s.columns + k, self.a.load(own, k))
         zero = "0.0" if self.lanes == 1 else "zeroinitializer"
         for k in range(self.totals):
-            self.store(self.sums, k, self.never if k == 2 * s.watched else zero)
-        self.first = self.at(self.records, out.emit(f"mul i64 {out.emit(f'mul i64 %g, {self.count}')}, {self.width}"))
+            self.a.store(self.sums, k, self.never if k == 2 * s.watched else zero)
+        self.first = self.a.at(self.records, out.emit(f"mul i64 {out.emit(f'mul i64 %g, {self.count}')}, {self.width}"))
         out.do("br label %step")
 
     def _step(self) -> None:
@@ -171,9 +138,9 @@ class _RunLoop(_Lanes):
         self.row(self.doubled)
         self.evaluate()
         for k in range(s.watched):
-            w = self.load(self.y, s.state + k)
-            self.store(self.sums, 2 * k, self.larger(self.a.absolute(w), self.load(self.sums, 2 * k)))
-            self.store(self.sums, 2 * k + 1, self.a.fma(w, w, self.load(self.sums, 2 * k + 1)))
+            w = self.a.load(self.y, s.state + k)
+            self.a.store(self.sums, 2 * k, self.larger(self.a.absolute(w), self.a.load(self.sums, 2 * k)))
+            self.a.store(self.sums, 2 * k + 1, self.a.fma(w, w, self.a.load(self.sums, 2 * k + 1)))
         over = out.emit("srem i64 %i, %every")
         due = out.emit(f"icmp eq i64 {over}, 0")
         self.last = out.emit("icmp eq i64 %i, %steps")
@@ -184,10 +151,10 @@ class _RunLoop(_Lanes):
         """Keep state and watched values."""
         s, out = self.sizes, self.out
         out.do("record:")
-        place = self.at(self.first, out.emit(f"mul i64 %taken, {self.width}"))
+        place = self.a.at(self.first, out.emit(f"mul i64 %taken, {self.width}"))
         self.copy(s.state, self.base, place)
         for k in range(s.watched):
-            self.store(place, s.state + k, self.load(self.y, s.state + k))
+            self.a.store(place, s.state + k, self.a.load(self.y, s.state + k))
         more = out.emit("add i64 %taken, 1")
         out.do("br label %go")
         out.do("go:")
@@ -201,23 +168,23 @@ class _RunLoop(_Lanes):
         for stage in range(3):
             weight = self.half if stage < 2 else self.h
             for k in range(s.state):
-                slope = self.load(self.y, k)
-                total = slope if stage == 0 else self.a.fma(self.two, slope, self.load(self.total, k))
-                self.store(self.total, k, total)
-                self.store(self.x, k, self.a.fma(weight, slope, self.load(self.base, k)))
+                slope = self.a.load(self.y, k)
+                total = slope if stage == 0 else self.a.fma(self.two, slope, self.a.load(self.total, k))
+                self.a.store(self.total, k, total)
+                self.a.store(self.x, k, self.a.fma(weight, slope, self.a.load(self.base, k)))
             if stage != 1:
                 self.row(out.emit(f"add i64 {self.doubled}, {1 if stage == 0 else 2}"))
             self.evaluate()
         for k in range(s.state):
-            total = self.a.add(self.load(self.total, k), self.load(self.y, k))
-            self.store(self.base, k, self.a.fma(self.sixth, total, self.load(self.base, k)))
+            total = self.a.add(self.a.load(self.total, k), self.a.load(self.y, k))
+            self.a.store(self.base, k, self.a.fma(self.sixth, total, self.a.load(self.base, k)))
         if s.settled:
             self.copy(s.state, self.base, self.x)
             out.do(f"call void @settle(ptr {self.x}, ptr {self.settled})")
             self.copy(s.settled, self.settled, self.base)
-            residual = self.load(self.settled, s.settled)
-            self.store(self.sums, self.totals - 1, self.larger(residual, self.load(self.sums, self.totals - 1)))
-            self.judge(self.load(self.settled, s.settled + 1))
+            residual = self.a.load(self.settled, s.settled)
+            self.a.store(self.sums, self.totals - 1, self.larger(residual, self.a.load(self.sums, self.totals - 1)))
+            self.judge(self.a.load(self.settled, s.settled + 1))
         out.do("br label %advanced")
         out.do("advanced:")
         out.do("%i.next = add i64 %i, 1")
@@ -227,7 +194,7 @@ class _RunLoop(_Lanes):
         """Hand out what was kept of a group."""
         out = self.out
         out.do("finish:")
-        self.copy(self.totals, self.sums, self.at(self.results, out.emit(f"mul i64 %g, {self.totals}")))
+        self.copy(self.totals, self.sums, self.a.at(self.results, out.emit(f"mul i64 %g, {self.totals}")))
         out.do("%g.next = add i64 %g, 1")
         out.do("br label %groups")
         out.do("leave:")

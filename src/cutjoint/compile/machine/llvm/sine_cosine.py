@@ -9,7 +9,7 @@ Arguments beyond LARGEST give NaN, which the callers treat like a posture that c
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from cutjoint.compile.machine.llvm.lanes import Lanes
 
 LARGEST = 1.0e4
 """Largest angle [rad]; the first two pieces of pi/2 times a multiple are exact far beyond it."""
@@ -37,69 +37,20 @@ ROUND = 6755399441055744.0
 """1.5 * 2^52: adding it rounds to a whole number, which then stands in the low bits."""
 TWO_OVER_PI = 0.6366197723675814
 
-Emit = Callable[[str], str]
-"""Writes one instruction and returns the name of its value."""
 
-
-class Arithmetic:
-    """Writes LLVM instructions on doubles (`lanes` 1) or vectors of them, without any fast-math flag."""
-
-    def __init__(self, emit: Emit, lanes: int, fused: bool) -> None:
-        self.emit, self.lanes, self.fused = emit, lanes, fused
-        self.type = "double" if lanes == 1 else f"<{lanes} x double>"
-        self.whole = "i64" if lanes == 1 else f"<{lanes} x i64>"
-        self.boolean = "i1" if lanes == 1 else f"<{lanes} x i1>"
-        self.suffix = "f64" if lanes == 1 else f"v{lanes}f64"
-
-    def constant(self, value: float) -> str:
-        """A literal, the same in every lane."""
-        literal = f"0x{_bits(value):016X}"
-        return literal if self.lanes == 1 else "<" + ", ".join([f"double {literal}"] * self.lanes) + ">"
-
-    def integer(self, value: int) -> str:
-        """A whole literal, the same in every lane."""
-        return str(value) if self.lanes == 1 else "<" + ", ".join([f"i64 {value}"] * self.lanes) + ">"
-
-    def add(self, x: str, y: str) -> str:
-        return self.emit(f"fadd {self.type} {x}, {y}")
-
-    def sub(self, x: str, y: str) -> str:
-        return self.emit(f"fsub {self.type} {x}, {y}")
-
-    def mul(self, x: str, y: str) -> str:
-        return self.emit(f"fmul {self.type} {x}, {y}")
-
-    def fma(self, x: str, y: str, z: str) -> str:
-        """x y + z, rounded once where the processor can."""
-        if not self.fused:
-            return self.add(self.mul(x, y), z)
-        t = self.type
-        return self.emit(f"call {t} @llvm.fma.{self.suffix}({t} {x}, {t} {y}, {t} {z})")
-
-    def absolute(self, x: str) -> str:
-        return self.emit(f"call {self.type} @llvm.fabs.{self.suffix}({self.type} {x})")
-
-    def polynomial(self, coefficients: tuple[float, ...], x: str) -> str:
-        """Horner."""
-        total = self.constant(coefficients[-1])
-        for coefficient in reversed(coefficients[:-1]):
-            total = self.fma(total, x, self.constant(coefficient))
-        return total
-
-
-def sine_cosine(a: Arithmetic, x: str) -> tuple[str, str]:
+def sine_cosine(a: Lanes, x: str) -> tuple[str, str]:
     """Names of sine and cosine of `x`."""
     shifted = a.add(a.mul(x, a.constant(TWO_OVER_PI)), a.constant(ROUND))
     multiple = a.sub(shifted, a.constant(ROUND))
-    quarter = a.emit(f"bitcast {a.type} {shifted} to {a.whole}")
+    quarter = a.out.emit(f"bitcast {a.type} {shifted} to {a.whole}")
 
     # y + rest = x - multiple * pi/2
     first = a.sub(x, a.mul(multiple, a.constant(PI_HALF[0])))
     second = a.mul(multiple, a.constant(PI_HALF[1]))
     y = a.sub(first, second)
     rest = a.sub(a.sub(a.sub(first, y), second), a.mul(multiple, a.constant(PI_HALF[2])))
-    small = a.emit(f"fcmp ole {a.type} {a.absolute(x)}, {a.constant(LARGEST)}")
-    y = a.emit(f"select {a.boolean} {small}, {a.type} {y}, {a.type} {a.constant(float('nan'))}")
+    small = a.out.emit(f"fcmp ole {a.type} {a.absolute(x)}, {a.constant(LARGEST)}")
+    y = a.out.emit(f"select {a.boolean} {small}, {a.type} {y}, {a.type} {a.constant(float('nan'))}")
 
     z = a.mul(y, y)
     # sin(y + rest) = y + (y^3 S(z) + rest (1 - z/2))
@@ -113,23 +64,17 @@ def sine_cosine(a: Arithmetic, x: str) -> tuple[str, str]:
     cosine = a.add(below, a.add(lost, a.sub(quartic, a.mul(y, rest))))
 
     # odd quarters swap the two; the signs follow bits of the quarter
-    odd = a.emit(f"trunc {a.whole} {quarter} to {a.boolean}")
-    s = a.emit(f"select {a.boolean} {odd}, {a.type} {cosine}, {a.type} {sine}")
-    c = a.emit(f"select {a.boolean} {odd}, {a.type} {sine}, {a.type} {cosine}")
-    after = a.emit(f"add {a.whole} {quarter}, {a.integer(1)}")
+    odd = a.out.emit(f"trunc {a.whole} {quarter} to {a.boolean}")
+    s = a.out.emit(f"select {a.boolean} {odd}, {a.type} {cosine}, {a.type} {sine}")
+    c = a.out.emit(f"select {a.boolean} {odd}, {a.type} {sine}, {a.type} {cosine}")
+    after = a.out.emit(f"add {a.whole} {quarter}, {a.integer(1)}")
     return _flip(a, s, quarter), _flip(a, c, after)
 
 
-def _flip(a: Arithmetic, value: str, quarter: str) -> str:
+def _flip(a: Lanes, value: str, quarter: str) -> str:
     """`value` with its sign changed where bit 1 of `quarter` is set."""
-    bit = a.emit(f"and {a.whole} {quarter}, {a.integer(2)}")
-    sign = a.emit(f"shl {a.whole} {bit}, {a.integer(62)}")
-    bits = a.emit(f"bitcast {a.type} {value} to {a.whole}")
-    flipped = a.emit(f"xor {a.whole} {bits}, {sign}")
-    return a.emit(f"bitcast {a.whole} {flipped} to {a.type}")
-
-
-def _bits(value: float) -> int:
-    import struct
-
-    return int.from_bytes(struct.pack(">d", value), "big")
+    bit = a.out.emit(f"and {a.whole} {quarter}, {a.integer(2)}")
+    sign = a.out.emit(f"shl {a.whole} {bit}, {a.integer(62)}")
+    bits = a.out.emit(f"bitcast {a.type} {value} to {a.whole}")
+    flipped = a.out.emit(f"xor {a.whole} {bits}, {sign}")
+    return a.out.emit(f"bitcast {a.whole} {flipped} to {a.type}")

@@ -9,29 +9,10 @@ from __future__ import annotations
 
 from cutjoint.compile.expressions.operations import Op
 from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.machine.llvm.sine_cosine import Arithmetic, sine_cosine
+from cutjoint.compile.machine.llvm.lanes import Lanes, Writer
+from cutjoint.compile.machine.llvm.sine_cosine import sine_cosine
 
 _BINARY = {Op.ADD: "fadd", Op.SUB: "fsub", Op.MUL: "fmul", Op.DIV: "fdiv"}
-
-
-class Writer:
-    """Collects instructions and hands out names."""
-
-    def __init__(self, prefix: str = "v") -> None:
-        self.lines: list[str] = []
-        self._count = 0
-        self._prefix = prefix
-
-    def emit(self, instruction: str) -> str:
-        """Write an instruction that has a value; returns its name."""
-        name = f"%{self._prefix}{self._count}"
-        self._count += 1
-        self.lines.append(f"  {name} = {instruction}")
-        return name
-
-    def do(self, instruction: str) -> None:
-        """Write an instruction without a value, or a label."""
-        self.lines.append(instruction if instruction.endswith(":") else f"  {instruction}")
 
 
 def declarations(lanes: int) -> str:
@@ -108,7 +89,7 @@ class _Flat:
 
     def _piece(self, piece: int) -> str:
         out = Writer()
-        a = Arithmetic(out.emit, self.lanes, self.fused)
+        a = Lanes(out, self.lanes, fused=self.fused)
         names: dict[int, str] = {}
         angles: dict[int, tuple[str, str]] = {}
 
@@ -118,16 +99,15 @@ class _Flat:
                 if code == Op.CONST:
                     names[k] = a.constant(value)
                 elif code == Op.INPUT:
-                    pointer = out.emit(f"getelementptr {a.type}, ptr %x, i64 {i}")
-                    names[k] = out.emit(f"load {a.type}, ptr {pointer}, align {self.align}")
+                    names[k] = a.load("%x", i)
                 else:
-                    names[k] = self._load(out, (k, "value"))
+                    names[k] = a.load("%w", self._slot(k, "value"))
             return names[k]
 
         def angle(k: int) -> tuple[str, str]:
             if k not in angles:
                 if (k, "sine") in self.slots:
-                    angles[k] = self._load(out, (k, "sine")), self._load(out, (k, "cosine"))
+                    angles[k] = a.load("%w", self._slot(k, "sine")), a.load("%w", self._slot(k, "cosine"))
                 else:
                     angles[k] = sine_cosine(a, name(k))
             return angles[k]
@@ -144,34 +124,27 @@ class _Flat:
                 names[k] = angle(operands[0])[0 if op is Op.SIN else 1]
             else:
                 given = [name(i) for i in operands[: op.arity]]
-                names[k] = _instruction(out, a, op, given, self.flags)
+                names[k] = _instruction(a, op, given, self.flags)
             if self.last_piece[k] > piece:
-                self._store(out, (k, "value"), names[k])
+                a.store("%w", self._slot(k, "value"), names[k])
         if piece + 1 < self.pieces:
             for k, (sine, cosine) in angles.items():
                 if (k, "sine") not in self.slots:
-                    self._store(out, (k, "sine"), sine)
-                    self._store(out, (k, "cosine"), cosine)
+                    a.store("%w", self._slot(k, "sine"), sine)
+                    a.store("%w", self._slot(k, "cosine"), cosine)
         else:
             for place, source in enumerate(self.program.outputs.tolist()):
-                value = name(source)
-                pointer = out.emit(f"getelementptr {a.type}, ptr %y, i64 {place}")
-                out.do(f"store {a.type} {value}, ptr {pointer}, align {self.align}")
+                a.store("%y", place, name(source))
         return "\n".join(out.lines)
 
-    def _slot(self, out: Writer, what: tuple[int, str]) -> str:
-        place = self.slots.setdefault(what, len(self.slots))
-        return out.emit(f"getelementptr {self.type}, ptr %w, i64 {place}")
-
-    def _store(self, out: Writer, what: tuple[int, str], value: str) -> None:
-        out.do(f"store {self.type} {value}, ptr {self._slot(out, what)}, align {self.align}")
-
-    def _load(self, out: Writer, what: tuple[int, str]) -> str:
-        return out.emit(f"load {self.type}, ptr {self._slot(out, what)}, align {self.align}")
+    def _slot(self, k: int, what: str) -> int:
+        """Place in the memory between pieces."""
+        return self.slots.setdefault((k, what), len(self.slots))
 
 
-def _instruction(out: Writer, a: Arithmetic, op: Op, x: list[str], flags: str) -> str:
+def _instruction(a: Lanes, op: Op, x: list[str], flags: str) -> str:
     """One instruction of a program; returns the name of its value."""
+    out = a.out
     match op:
         case Op.ADD | Op.SUB | Op.MUL | Op.DIV:
             return out.emit(f"{_BINARY[op]}{flags} {a.type} {x[0]}, {x[1]}")
@@ -191,9 +164,9 @@ def _instruction(out: Writer, a: Arithmetic, op: Op, x: list[str], flags: str) -
             test = out.emit(f"fcmp {'ult' if op is Op.MIN else 'ugt'} {a.type} {x[0]}, {x[1]}")
             return out.emit(f"select {a.boolean} {test}, {a.type} {x[0]}, {a.type} {x[1]}")
         case Op.ATAN2:
-            return _library(out, a, "atan2", (x[0], x[1]))
+            return _library(a, "atan2", (x[0], x[1]))
         case Op.ACOS:
-            return _library(out, a, "acos", (x[0],))
+            return _library(a, "acos", (x[0],))
     raise AssertionError(op)
 
 
@@ -207,11 +180,10 @@ def _angles_together(program: Program, out: Writer, width: int, fused: bool) -> 
         while lanes >= 2 * len(inputs) and lanes > 2:
             lanes //= 2
         group, inputs = inputs[:lanes], inputs[lanes:]
-        a = Arithmetic(out.emit, lanes, fused)
+        a = Lanes(out, lanes, fused=fused)
         packed = "zeroinitializer"
         for lane, k in enumerate(group):
-            pointer = out.emit(f"getelementptr double, ptr %x, i64 {program.operands[k, 0]}")
-            one = out.emit(f"load double, ptr {pointer}, align 8")
+            one = Lanes(out, 1).load("%x", int(program.operands[k, 0]))
             packed = out.emit(f"insertelement {a.type} {packed}, double {one}, i32 {lane}")
         pair = sine_cosine(a, packed)
         for lane, k in enumerate(group):
@@ -220,8 +192,9 @@ def _angles_together(program: Program, out: Writer, width: int, fused: bool) -> 
     return found
 
 
-def _library(out: Writer, a: Arithmetic, function: str, arguments: tuple[str, ...]) -> str:
+def _library(a: Lanes, function: str, arguments: tuple[str, ...]) -> str:
     """A call of the C library, lane by lane."""
+    out = a.out
     if a.lanes == 1:
         return out.emit(f"call double @{function}({', '.join(f'double {x}' for x in arguments)})")
     result = "poison"
@@ -240,12 +213,10 @@ def row_loop(program: Program, symbol: str, flat: str, lanes: int) -> str:
     a rest that fills no vector is left to the scalar loop.
     """
     out = Writer()
-    kind = "double" if lanes == 1 else f"<{lanes} x double>"
-    size = 8 * lanes
+    a = Lanes(out, lanes)
     arrays = [*program.arguments, *program.results]
     out.do("entry:")
-    x = out.emit(f"alloca {kind}, i64 {max(program.n_in, 1)}, align {max(size, 8)}")
-    y = out.emit(f"alloca {kind}, i64 {max(program.n_out, 1)}, align {max(size, 8)}")
+    x, y = a.room(program.n_in), a.room(program.n_out)
     bases: list[str] = []
     strides: list[str] = []
     for k in range(len(arrays)):
@@ -270,19 +241,19 @@ def row_loop(program: Program, symbol: str, flat: str, lanes: int) -> str:
             offset = out.emit(f"mul i64 {row}, {strides[k]}")
             rows.append(out.emit(f"inttoptr i64 {out.emit(f'add i64 {bases[k]}, {offset}')} to ptr"))
         for component in range(count):
-            slot = out.emit(f"getelementptr {kind}, ptr {x if k < len(program.arguments) else y}, i64 {place}")
+            slot = a.at(x if k < len(program.arguments) else y, place)
             place += 1
             places = [out.emit(f"getelementptr double, ptr {row}, i64 {component}") for row in rows]
             if k < len(program.arguments):
                 value = "poison"
                 for lane, pointer in enumerate(places):
                     one = out.emit(f"load double, ptr {pointer}, align 8")
-                    value = one if lanes == 1 else out.emit(f"insertelement {kind} {value}, double {one}, i32 {lane}")
-                out.do(f"store {kind} {value}, ptr {slot}, align {size}")
+                    value = one if lanes == 1 else out.emit(f"insertelement {a.type} {value}, double {one}, i32 {lane}")
+                out.do(f"store {a.type} {value}, ptr {slot}, align {a.align}")
             else:
-                value = out.emit(f"load {kind}, ptr {slot}, align {size}")
+                value = out.emit(f"load {a.type}, ptr {slot}, align {a.align}")
                 for lane, pointer in enumerate(places):
-                    one = value if lanes == 1 else out.emit(f"extractelement {kind} {value}, i32 {lane}")
+                    one = value if lanes == 1 else out.emit(f"extractelement {a.type} {value}, i32 {lane}")
                     out.do(f"store double {one}, ptr {pointer}, align 8")
     out.do("br label %head")
     out.do("done:")
