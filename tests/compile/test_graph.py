@@ -93,7 +93,7 @@ def test_trigonometry_of_inverse_functions_becomes_algebra() -> None:
     u, w, k = graph.symbols(3)
     angle = functions.atan2(w, u) - functions.acos(k)
     program = assemble(graph, "f", {"x": [u, w, k]}, {"y": [functions.sin(angle), functions.cos(angle)]})
-    assert not {"sin", "cos", "atan2", "acos"} & set(program.counts())
+    assert not {"sin", "cos", "atan2", "acos"} & {Op(code).name.lower() for code in program.op.tolist()}
     sine, cosine = interpret(program, [0.4, -0.7, 0.3])
     wanted = math.atan2(-0.7, 0.4) - math.acos(0.3)
     np.testing.assert_allclose([sine, cosine], [math.sin(wanted), math.cos(wanted)], rtol=0, atol=1e-15)

@@ -20,27 +20,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from cutjoint.compile.equations.dynamics import Motion
 from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions.functions import is_zero
-from cutjoint.compile.expressions.graph import Expression, Number
-from cutjoint.compile.expressions.vectors import (
-    ZERO,
-    Matrix,
-    Vector,
-    add,
-    column,
-    constant_rotation,
-    cross,
-    dot,
-    product,
-    rotation_onto,
-    scale,
-    sub,
-)
+from cutjoint.compile.expressions.graph import Number
+from cutjoint.compile.expressions.vectors import ZERO, Matrix, Vector, across, add, column, cross, dot, product, sub
 from cutjoint.description.cuts import Equation, Kind
 
 if TYPE_CHECKING:
@@ -178,12 +163,11 @@ def _lock_rows(at: _Relative, equation: Equation) -> list[Written]:
     lock = ZERO
     for k in range(3):
         lock = add(lock, cross(column(at.a.axes, k), column(at.b.axes, k)))
-    half = scale(0.5, lock)
-    return [({u: one[k] for u, one in at.angular.items()}, at.spin[k], half[k]) for k in range(3)]
+    return [({u: one[k] for u, one in at.angular.items()}, at.spin[k], 0.5 * lock[k]) for k in range(3)]
 
 
 def _hinge_rows(at: _Relative, equation: Equation) -> list[Written]:
-    x, y, fixed = _across(at.a.axes)
+    x, y, fixed = across(at.a.axes)
     lean = cross(column(at.a.axes, 2), column(at.b.axes, 2))
     rows: list[Written] = []
     for axis in (x, y):
@@ -211,14 +195,3 @@ WRITTEN: Mapping[Kind, Callable[[_Relative, Equation], list[Written]]] = {
     Kind.DOT: _dot_rows,
 }
 """Kind of equation -> its rows."""
-
-
-def _across(axes: Matrix) -> tuple[Vector, Vector, bool]:
-    """Two directions across the z axis, and whether they are constants."""
-    z = column(axes, 2)
-    numbers = [x.constant if isinstance(x, Expression) else x for x in z]
-    if None in numbers:
-        return column(axes, 0), column(axes, 1), False
-    constant = np.array(numbers, dtype=np.float64)
-    across = constant_rotation(rotation_onto(constant / np.linalg.norm(constant)))
-    return column(across, 0), column(across, 1), True

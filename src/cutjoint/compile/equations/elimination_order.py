@@ -94,10 +94,9 @@ def choose(survey: Survey, cloud: Array, keep: Sequence[int]) -> Plan:
             for other in left_rows:
                 if rate in present[other]:
                     factor = active[:, other, rate] / active[:, row, rate]
-                    if not (row_is_constant(row, rate, constant) and rate in constant[other]):
-                        constant[other] -= present[row]
-                    else:
-                        constant[other] -= present[row] - constant[row]
+                    # what changes: all that is added, or where pivot and entry are constants, what of it changes
+                    still = constant[row] if rate in constant[row] and rate in constant[other] else set()
+                    constant[other] -= present[row] - still
                     active[:, other] -= factor[:, None] * active[:, row]
                     active[:, other, rate] = 0.0
                     present[other] = (present[other] | present[row]) - {rate}
@@ -109,11 +108,6 @@ def choose(survey: Survey, cloud: Array, keep: Sequence[int]) -> Plan:
         )
     first = [k for k in keep if k in left_rates]
     return Plan(tuple(pivots), tuple(sizes), (*first, *sorted(left_rates - set(first))), tuple(sorted(left_rows)))
-
-
-def row_is_constant(row: int, rate: int, constant: list[set[int]]) -> bool:
-    """Whether the pivot itself is a constant."""
-    return rate in constant[row]
 
 
 def _best(

@@ -23,7 +23,7 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.compile.equations.joints import StepKind, TreeStep
 from cutjoint.compile.expressions.graph import Number
-from cutjoint.compile.expressions.vectors import ROUNDING, Vector, constant_vector
+from cutjoint.compile.expressions.vectors import ROUNDING, Vector, constant_vector, scale
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +42,12 @@ class BodyInertia:
     moment: Vector
     base: Number
     axes: tuple[tuple[Number, Vector], ...]
+
+    def scaled(self, factor: Number) -> BodyInertia:
+        """The same, so many times as heavy."""
+        moment, base = scale(factor, self.moment), factor * self.base
+        axes = tuple((factor * weight, axis) for weight, axis in self.axes)
+        return BodyInertia(self.step, factor * self.mass, moment, base, axes)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,14 +16,12 @@ from cutjoint.compile.equations.joints import JOINTS, StepKind, TreeStep
 from cutjoint.compile.expressions.graph import Number
 from cutjoint.compile.expressions.vectors import (
     IDENTITY,
-    ROUNDING,
     ZERO,
     Matrix,
     Vector,
     constant_rotation,
     constant_vector,
-    rotation_onto,
-    scale,
+    frame_along,
 )
 from cutjoint.errors import InputError
 
@@ -76,7 +74,7 @@ class JointTree:
         for kind in JOINTS[name]:
             own, axis = np.eye(3), 2
             if kind.has_axis:
-                own, axis = _frame_along(twists[u - int(model.idx_vs[joint])].reshape(2, 3)[0 if kind.slides else 1])
+                own, axis = frame_along(twists[u - int(model.idx_vs[joint])].reshape(2, 3)[0 if kind.slides else 1])
             where = constant_rotation(rotation @ own), constant_vector(translation)
             self.steps.append(TreeStep(parent, *where, kind, axis, q, u, body))
             parent, rotation, translation = len(self.steps) - 1, own.T, np.zeros(3)
@@ -102,8 +100,7 @@ class JointTree:
         unit = Moments(1.0, mount.rotation @ centre, mount.rotation @ inertia @ mount.rotation.T)
         body = body_inertia(mount.step, unit)
         assert body is not None
-        axes = tuple((mass * weight, axis) for weight, axis in body.axes)
-        return BodyInertia(body.step, mass, scale(mass, body.moment), mass * body.base, axes)
+        return body.scaled(mass)
 
     def point(self, joint: int, position: Array) -> tuple[int, Vector]:
         """Step and lever of a point given in a joint's frame."""
@@ -130,12 +127,3 @@ def motion_subspace(model: pin.Model, joint: int) -> Array:
     data = one.createData()
     one.calc(data, pin.neutral(model))
     return np.asarray(data.S).reshape(6, -1)
-
-
-def _frame_along(axis: Array) -> tuple[Array, int]:
-    """A constant rotation, and which of its columns is the direction of `axis`."""
-    axis = axis / np.linalg.norm(axis)
-    nearest = int(np.argmax(np.abs(axis)))
-    if abs(axis[nearest] - 1.0) < ROUNDING:
-        return np.eye(3), nearest
-    return rotation_onto(axis), 2

@@ -68,8 +68,3 @@ def _rule(g: Graph, op: Op, node: int, a: int, b: int, da: int, db: int) -> int:
             one = g.constant(1.0)
             return -g.div(da, g.function(Op.SQRT, g.mul(g.add(one, -a), g.add(one, a))))
     raise InputError(f"{op.name} has no derivative; it may only be used to monitor quality")
-
-
-def gradient(graph: Graph, output: Number, inputs: Sequence[Expression]) -> list[Expression]:
-    """Derivative of one output with respect to each of `inputs`."""
-    return [tangent(graph, [output], {abs(x.ref): 1.0})[0] for x in inputs]

@@ -6,7 +6,6 @@ Instruction k computes value k from earlier values.  `cutjoint.compile.expressio
 from __future__ import annotations
 
 import json
-from collections import Counter
 from dataclasses import dataclass
 from hashlib import sha256
 
@@ -74,11 +73,6 @@ class Program:
         names = [found for found, _ in self.results]
         start = sum(size for _, size in self.results[: names.index(name)])
         return slice(start, start + dict(self.results)[name])
-
-    def counts(self) -> dict[str, int]:
-        """How often each operation occurs."""
-        found = Counter(Op(code).name.lower() for code in self.op.tolist())
-        return dict(found.most_common())
 
     # -- storage -----------------------------------------------------------------------------------------------------
 

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.compile.expressions.graph import Number
+from cutjoint.compile.expressions.graph import Expression, Number
 
 Vector: TypeAlias = tuple[Number, Number, Number]
 Matrix: TypeAlias = tuple[Vector, Vector, Vector]
@@ -108,3 +108,22 @@ def rotation_onto(axis: Array) -> Array:
     first = np.cross(helper, axis)
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(axis, first), axis], axis=1)
+
+
+def frame_along(axis: Array) -> tuple[Array, int]:
+    """A constant rotation, and which of its columns is the direction of `axis`; the identity where that serves."""
+    axis = axis / np.linalg.norm(axis)
+    nearest = int(np.argmax(np.abs(axis)))
+    if abs(axis[nearest] - 1.0) < ROUNDING:
+        return np.eye(3), nearest
+    return rotation_onto(axis), 2
+
+
+def across(axes: Matrix) -> tuple[Vector, Vector, bool]:
+    """Two directions across the z axis of a frame, and whether they are constants, as that axis is."""
+    z = [x.constant if isinstance(x, Expression) else x for x in column(axes, 2)]
+    if None in z:
+        return column(axes, 0), column(axes, 1), False
+    constant = np.array(z, dtype=np.float64)
+    frame = constant_rotation(rotation_onto(constant / np.linalg.norm(constant)))
+    return column(frame, 0), column(frame, 1), True
