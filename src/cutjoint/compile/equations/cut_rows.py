@@ -63,11 +63,9 @@ class Loops:
                     kept = {u: c for u, c in coefficients.items() if not is_zero(c)}
                     found.append(ConstraintRow(kept, drift, residual, equation.is_length))
         for one in self.couplings:
-            total: Number = 0.0
-            for weight, index in zip(one.weights, one.q_index, strict=True):
-                total = total + weight * pose.q[index] if weight >= 0.0 else total - -weight * pose.q[index]
-            coefficients = dict(zip(one.v_index, one.weights, strict=True))
-            found.append(ConstraintRow(coefficients, 0.0, total - -one.constant, one.is_length))
+            residual = dot(one.weights, [pose.q[index] for index in one.q_index]) + one.constant
+            weights: dict[int, Number] = dict(zip(one.v_index, one.weights, strict=True))
+            found.append(ConstraintRow(weights, 0.0, residual, one.is_length))
         return found
 
 
