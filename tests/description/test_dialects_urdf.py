@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cutjoint.description import CutType, JointType, RobotDescription, load_description, read_checked
-from cutjoint.description.formats import format_of
+from cutjoint.description.formats import FORMATS, Format, format_of
 
 Write = Callable[..., Path]
 END = "</robot>"
@@ -81,6 +81,31 @@ def test_the_same_four_bar(name: str, form: str, kind: CutType, dialect, fourbar
         np.testing.assert_allclose(gaps(robot, forward, values), gaps(native, forward, values), atol=1e-15)
     if name != "constraint":
         assert robot.actuators == native.actuators
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "form"),
+    [
+        ("robot.xml", "<robot/>", "URDF"),
+        ("robot.xml", "nothing known", "URDF"),
+        ("robot.xml", "<mujoco/>", "MJCF"),
+        ("robot.urdf", "<mujoco/>", "URDF"),
+        ("robot.sdf", "", "SDF"),
+        ("robot.txt", "<sdf/>", "SDF"),
+        ("robot.txt", "nothing known", "URDF"),
+        ("robot.new", "new", "a new one"),
+        ("robot.new", "other", "a new one"),
+    ],
+)
+def test_suffix_and_text_choose_the_format(
+    file: str, text: str, form: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Wherever the row of a new format with a suffix of its own stands."""
+    new = Format("a new one", (".new",), (b"new",), FORMATS[0].read)
+    (tmp_path / file).write_text(text)
+    for rows in ((*FORMATS, new), (new, *FORMATS)):
+        monkeypatch.setattr("cutjoint.description.formats.FORMATS", rows)
+        assert format_of(tmp_path / file).name == form
 
 
 # -- URDF+ -----------------------------------------------------------------------------------------------
