@@ -8,7 +8,7 @@ copying; `with_...` and `variant` give changed copies.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -21,7 +21,17 @@ from cutjoint.description.joints import JointType as JointType
 from cutjoint.errors import InputError, UnknownNameError
 
 IDENTITY: Array = readonly(np.eye(4))
-ORIGIN: Array = readonly(np.zeros(3))
+
+
+class Frozen(Values):
+    """Base of values whose arrays and mappings are read-only copies of what they are given."""
+
+    def __post_init__(self) -> None:
+        for one in fields(self):  # type: ignore[arg-type]
+            if one.type == "Array":
+                object.__setattr__(self, one.name, readonly(getattr(self, one.name)))
+            elif str(one.type).startswith("Mapping"):
+                object.__setattr__(self, one.name, readonly_mapping(getattr(self, one.name)))
 
 
 @dataclass(frozen=True)
@@ -33,16 +43,12 @@ class Place:
 
 
 @dataclass(frozen=True, eq=False)
-class Inertial(Values):
+class Inertial(Frozen):
     """Mass [kg], centre of mass (3,) [m] in the link frame, inertia (3, 3) [kg m2] about it, along the link axes."""
 
     mass: float
-    com: Array = field(default_factory=lambda: ORIGIN)
+    com: Array = field(default_factory=lambda: readonly(np.zeros(3)))
     inertia: Array = field(default_factory=lambda: readonly(np.zeros((3, 3))))
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "com", readonly(self.com))
-        object.__setattr__(self, "inertia", readonly(self.inertia))
 
     @classmethod
     def of(cls, mass: float, com: npt.ArrayLike, entries: Sequence[float], axes: Array = IDENTITY[:3, :3]) -> Inertial:
@@ -61,7 +67,7 @@ class Inertial(Values):
 
 
 @dataclass(frozen=True, eq=False)
-class Shape(Values):
+class Shape(Frozen):
     """A visual or collision shape.
 
     `kind` and `size`: box (x, y, z), cylinder or capsule (radius, length along z), sphere (radius,), mesh (scale x, y,
@@ -74,9 +80,6 @@ class Shape(Values):
     colour: tuple[float, float, float, float] | None = None
     mesh: Path | None = None
     name: str = ""
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "placement", readonly(self.placement))
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +104,7 @@ class Limits:
 
 
 @dataclass(frozen=True, eq=False)
-class Joint(Values):
+class Joint(Frozen):
     """A joint of the open tree; `placement` is the child frame in the parent frame at zero.
 
     `axis` (3,) is a unit vector in the child frame; `axis2` the second axis of a universal joint.
@@ -119,20 +122,13 @@ class Joint(Values):
     friction: float = 0.0
     place: Place = Place()
 
-    def __post_init__(self) -> None:
-        for name in ("placement", "axis", "axis2"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
-
 
 @dataclass(frozen=True, eq=False)
-class Frame(Values):
+class Frame(Frozen):
     """A frame on a link: `placement` (4, 4) in the link frame."""
 
     link: str
     placement: Array = field(default_factory=lambda: IDENTITY)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "placement", readonly(self.placement))
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +169,7 @@ class Coupling:
 
 
 @dataclass(frozen=True)
-class Home(Values):
+class Home(Frozen):
     """A named start: exact actuated coordinates and rough passive ones that pick the branch.
 
     A value is a number, or for joints with several coordinates their list: floating x, y, z, roll, pitch, yaw;
@@ -185,28 +181,21 @@ class Home(Values):
     passive: Mapping[str, float | tuple[float, ...]] = field(default_factory=dict)
     about: str = ""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "actuated", readonly_mapping(self.actuated))
-        object.__setattr__(self, "passive", readonly_mapping(self.passive))
-
 
 @dataclass(frozen=True)
-class Variant(Values):
+class Variant(Frozen):
     """A named set of inertias that replace those of the tree's own file; the tree stays one."""
 
     name: str
     about: str = ""
     inertials: Mapping[str, Inertial] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "inertials", readonly_mapping(self.inertials))
-
 
 Named = TypeVar("Named", Link, Joint, Variant)
 
 
 @dataclass(frozen=True, eq=False)
-class RobotDescription(Values):
+class RobotDescription(Frozen):
     """A robot with loops.  What `load_description` returns has passed `check()`.
 
     `places` tells where in the files the parts stand that hold no place of their own: "actuators", "tool", "gravity",
@@ -228,10 +217,6 @@ class RobotDescription(Values):
     path: Path | None = None
     variant_name: str = ""
     places: Mapping[str, Place] = field(default_factory=dict, repr=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "gravity", readonly(self.gravity))
-        object.__setattr__(self, "places", readonly_mapping(self.places))
 
     @property
     def root(self) -> str:
