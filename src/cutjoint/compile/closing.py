@@ -51,13 +51,13 @@ class ChainClosing:
             if parts is None:
                 return None
             after, residual = parts["q_next"], parts["residual"]
-            size = float(np.abs((after - q) / self.q_scale).max(initial=0.0))
-            gap = float(np.abs(residual * self.row_scale).max(initial=0.0))
+            size = float(np.maximum.reduce(np.abs((after - q) / self.q_scale), initial=0.0))
+            gap = float(np.maximum.reduce(np.abs(residual * self.row_scale), initial=0.0))
             if last is not None and newton.arrived(gap, worst):
                 gaps = np.abs(residual)
                 pair = float(gaps[self.lengths].max(initial=0.0)), float(gaps[~self.lengths].max(initial=0.0))
                 return Posture(q[list(self.source.actuated)], q, pair)
-            if newton.strays(size, last):
+            if size > newton.longest(last):
                 return None
             last, worst, q = size, gap, after
         return None
@@ -101,9 +101,9 @@ class ChainClosing:
         def step(at: Array, to: Array) -> tuple[Array, Array, Array]:
             parts, trusted = function.batch([at, to, self.parameters], threads)
             after = parts["q_next"]
-            size = np.abs((after - at) / self.q_scale).max(axis=1)
+            size = np.maximum.reduce(np.abs((after - at) / self.q_scale), axis=1)
             size[~trusted] = np.inf
-            return after, size, np.abs(parts["residual"] * self.row_scale).max(axis=1, initial=0.0)
+            return after, size, np.maximum.reduce(np.abs(parts["residual"] * self.row_scale), axis=1, initial=0.0)
 
         _, size, _ = step(q, target)
         pieces = int(np.ceil(min(float(size[np.isfinite(size)].max(initial=0.0)) / 0.1, 200.0))) + 1
@@ -114,7 +114,7 @@ class ChainClosing:
             gap = np.full(len(q), np.inf)
             for _ in range(newton.STEPS):
                 after, size, gap = step(q, to)
-                good &= ~np.asarray(newton.strays(size, last))
+                good &= size <= newton.longest(last)
                 if last is not None and float(size[good].max(initial=0.0)) < newton.RESTS:
                     break
                 q, last = np.where(good[:, None], after, q), size

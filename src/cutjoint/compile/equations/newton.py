@@ -7,9 +7,6 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-import numpy as np
-import numpy.typing as npt
-
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 
@@ -23,9 +20,9 @@ RESTS = 1e-13
 Size = TypeVar("Size", float, Array)
 
 
-def strays(step: Size, before: Size | None) -> bool | np.bool_ | npt.NDArray[np.bool_]:
-    """Whether a step is too long for the branch to be plain: the first against the links, others against the last."""
-    return step > (tolerances.STRIDE.value if before is None else SHRINKS * before + 1e-9)
+def longest(before: Size | None) -> Size | float:
+    """The longest step for which the branch is plain: the first against the links, others against the one `before`."""
+    return tolerances.STRIDE.value if before is None else SHRINKS * before + 1e-9
 
 
 def arrived(gap: float, before: float) -> bool:

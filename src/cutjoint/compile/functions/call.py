@@ -38,10 +38,10 @@ class CompiledFunction:
         """One evaluation: the parts of the result by name, read-only; None where it must not be trusted."""
         y = self.kernel(*arguments)
         # a sum is finite only if all its terms are; the strain stands last
-        if not (y[-1] <= STRAIN_LIMIT and isfinite(y.sum())):
+        if not (y[-1] <= STRAIN_LIMIT and isfinite(np.add.reduce(y))):
             return None
-        y.setflags(write=False)
-        return self.parts(y)
+        y.flags.writeable = False
+        return {name: y[at] if shape is None else y[at].reshape(shape) for name, at, shape in self._parts}
 
     def parts(self, y: Array) -> dict[str, Array]:
         """The parts of a result of the kernel."""
@@ -53,6 +53,6 @@ class CompiledFunction:
         good = strain[:, 0] <= STRAIN_LIMIT
         for result in results:
             # one pass over the data: a row with anything not finite has no finite sum
-            good &= np.isfinite(result.sum(axis=1))
+            good &= np.isfinite(np.einsum("ij->i", result))
         named = zip(self._parts, results, strict=True)
         return {name: y if shape is None else y.reshape(-1, *shape) for (name, _, shape), y in named}, good
