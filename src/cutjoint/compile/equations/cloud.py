@@ -13,7 +13,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cutjoint import tolerances
 from cutjoint.arrays import Array
+from cutjoint.chain.rank import Split, null_space, singular_values, threshold
 from cutjoint.compile.equations import newton
 from cutjoint.compile.equations.coordinates import moved
 from cutjoint.compile.equations.cut_rows import Loops
@@ -28,9 +30,6 @@ CLOUD = 24
 """Postures in the cloud."""
 STRIDE = 0.15
 """Length of the steps that make it [rad or robot lengths]."""
-RANK = 1e-7
-"""Singular values below this are none, and below this part of the largest where that is more than 1: what closing
-leaves is a millionth of it, and a matrix whose entries all are rounding has rank 0."""
 CLOSED = 1e-10
 """A posture is closed where Newton's method has come to rest on rounding; this only tells rounding from a gap."""
 REGULAR = 0.02
@@ -97,7 +96,7 @@ class Survey:
                 best, least = q, size
             if size == 0.0:
                 break
-            u = least_solution(jacobian, -residual)
+            u = Split.of(jacobian).solve(-residual)
             if np.abs(u).max(initial=0.0) > 0.5:
                 return None
             q = self.moved(q, u)
@@ -131,34 +130,12 @@ class Survey:
         dependent = np.setdiff1d(np.arange(self.shape[1]), np.asarray(keep, dtype=int))
         measure = np.ones(len(cloud))
         for columns in (np.arange(self.shape[1]), dependent):
-            values = [np.linalg.svd(self.system(q)[0][:, columns], compute_uv=False) for q in cloud]
-            rank = max(rank_of(np.asarray(one)) for one in values)
+            values = [singular_values(self.system(q)[0][:, columns]) for q in cloud]
+            rank = max(int(np.sum(one > threshold(one))) for one in values)
             if rank:
                 last = np.array([one[rank - 1] for one in values])
-                measure = np.minimum(measure, last / np.median(last[last > RANK]))
+                measure = np.minimum(measure, last / np.median(last[last > tolerances.RANK.value]))
         return np.asarray(cloud[measure >= REGULAR])
-
-
-def rank_of(values: Array) -> int:
-    """How many of the singular values of a dimensionless matrix count."""
-    return int(np.sum(values > RANK * max(float(values.max(initial=0.0)), 1.0)))
-
-
-def null_space(matrix: Array) -> Array:
-    """Orthonormal basis of the motions that a dimensionless matrix takes to zero, shape (columns, nullity)."""
-    if not matrix.size:
-        return np.eye(matrix.shape[1])
-    _, values, basis = np.linalg.svd(matrix)
-    return np.asarray(basis[rank_of(values) :].T)
-
-
-def least_solution(matrix: Array, right: Array) -> Array:
-    """The least x for which a dimensionless matrix times x is as near to `right` as can be, shape (columns,)."""
-    if not matrix.size:
-        return np.zeros(matrix.shape[1])
-    left, values, basis = np.linalg.svd(matrix, full_matrices=False)
-    rank = rank_of(values)
-    return np.asarray(basis[:rank].T @ (left[:, :rank].T @ right / values[:rank]))
 
 
 def run(program: Program, inputs: Array) -> Array:

@@ -15,8 +15,8 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.chain.build import bind_frame
+from cutjoint.chain.rank import Split
 from cutjoint.compile.equations.carried import NO_MASS, joint_inertia
-from cutjoint.compile.equations.cloud import least_solution, null_space
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.mechanism import Terms
 
@@ -129,8 +129,8 @@ class ChainNumbers:
     def full_acceleration(self, q: Array, v_full: Array, effort: Array) -> Array:
         """Acceleration of all joints, shape (nv,), in a basis of the motions that the loops allow."""
         jacobian, mass = self.jacobian(q), self.mass(q)
-        motions = self.scale[:, None] * null_space(jacobian)
-        start = -self.scale * least_solution(jacobian, self.bent(q, v_full))
+        split = Split.of(jacobian)
+        motions, start = self.scale[:, None] * split.null, -self.scale * split.solve(self.bent(q, v_full))
         force = motions.T @ (effort - self.forces(q, v_full, start))
         return np.asarray(start + motions @ np.linalg.solve(motions.T @ mass @ motions, force))
 

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
-from cutjoint.compile.equations.cloud import null_space
+from cutjoint.chain.rank import null_space
 from cutjoint.compile.functions.chain_numbers import ChainNumbers, ChainTerms
 from cutjoint.compile.functions.sample import BESIDE, JointSample, RobotSample, RobotUnits, drawn
 from cutjoint.compile.sources.chain import ChainSource

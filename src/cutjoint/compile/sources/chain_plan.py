@@ -11,8 +11,9 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain.closure import Closure
+from cutjoint.chain.rank import null_space
 from cutjoint.compile.equations.carried import idle_masses, supports, weighed
-from cutjoint.compile.equations.cloud import Survey, null_space
+from cutjoint.compile.equations.cloud import Survey
 from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.elimination_order import Idle, Plan, choose
 from cutjoint.compile.equations.reduction import Reduction
