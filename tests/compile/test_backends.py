@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
 
 from cutjoint.arrays import Array
+from cutjoint.compile import compiled, simulate_many
 from cutjoint.compile.expressions import functions
 from cutjoint.compile.expressions.graph import Graph
 from cutjoint.compile.expressions.interpret import interpret
 from cutjoint.compile.expressions.operations import Op
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.expressions.straight_line import assemble
-from cutjoint.compile.machine.backends import BACKENDS, Backend, backend
+from cutjoint.compile.machine.backends import BACKENDS, Backend
 from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.machine.runs import Sizes
+from cutjoint.control import PD
 from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.motion import Hold, Reference
 
 
 def program(*, fused: bool) -> Program:
@@ -73,9 +77,24 @@ def test_a_kernel_computes_its_program(name: str) -> None:
         kernel.batch([a, b[1:]])
 
 
-def test_what_a_back_end_lacks_is_said() -> None:
+def test_a_robot_goes_through_any_back_end(kit: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(BACKENDS, "interpreted", ROWS["interpreted"])  # type: ignore[misc]
+    native, other = kit.machine("fivebar"), compiled(kit.model("fivebar"), backend="interpreted")
+    at, v, a = native.home, np.array([0.3, -0.2]), np.array([1.0, 2.0])
+    assert isinstance(other.kernel("inverse"), Interpreted)
+    effort = native.inverse_dynamics(at, v, a)
+    np.testing.assert_allclose(other.inverse_dynamics(at, v, a), effort, rtol=1e-12)
+    np.testing.assert_allclose(pickle.loads(pickle.dumps(other)).inverse_dynamics(at, v, a), effort, rtol=1e-12)
+    near = at.q + np.array([[0.0, 0.0], [0.01, -0.02]])
+    wanted = native.batch.inverse_dynamics(near, v, a)
+    np.testing.assert_allclose(other.batch.inverse_dynamics(near, v, a), wanted, rtol=1e-12)
+    with pytest.raises(InputError, match="many runs"):
+        simulate_many(other, PD(1.0, 1.0), Reference(Hold(native.tool(at).position), native, 0.1))
+
+
+def test_what_a_back_end_lacks_is_said(kit: Any) -> None:
     with pytest.raises(UnknownNameError, match="llvm"):
-        backend("fortran")
+        compiled(kit.model("fivebar"), backend="fortran")
     kernel = Interpreted(program(fused=False))
     with pytest.raises(InputError, match="address"):
         print(kernel.address)

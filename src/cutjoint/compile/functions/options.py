@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from cutjoint.compile.machine.backends import backend
+
 
 @dataclass(frozen=True)
 class Made:
@@ -34,6 +36,9 @@ class Options:
         cached: use the cache folder.
         report: called with every function that was made.
         backend: what makes machine code of the instructions, a name of `cutjoint.compile.machine.backends`.
+
+    Raises:
+        UnknownNameError: no such back end.
     """
 
     parameters: tuple[str, ...] = ()
@@ -41,3 +46,6 @@ class Options:
     cached: bool = True
     report: Callable[[Made], None] | None = None
     backend: str = "llvm"
+
+    def __post_init__(self) -> None:
+        backend(self.backend)  # raises: there is none of that name
