@@ -11,9 +11,8 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain.rank import null_space
 from cutjoint.compile.functions.chain_numbers import ChainNumbers, ChainTerms
-from cutjoint.compile.functions.sample import BESIDE, JointSample, RobotSample, RobotUnits, drawn
+from cutjoint.compile.functions.sample import JointSample, RobotSample, RobotUnits, drawn, near_home
 from cutjoint.compile.sources.chain import ChainSource
-from cutjoint.errors import CutjointError
 from cutjoint.mechanism import Tool
 
 WELL_POSED = 1e-3
@@ -36,17 +35,10 @@ class ChainTruth:
     @cached_property
     def configurations(self) -> list[Array]:
         """Home and a configuration near it; where home is singular, two near it that are not."""
-        source, unit = self.source, self.units.coordinate
-        home = np.array(source.chain.home.q_full)
-        if not self._well_posed(home):
-            return [np.array(q) for q in source.cloud[:2]]
-        for sign in (1.0, -1.0):
-            shift = sign * BESIDE * unit * (1.0 + np.abs(source.chain.home.q / unit))
-            try:
-                return [home, np.array(source.chain.close(source.chain.home.q + shift).q_full)]
-            except CutjointError:
-                continue
-        return [home]
+        chain = self.source.chain
+        if not self._well_posed(np.array(chain.home.q_full)):
+            return [np.array(q) for q in self.source.cloud[:2]]
+        return [np.array(at.q_full) for at in near_home(chain.home, self.units.coordinate, chain.close)]
 
     def _well_posed(self, q: Array) -> bool:
         source = self.source

@@ -8,9 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.compile.functions.sample import BESIDE, RobotSample, RobotUnits, drawn
+from cutjoint.compile.functions.sample import RobotSample, RobotUnits, drawn, near_home
 from cutjoint.compile.sources.paper import PaperSource
-from cutjoint.errors import CutjointError
 from cutjoint.mechanism import Mechanism, Posture, Terms, Tool
 
 
@@ -23,19 +22,8 @@ class PaperTruth:
 
     def samples(self, chance: np.random.Generator) -> Sequence[RobotSample]:
         """At home and at a posture near it."""
-        return [PaperSample(self.units, self.model, at, *drawn(self.units, chance)) for at in self.postures]
-
-    @cached_property
-    def postures(self) -> list[Posture]:
-        """Home and a posture near it."""
-        home, unit = self.model.home, self.units.coordinate
-        for sign in (1.0, -1.0):
-            shift = sign * BESIDE * unit * (1.0 + np.abs(home.q / unit))
-            try:
-                return [home, self.model.close(home.q + shift, home)]
-            except CutjointError:
-                continue
-        return [home]
+        near = near_home(self.model.home, self.units.coordinate, self.model.close)
+        return [PaperSample(self.units, self.model, at, *drawn(self.units, chance)) for at in near]
 
 
 class PaperSample(RobotSample):

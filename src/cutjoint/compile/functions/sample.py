@@ -14,7 +14,8 @@ from typing import Protocol
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.mechanism import Actuator, Terms, Tool
+from cutjoint.errors import CutjointError
+from cutjoint.mechanism import Actuator, Posture, Terms, Tool
 
 BESIDE = 0.02
 """How far from home the second state is, in the robot's units."""
@@ -182,6 +183,16 @@ class Truth(Protocol):
     def samples(self, chance: np.random.Generator) -> Sequence[RobotSample]:
         """The robot at a few states, random in velocity and acceleration."""
         ...
+
+
+def near_home(home: Posture, unit: Array, close: Callable[[Array], Posture]) -> list[Posture]:
+    """Home and a posture beside it, where one can be closed."""
+    for sign in (1.0, -1.0):
+        try:
+            return [home, close(home.q + sign * BESIDE * unit * (1.0 + np.abs(home.q / unit)))]
+        except CutjointError:
+            continue
+    return [home]
 
 
 def drawn(units: RobotUnits, chance: np.random.Generator) -> tuple[Array, Array]:
