@@ -1,14 +1,6 @@
 """A closed robot in Pinocchio, as users hold it: a `Mechanism`, and all joints of its tree.
 
-This is the face alone.  What is behind it, each on its own:
-
-- `kinematics`: the tree at a configuration, the closure equations, their scales
-- `postures`, `actuated`: from closed configurations to postures, and which joints are driven
-- `closing`: by the actuators, by the tool, from anywhere
-- `mobility`: what is true at nearly every posture, tangent maps, reports
-- `reduced`, `dynamics`: dynamics by the actuated coordinates, and of all joints
-- `modes`: all solutions of inverse and forward kinematics
-- `placements`: where links and cuts are
+This is the face alone; the parts behind it, each on its own, are told in docs/chain.md.
 """
 
 from __future__ import annotations

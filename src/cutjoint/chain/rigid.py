@@ -6,7 +6,6 @@ A revolute cut is two coincident points on its axis: six rows of rank five.
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
 from math import inf
 
 import numpy as np
@@ -37,13 +36,16 @@ def is_rigid(closure: Closure) -> bool:
     return whole and all(cut.type.kinds in _CONTACTS for cut in closure.cuts)
 
 
-@dataclass(frozen=True, eq=False)
-class Workspace:
-    """What `pin.constraintDynamics` writes into; one a thread."""
+class Workspace(threading.local):
+    """What `pin.constraintDynamics` writes into; every thread makes its own."""
 
-    data: pin.Data
-    datas: pin.StdVec_RigidConstraintData
-    settings: pin.ProximalSettings
+    def __init__(self, model: pin.Model, models: pin.StdVec_RigidConstraintModel, regularisation: float) -> None:
+        self.data, self.datas = model.createData(), pin.StdVec_RigidConstraintData()
+        for constraint in models:
+            self.datas.append(constraint.createData())
+        pin.initConstraintDynamics(model, self.data, models, self.datas)
+        # no accuracy at which to stop: Pinocchio's relative one means another thing for every mass
+        self.settings = pin.ProximalSettings(0.0, 0.0, regularisation, ITERATIONS)
 
 
 class RigidConstraints:
@@ -76,9 +78,9 @@ class RigidConstraints:
                 self.models.append(constraint)
         sizes = [constraint.residualSize() for constraint in self.models]
         self._row_scale = np.concatenate([np.where(np.arange(size) < 3, 1.0 / length, 1.0) for size in sizes])
-        self._own = threading.local()
         # relative accuracy, so that a robot of grams and one of tonnes are solved alike
         self._regularisation = tolerances.REGULARISATION.value * self._compliance(q)
+        self.workspace = Workspace(model, self.models, self._regularisation)
 
     @property
     def usable(self) -> bool:
@@ -97,21 +99,6 @@ class RigidConstraints:
         scaled = found * self._scale
         allowed = CONVERGED_SQUARED * (scaled.dot(scaled) + wanted.dot(wanted)) + self._floor
         return np.asarray(found) if left.dot(left) <= allowed < inf else None  # None for a NaN too
-
-    @property
-    def workspace(self) -> Workspace:
-        """Of this thread."""
-        try:
-            found: Workspace = self._own.workspace
-        except AttributeError:
-            data, datas = self._model.createData(), pin.StdVec_RigidConstraintData()
-            for constraint in self.models:
-                datas.append(constraint.createData())
-            pin.initConstraintDynamics(self._model, data, self.models, datas)
-            # no accuracy at which to stop: Pinocchio's relative one means another thing for every mass
-            settings = pin.ProximalSettings(0.0, 0.0, self._regularisation, ITERATIONS)
-            found = self._own.workspace = Workspace(data, datas, settings)
-        return found
 
     def _compliance(self, q: Array) -> float:
         """Smallest acceleration that a unit force on a row causes at that row, at `q` (nq,); 0 where no row does

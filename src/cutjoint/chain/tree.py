@@ -15,6 +15,13 @@ from cutjoint.arrays import Array, readonly
 from cutjoint.chain.joints import JOINTS, support, type_of
 
 
+class _Workspaces(threading.local):
+    """Pinocchio's workspace, which every thread makes for itself."""
+
+    def __init__(self, model: pin.Model) -> None:
+        self.data = model.createData()
+
+
 class TreeModel:
     """The model of a tree with its workspaces.
 
@@ -26,7 +33,7 @@ class TreeModel:
 
     def __init__(self, model: pin.Model) -> None:
         self.model = model
-        self._own = threading.local()
+        self._own = _Workspaces(model)
         self.neutral = readonly(pin.neutral(model))
         self.mass = float(sum(inertia.mass for inertia in list(model.inertias)[1:]))
         self._first_axes = [
@@ -35,20 +42,11 @@ class TreeModel:
             if JOINTS[type_of(model, joint)].first_with_parent
         ]
 
-    @property
-    def data(self) -> pin.Data:
-        """Pinocchio's workspace of this thread."""
-        try:
-            return self._own.data
-        except AttributeError:
-            self._own.data = self.model.createData()
-            return self._own.data
-
     # ---- where its joints are --------------------------------------------------------------------------------------
 
     def jacobians(self, q: Array) -> Array:
         """Joint Jacobians about the origin in its axes at `q` (nq,), shape (6, nv)."""
-        pin.computeJointJacobians(self.model, self.data, q)
+        pin.computeJointJacobians(self.model, self._own.data, q)
         return self.twists()
 
     def rates(self, q: Array, v: Array) -> Array:
@@ -57,7 +55,7 @@ class TreeModel:
         Pinocchio 4.1 leaves out that the first axis of a universal joint turns with the parent alone; that column is
         set right here.
         """
-        data = self.data
+        data = self._own.data
         pin.computeJointJacobiansTimeVariation(self.model, data, q, v)
         rates = np.array(data.dJ).reshape(6, self.model.nv)  # (6,) where nv is 1
         if self._first_axes:
@@ -72,16 +70,16 @@ class TreeModel:
 
     def twists(self) -> Array:
         """The joint Jacobians of the last call that made them, shape (6, nv)."""
-        return np.array(self.data.J).reshape(6, self.model.nv)
+        return np.array(self._own.data.J).reshape(6, self.model.nv)
 
     def joints_at(self, joints: list[int]) -> Array:
         """Placements of joints in the last call that made Jacobians, shape (k, 4, 4)."""
-        placed = self.data.oMi
+        placed = self._own.data.oMi
         return np.array([placed[joint].homogeneous for joint in joints])
 
     def bodies(self, q: Array) -> tuple[Array, Array]:
         """Axes (joints + 1, 3, 3) and origins (joints + 1, 3) of all joints' bodies in the model, the base first."""
-        data = self.data
+        data = self._own.data
         pin.forwardKinematics(self.model, data, q)
         placed = np.array([placement.homogeneous for placement in data.oMi])
         return placed[:, :3, :3], placed[:, :3, 3]
@@ -102,28 +100,28 @@ class TreeModel:
 
     def mass_matrix(self, q: Array) -> Array:
         """Mass matrix of the tree, symmetric, shape (nv, nv)."""
-        upper = np.triu(np.reshape(pin.crba(self.model, self.data, q), (self.model.nv, self.model.nv)))
+        upper = np.triu(np.reshape(pin.crba(self.model, self._own.data, q), (self.model.nv, self.model.nv)))
         return np.asarray(upper + np.triu(upper, 1).T)
 
     def forces(self, q: Array, v: Array, a: Array) -> Array:
         """Generalised forces that make the tree move so: M a + C v + g, shape (nv,)."""
-        found: Array = pin.rnea(self.model, self.data, q, v, a)
+        found: Array = pin.rnea(self.model, self._own.data, q, v, a)
         return found
 
     def bias(self, q: Array, v: Array) -> Array:
         """Those that keep its velocity: C v + g, shape (nv,)."""
-        found: Array = pin.nonLinearEffects(self.model, self.data, q, v)
+        found: Array = pin.nonLinearEffects(self.model, self._own.data, q, v)
         return found
 
     def gravity(self, q: Array) -> Array:
         """Generalised gravity, shape (nv,)."""
-        found: Array = pin.computeGeneralizedGravity(self.model, self.data, q)
+        found: Array = pin.computeGeneralizedGravity(self.model, self._own.data, q)
         return found
 
     def potential_energy(self, q: Array) -> float:
         """Of gravity [J], zero at the model's origin."""
-        return float(pin.computePotentialEnergy(self.model, self.data, q))
+        return float(pin.computePotentialEnergy(self.model, self._own.data, q))
 
     def centre_of_mass(self, q: Array) -> Array:
         """Of all links that move, in the model, shape (3,) [m]."""
-        return np.array(pin.centerOfMass(self.model, self.data, q))
+        return np.array(pin.centerOfMass(self.model, self._own.data, q))

@@ -116,23 +116,18 @@ class Closing:
 
     @cached_property
     def _walker(self) -> Walker:
-        return Walker(self._k, self._actuated.lead, self._mobility.regular)
+        return Walker(self._k, self._actuated, self._mobility)
 
     def _lead_tool(self, start: Placed, origin: Array, goal: Array) -> Placed | Stopped:
         """Walk the tool from `origin` to `goal` in the model: straight, else along what it can reach at all."""
         found = self._walker.walk(start, origin, goal, ToolDriver)
         if not isinstance(found, Stopped) or (found.singular and found.fraction == 0.0):
             return found
-        there, now = ToolDriver(goal, goal), self._actuated.of
-        beside: Placed | None = None
-
-        def tangent(placed: Placed) -> Array:
-            return self._mobility.tangent(placed).map
-
+        there, beside = ToolDriver(goal, goal), None
         if self._actuated.n == 1:
-            beside = self._walker.along_curve(start, there, now, tangent)
+            beside = self._walker.along_curve(start, there)
         elif self._mobility.is_determined and self._mobility.structure.directions == 2:
-            beside = self._walker.over_surface(start, there, now, tangent)
+            beside = self._walker.over_surface(start, there)
         return found if beside is None else beside
 
     # ---- what stopped a walk ---------------------------------------------------------------------------------------

@@ -35,46 +35,53 @@ class Driver(Protocol):
         ...
 
 
-class ActuatedDriver:
+class _Line:
+    """A straight line from `start` to `target`, shape (n,)."""
+
+    def __init__(self, start: Array, target: Array) -> None:
+        self._start, self._target = start, target
+
+    def wanted(self, fraction: float) -> Array:
+        return self._target if fraction == 1.0 else self._start + fraction * (self._target - self._start)
+
+
+class _Indirect:
+    """Prescribes no coordinate itself."""
+
+    def put(self, q: Array, fraction: float) -> None:
+        """Nothing to write."""
+
+
+class ActuatedDriver(_Line):
     """Prescribes the actuated coordinates, on a straight line from `start` to `target`, shape (n,)."""
 
     def __init__(self, q_index: Array, selection: Array, is_length: Array, start: Array, target: Array) -> None:
+        super().__init__(start, target)
         self._q_index, self._selection, self.is_length = q_index, selection, is_length
-        self._start, self._target = start, target
 
     def error(self, placed: Placed, fraction: float) -> Array:
-        return np.asarray(placed.q[self._q_index] - self._wanted(fraction))
+        return np.asarray(placed.q[self._q_index] - self.wanted(fraction))
 
     def jacobian(self, placed: Placed) -> Array:
         return self._selection
 
     def put(self, q: Array, fraction: float) -> None:
-        q[self._q_index] = self._wanted(fraction)
-
-    def _wanted(self, fraction: float) -> Array:
-        return self._target if fraction == 1.0 else self._start + fraction * (self._target - self._start)
+        q[self._q_index] = self.wanted(fraction)
 
 
-class ToolDriver:
+class ToolDriver(_Line, _Indirect):
     """Prescribes the tool point in the model, on a straight line from `start` to `target`, shape (3,) [m]."""
 
     is_length = np.ones(3, dtype=bool)
 
-    def __init__(self, start: Array, target: Array) -> None:
-        self._start, self._target = start, target
-
     def error(self, placed: Placed, fraction: float) -> Array:
-        wanted = self._target if fraction == 1.0 else self._start + fraction * (self._target - self._start)
-        return np.asarray(placed.tool_position - wanted)
+        return np.asarray(placed.tool_position - self.wanted(fraction))
 
     def jacobian(self, placed: Placed) -> Array:
         return placed.tool_jacobian[:3]
 
-    def put(self, q: Array, fraction: float) -> None:
-        """No coordinate is prescribed."""
 
-
-class PoseDriver:
+class PoseDriver(_Indirect):
     """Prescribes the tool's placement in the model; on the way the position runs straight, the rotation at once."""
 
     is_length = np.array([True] * 3 + [False] * 3)
@@ -91,11 +98,8 @@ class PoseDriver:
     def jacobian(self, placed: Placed) -> Array:
         return placed.tool_jacobian
 
-    def put(self, q: Array, fraction: float) -> None:
-        """No coordinate is prescribed."""
 
-
-class TiltDriver:
+class TiltDriver(_Indirect):
     """Prescribes the tool point and one axis of the tool, about which it may turn."""
 
     def __init__(self, pose: pin.SE3, axis: Array) -> None:
@@ -118,9 +122,6 @@ class TiltDriver:
         jacobian = placed.tool_jacobian
         jacobian[3:] = self._flat @ jacobian[3:]
         return jacobian
-
-    def put(self, q: Array, fraction: float) -> None:
-        """No coordinate is prescribed."""
 
 
 class Both:

@@ -95,8 +95,13 @@ class Equations(NamedTuple):
         """Derivative of the error by dimensionless motions, shape (rows, nv)."""
         if self.system.driver is None:
             return self.placed.scaled
-        driven = self.system.driver.jacobian(self.placed) * self.system.scales.driven
-        return np.concatenate([self.placed.scaled, driven])
+        return np.concatenate([self.placed.scaled, self.driven_matrix])
+
+    @property
+    def driven_matrix(self) -> Array:
+        """The rows of the driver in it."""
+        assert self.system.driver is not None
+        return np.asarray(self.system.driver.jacobian(self.placed) * self.system.scales.driven)
 
     @property
     def driven(self) -> Array:

@@ -13,11 +13,13 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
+from cutjoint.chain.actuated import Actuated
 from cutjoint.chain.closing.assembling import assemble
 from cutjoint.chain.closing.continuation import UNBOUND, Stopped, follow
-from cutjoint.chain.closing.drivers import ActuatedDriver, Driver, ToolDriver
+from cutjoint.chain.closing.drivers import Driver, ToolDriver
 from cutjoint.chain.closing.equations import System, freedom
 from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.mobility import Mobility
 from cutjoint.chain.rank import Split
 
 FURTHEST_DETOUR = 2.0 * np.pi
@@ -30,20 +32,10 @@ SURFACE_STEPS = 100
 
 
 class Walker:
-    """Walks of one robot.
+    """Walks of one robot."""
 
-    Args:
-        lead: makes the driver of the actuated coordinates, from where they are to where they shall go.
-        regular: closed postures, to tell what closure and driver leave free as a rule.
-    """
-
-    def __init__(
-        self,
-        kinematics: Kinematics,
-        lead: Callable[[Array, Array], ActuatedDriver],
-        regular: tuple[Placed, ...],
-    ) -> None:
-        self._k, self._lead, self._regular = kinematics, lead, regular
+    def __init__(self, kinematics: Kinematics, actuated: Actuated, mobility: Mobility) -> None:
+        self._k, self._actuated, self._mobility = kinematics, actuated, mobility
 
     def walk(
         self, start: Placed, origin: Array, target: Array, driver: Callable[[Array, Array], Driver]
@@ -71,25 +63,16 @@ class Walker:
                 return found
         return straight
 
-    def along_curve(
-        self, start: Placed, driver: ToolDriver, now: Callable[[Array], Array], tangent: Callable[[Placed], Array]
-    ) -> Placed | None:
-        """Configuration of a robot with one actuator that meets the driver, within half a turn either way.
-
-        Args:
-            now: actuated coordinates of a configuration, shape (1,).
-            tangent: T of a configuration, shape (nv, 1).
-        """
+    def along_curve(self, start: Placed, driver: ToolDriver) -> Placed | None:
+        """Configuration of a robot with one actuator that meets the driver, within half a turn either way."""
         passed: list[Placed] = []
-        lengths = self._lead(now(start.q), now(start.q)).is_length
         for stride in (CURVE_STEP, -CURVE_STEP):
-            step = np.where(lengths, stride * self._k.length, stride)
             here: Placed | Stopped = start
             for _ in range(int(np.pi / CURVE_STEP) + 1):
                 if isinstance(here, Stopped):
                     break
                 passed.append(here)
-                here = self._step(here, self._lead(now(here.q), now(here.q) + step))
+                here = self._step(here, stride * self._scale)
 
         def miss(placed: Placed) -> float:
             return float(np.linalg.norm(driver.error(placed, 1.0)))
@@ -98,20 +81,13 @@ class Walker:
             found = assemble(self._k, nearest.q, driver)
             if found is None and self._k.rounded:
                 # the target lies beside the curve by its own rounding, and the loops must not give way to it
-                found = self.over_surface(nearest, driver, now, tangent)
+                found = self.over_surface(nearest, driver)
             if found is not None and np.abs(self._k.tree.difference(nearest.q, found.q)).max() < 2.0 * CURVE_STEP:
                 return found
         return None
 
-    def over_surface(
-        self, start: Placed, driver: ToolDriver, now: Callable[[Array], Array], tangent: Callable[[Placed], Array]
-    ) -> Placed | None:
-        """Configuration that meets the driver, reached by the actuators going downhill on the distance to it.
-
-        Args:
-            now: actuated coordinates of a configuration, shape (n,).
-            tangent: T of a configuration, shape (nv, n).
-        """
+    def over_surface(self, start: Placed, driver: ToolDriver) -> Placed | None:
+        """Configuration that meets the driver, reached by the actuators going downhill on the distance to it."""
         k, placed, last = self._k, start, np.inf
         system = System(k, driver)
         for _ in range(SURFACE_STEPS):
@@ -121,14 +97,12 @@ class Walker:
             miss = float(np.linalg.norm(here.error))
             if miss > 0.999 * last:
                 return None
-            last, actuated = miss, now(placed.q)
-            lengths = self._lead(actuated, actuated).is_length
-            scale = np.where(lengths, k.length, 1.0)
-            slope = placed.tool_jacobian[:3] @ tangent(placed) * scale / k.length
+            last = miss
+            slope = placed.tool_jacobian[:3] @ self._mobility.tangent(placed).map * self._scale / k.length
             step = -Split.of(slope).solve(here.driven)
             step *= min(1.0, tolerances.STRIDE.value / float(np.abs(step).max(initial=1e-300)))
             for _ in range(8):
-                found = self._step(placed, self._lead(actuated, actuated + scale * step))
+                found = self._step(placed, self._scale * step)
                 if not isinstance(found, Stopped):
                     there = system.at(found)
                     if float(np.linalg.norm(there.error)) < miss or there.openness <= 1.0:
@@ -139,14 +113,21 @@ class Walker:
                 return None
         return None
 
-    def _step(self, start: Placed, driver: Driver) -> Placed | Stopped:
+    @property
+    def _scale(self) -> Array:
+        """What makes steps of the actuators dimensionless, shape (n,)."""
+        return np.where(self._actuated.lengths, self._k.length, 1.0)
+
+    def _step(self, start: Placed, step: Array) -> Placed | Stopped:
+        now = self._actuated.of(start.q)
+        driver = self._actuated.lead(now, now + step)
         return follow(self._k, start, driver, self._free(start, driver))
 
     def _free(self, start: Placed, driver: Driver) -> int:
         """Motions that closure and driver leave free as a rule."""
         if not freedom(self._k, start, driver):
             return 0
-        return min(freedom(self._k, placed, driver) for placed in self._regular)
+        return min(freedom(self._k, placed, driver) for placed in self._mobility.regular)
 
 
 def _detours(origin: Array, target: Array, length: float) -> Iterator[Array]:

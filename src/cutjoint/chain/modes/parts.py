@@ -7,17 +7,12 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import Driver
-from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.closing.equations import System
+from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.rank import null_space
 
 TIED = 1e-7
 """Velocities are tied together by entries larger than this of dimensionless matrices."""
-
-
-def scaled_rows(kinematics: Kinematics, driver: Driver, placed: Placed) -> Array:
-    """Dimensionless Jacobian of a driver at a configuration, shape (rows, nv)."""
-    scale = np.where(driver.is_length, 1.0 / kinematics.length, 1.0)
-    return np.asarray(scale[:, None] * driver.jacobian(placed) * kinematics.column_scale)
 
 
 def independent_parts(
@@ -46,7 +41,7 @@ def independent_parts(
     aside = kinematics.tree.integrate(q, kinematics.column_scale * random.uniform(-0.3, 0.3, model.nv))
     for place in (q, aside):
         placed = kinematics.at(place)
-        free = null_space(scaled_rows(kinematics, driver, placed))
+        free = null_space(System(kinematics, driver).at(placed).driven_matrix)
         projector = free @ free.T
         tied |= np.abs(projector) > TIED
         rows = placed.scaled

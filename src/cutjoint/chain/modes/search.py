@@ -18,10 +18,11 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.assembling import nearest
 from cutjoint.chain.closing.drivers import Both, Driver, PoseDriver
+from cutjoint.chain.closing.equations import System
 from cutjoint.chain.closing.newton import settle
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.modes.limits import JointLimits
-from cutjoint.chain.modes.parts import independent_parts, scaled_rows
+from cutjoint.chain.modes.parts import independent_parts
 from cutjoint.chain.modes.shape import Shapes
 from cutjoint.chain.modes.starts import Starts
 from cutjoint.chain.modes.tally import Tally
@@ -72,7 +73,7 @@ class ModeEquations:
         """Motions other than idle ones that are left at a solution, dimensionless, shape (nv, k)."""
         k = self.kinematics
         placed = k.at(q)
-        held = np.concatenate([placed.scaled, scaled_rows(k, self.driver, placed)])
+        held = System(k, self.driver).at(placed).matrix
         if shapes.idle_motions:
             held = np.concatenate([held, shapes.idle(placed).T])
         return null_space(held)
