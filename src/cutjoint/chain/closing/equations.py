@@ -93,15 +93,10 @@ class Equations(NamedTuple):
     @property
     def matrix(self) -> Array:
         """Derivative of the error by dimensionless motions, shape (rows, nv)."""
-        if self.system.driver is None:
+        driver = self.system.driver
+        if driver is None:
             return self.placed.scaled
-        return np.concatenate([self.placed.scaled, self.driven_matrix])
-
-    @property
-    def driven_matrix(self) -> Array:
-        """The rows of the driver in it."""
-        assert self.system.driver is not None
-        return np.asarray(self.system.driver.jacobian(self.placed) * self.system.scales.driven)
+        return np.concatenate([self.placed.scaled, driver.jacobian(self.placed) * self.system.scales.driven])
 
     @property
     def driven(self) -> Array:

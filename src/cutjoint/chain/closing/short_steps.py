@@ -47,7 +47,7 @@ class ShortSteps:
         if extra is None:
             return None
         here = system.at(start)
-        if not here.driven.any() and here.is_closed(motion=0.0):
+        if here.is_closed(motion=0.0) and not here.driven.any():
             return start
         rows = np.concatenate([self._quick.rows, self._k.closure.rows + extra])
         steps = _ChosenSteps(rows)

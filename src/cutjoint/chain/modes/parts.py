@@ -41,7 +41,7 @@ def independent_parts(
     aside = kinematics.tree.integrate(q, kinematics.column_scale * random.uniform(-0.3, 0.3, model.nv))
     for place in (q, aside):
         placed = kinematics.at(place)
-        free = null_space(System(kinematics, driver).at(placed).driven_matrix)
+        free = null_space(System(kinematics, driver).at(placed).matrix[kinematics.closure.rows :])
         projector = free @ free.T
         tied |= np.abs(projector) > TIED
         rows = placed.scaled
