@@ -35,7 +35,7 @@ class Driver(Protocol):
         ...
 
 
-class _Line:
+class _Straight:
     """A straight line from `start` to `target`, shape (n,)."""
 
     def __init__(self, start: Array, target: Array) -> None:
@@ -52,7 +52,7 @@ class _Indirect:
         """Nothing to write."""
 
 
-class ActuatedDriver(_Line):
+class ActuatedDriver(_Straight):
     """Prescribes the actuated coordinates, on a straight line from `start` to `target`, shape (n,)."""
 
     def __init__(self, q_index: Array, selection: Array, is_length: Array, start: Array, target: Array) -> None:
@@ -69,7 +69,7 @@ class ActuatedDriver(_Line):
         q[self._q_index] = self.wanted(fraction)
 
 
-class ToolDriver(_Line, _Indirect):
+class ToolDriver(_Straight, _Indirect):
     """Prescribes the tool point in the model, on a straight line from `start` to `target`, shape (3,) [m]."""
 
     is_length = np.ones(3, dtype=bool)
