@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from math import isfinite
 from types import MappingProxyType
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ import numpy.typing as npt
 from cutjoint.errors import InputError
 
 Array = npt.NDArray[np.float64]
+T = TypeVar("T")
 
 
 def readonly(values: npt.ArrayLike) -> Array:
@@ -35,21 +36,21 @@ class Values:
 
     __slots__ = ()
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         parts = {one.name: _portable(getattr(self, one.name)) for one in fields(self)}  # type: ignore[arg-type]
         return _put_together, (type(self), parts)
 
 
-def readonly_mapping(values: Mapping[str, Any]) -> Mapping[str, Any]:
+def readonly_mapping(values: Mapping[str, T]) -> Mapping[str, T]:
     """A copy of `values` that nobody can write into."""
     return MappingProxyType(dict(values))
 
 
-def _portable(value: Any) -> Any:
+def _portable(value: object) -> object:
     return dict(value) if isinstance(value, MappingProxyType) else value
 
 
-def _put_together(kind: type[Any], parts: Mapping[str, Any]) -> Any:
+def _put_together(kind: type[T], parts: Mapping[str, object]) -> T:
     made = object.__new__(kind)
     for name, value in parts.items():
         if isinstance(value, dict):
@@ -58,7 +59,7 @@ def _put_together(kind: type[Any], parts: Mapping[str, Any]) -> Any:
     return made
 
 
-def _protected(value: Any) -> Any:
+def _protected(value: object) -> object:
     """A read-only view of an array, also inside a tuple; anything else as it is."""
     if isinstance(value, np.ndarray):
         if value.flags.writeable:

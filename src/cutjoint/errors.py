@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -23,17 +23,17 @@ class CutjointError(Exception):
     arguments and attributes; that holds for every class derived from this one, whatever its constructor takes.
     """
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         return _bare, (type(self), self.args), dict(self.__dict__)
 
-    def __setstate__(self, state: Mapping[str, Any] | None) -> None:
+    def __setstate__(self, state: Mapping[str, object] | None) -> None:
         for value in (state or {}).values():
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
         self.__dict__.update(state or {})
 
 
-def _bare(kind: type[CutjointError], args: tuple[Any, ...]) -> CutjointError:
+def _bare(kind: type[CutjointError], args: tuple[object, ...]) -> CutjointError:
     """An error with its arguments and without attributes."""
     return kind.__new__(kind, *args)
 

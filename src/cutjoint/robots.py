@@ -23,6 +23,7 @@ from cutjoint.papers.omega3.published import CURVE
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
+    from cutjoint.crosscheck import Cost
 
 
 @dataclass(frozen=True)
@@ -103,3 +104,19 @@ def published(robot: str) -> Mechanism:
     if robot not in PUBLISHED:
         raise UnknownNameError("robot with a published model", robot, list(PUBLISHED))
     return PUBLISHED[robot].model()
+
+
+def hypothesis_cost_of(robot: str) -> Cost:
+    """What the simplifying hypothesis of a robot's paper costs along the paper's own trajectory.
+
+    Raises:
+        UnknownNameError: the robot has no published model.
+        InputError: its paper has no trajectory.
+    """
+    from cutjoint.crosscheck import hypothesis_cost
+
+    simplified = published(robot)
+    trajectory = PUBLISHED[robot].trajectory()
+    motions = [trajectory.at(float(t)) for t in np.linspace(0.0, trajectory.duration, 401)]
+    path = [(motion.position, motion.velocity, motion.acceleration) for motion in motions]
+    return hypothesis_cost(simplified, load(robot, PUBLISHED[robot].physical), path)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cutjoint.errors import InputError
-from cutjoint.report import LIMBS, Panel, Path, Section, Table, figure, page
+from cutjoint.report import LIMBS, Panel, ReportTable, Section, ToolPath, figure, page
 from cutjoint.report.figures import scaled
 from cutjoint.report.page import Picture
 
@@ -20,7 +20,7 @@ NAMES = ("limb 1", "limb 2", "limb 3")
 @pytest.fixture(scope="module")
 def drawing():
     return figure(
-        Path("Path & more", "yz", WAVES, WAVES + 0.01),
+        ToolPath("Path & more", "yz", WAVES, WAVES + 0.01),
         Panel("Error <now>", TIME, 1e-3 * WAVES, "m", "error", NAMES, bound=5e-4, since=0.3),
         Panel("Force", TIME, WAVES, "N", "force", NAMES, zoom=(0.0, 0.3)),
     )
@@ -69,7 +69,7 @@ def test_units_have_handy_digits(largest, unit, expected):
 
 
 def test_page_needs_nothing_else_and_escapes_what_it_shows(drawing):
-    table = Table(
+    table = ReportTable(
         "a < b", ("what", "how much [m]"), [("x & y", "1"), ("<script>", "2")], right=("how much [m]",), note="1 < 2"
     )
     html = page(
@@ -94,7 +94,7 @@ def test_page_needs_nothing_else_and_escapes_what_it_shows(drawing):
 
 
 def test_verdicts_are_told_by_words_and_marks_too():
-    table = Table("v", ("verdict",), [("holds",), ("does not hold",), ("holds with the inferred code only",)])
+    table = ReportTable("v", ("verdict",), [("holds",), ("does not hold",), ("holds with the inferred code only",)])
     html = page("t", "l", [Section("s", (table,))])
     assert 'class="verdict good">holds<' in html
     assert 'class="verdict bad">does not hold<' in html
@@ -109,4 +109,4 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch):
 
 def test_a_row_that_does_not_fit_is_noticed():
     with pytest.raises(AssertionError, match="2 cells under 1 headings"):
-        Table("t", ("a",), [("1", "2")])
+        ReportTable("t", ("a",), [("1", "2")])

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from cutjoint.commands import output, reproduce
-from cutjoint.report import Table
+from cutjoint.report import ReportTable
 from cutjoint.report.tables import MARKS, verdict_style
 
 WORDS = st.text("abcdefg", min_size=1, max_size=9)
@@ -22,7 +22,7 @@ TEXTS = st.lists(WORDS, min_size=1, max_size=5).map(" ".join)
 def tables(draw):
     columns = draw(st.lists(TEXTS, min_size=2, max_size=7, unique=True))
     row = st.lists(TEXTS, min_size=len(columns), max_size=len(columns))
-    return Table("title", columns, draw(st.lists(row, min_size=1, max_size=6)), right=columns[1:])
+    return ReportTable("title", columns, draw(st.lists(row, min_size=1, max_size=6)), right=columns[1:])
 
 
 @pytest.fixture
@@ -80,7 +80,7 @@ def test_numbers_stay_in_one_line_before_words_do():
 def test_a_wide_table_of_numbers_is_turned_at_80_columns(terminal):
     columns = ["controller", *(f"{name} column of the table" for name in "abcdefgh")]
     numbers = [f"0.000{i}5678" for i in range(8)]
-    table = Table("t", columns, [("PD", *numbers), ("PD + gravity", *numbers)], right=columns[1:])
+    table = ReportTable("t", columns, [("PD", *numbers), ("PD + gravity", *numbers)], right=columns[1:])
     text = terminal(table, 80, reproduce._print)
     for number in numbers:
         assert text.count(number) == 2
@@ -91,7 +91,7 @@ def test_a_wide_table_of_numbers_is_turned_at_80_columns(terminal):
 @pytest.mark.parametrize("verdict", ["holds", "does not hold", "holds with the inferred code only"])
 def test_claims_are_paragraphs_with_a_mark(terminal, verdict):
     claim = "a claim that is so long that it does not fit into one line of a terminal with eighty columns [m]"
-    table = Table("Claims", ("where", "claim", "found", "verdict"), [("5.4", claim, "0.25 mm", verdict)])
+    table = ReportTable("Claims", ("where", "claim", "found", "verdict"), [("5.4", claim, "0.25 mm", verdict)])
     lines = [line.strip() for line in terminal(table, 80, reproduce._print).splitlines()]
     assert f"{MARKS[verdict_style(verdict)]} {verdict}" in lines
     assert "0.25 mm" in lines

@@ -9,6 +9,7 @@ import pytest
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import InputError
 from cutjoint.viewer.hand.live import parse
+from cutjoint.viewer.hand.panel import ControlPanel
 from cutjoint.viewer.hand.puppet import Puppet
 from cutjoint.viewer.hand.walk import NEAR_SINGULAR
 from cutjoint.viewer.picture.figure import Figure
@@ -18,7 +19,11 @@ STEPS = 3
 
 @pytest.fixture
 def puppet(chain: ClosedChain) -> Puppet:
-    return Puppet(chain, Figure(chain, chain.home))
+    return Puppet(chain, Figure(chain, chain.home).radius)
+
+
+def panel_of(puppet: Puppet) -> ControlPanel:
+    return ControlPanel(puppet, Figure(puppet.chain, puppet.chain.home))
 
 
 def elbows(puppet: Puppet) -> list[float]:
@@ -30,12 +35,12 @@ def elbows(puppet: Puppet) -> list[float]:
 
 def test_no_branch_flips_and_no_loop_opens_over_the_range_of_every_slider(puppet: Puppet) -> None:
     home = puppet.chain.home
-    sweeps = [(puppet.actuate, i, s) for i, s in enumerate(puppet.actuated_sliders())]
-    sweeps += [(puppet.pull, i, s) for i, s in enumerate(puppet.tool_sliders())]
+    sweeps = [(puppet.actuate, i, s) for i, s in enumerate(panel_of(puppet).actuated_sliders())]
+    sweeps += [(puppet.pull, i, s) for i, s in enumerate(panel_of(puppet).tool_sliders())]
     signs, moved = np.sign(elbows(puppet)), 0.0
     for move, index, slider in sweeps:
         puppet.go_home()
-        middle = float(home.q[index] if move == puppet.actuate else puppet.state()["tool"][index])
+        middle = float(home.q[index] if move == puppet.actuate else panel_of(puppet).state()["tool"][index])
         for value in [
             *np.linspace(middle, slider.lower, STEPS),
             *np.linspace(slider.lower, slider.upper, STEPS),
@@ -65,7 +70,7 @@ def test_actuators_and_tool_move_each_other(puppet: Puppet) -> None:
 
 def test_an_actuator_stops_at_its_limit_and_says_so(puppet: Puppet) -> None:
     chain = puppet.chain
-    for index, slider in enumerate(puppet.actuated_sliders()):
+    for index, slider in enumerate(panel_of(puppet).actuated_sliders()):
         puppet.go_home()
         for end in (slider.lower, slider.upper):
             puppet.actuate(index, end + math.copysign(5.0, end - float(chain.home.q[index])))
@@ -95,7 +100,7 @@ def test_a_move_that_ends_early_ends_where_one_step_more_is_refused(puppet: Pupp
 
 
 def test_it_stops_short_of_a_singularity_and_can_leave_again(puppet: Puppet) -> None:
-    sliders = puppet.actuated_sliders()
+    sliders = panel_of(puppet).actuated_sliders()
     reached = []
     for pick in [(1, 1, 1), (0, 0, 0), (1, 0, 1)]:
         puppet.go_home()
@@ -115,13 +120,13 @@ def test_it_stops_short_of_a_singularity_and_can_leave_again(puppet: Puppet) -> 
 def test_the_working_modes_are_distinct_hold_the_tool_and_are_kept(puppet: Puppet) -> None:
     puppet.find_modes()
     home = puppet.tool_position(puppet.chain.home)
-    names = puppet.mode_names()
+    names = panel_of(puppet).mode_names()
     assert len(set(names)) == len(names) == len(puppet.modes) > 1
     for index in range(len(puppet.modes)):
         puppet.choose(index)
         assert puppet.mode == index
         np.testing.assert_allclose(puppet.tool_position(puppet.at), home, atol=1e-9)
-        assert puppet.state()["mode"] == index
+        assert panel_of(puppet).state()["mode"] == index
         assert max(puppet.at.gap) <= 1e-9
     puppet.go_home()
     assert puppet.mode == 0
@@ -129,7 +134,7 @@ def test_the_working_modes_are_distinct_hold_the_tool_and_are_kept(puppet: Puppe
 
 def test_the_state_holds_the_chains_own_figures(puppet: Puppet) -> None:
     puppet.actuate(1, float(puppet.at.q[1]) + 0.03)
-    state, chain = puppet.state(), puppet.chain
+    state, chain = panel_of(puppet).state(), puppet.chain
     report = chain.mobility(puppet.at)
     assert (state["mobility"], state["rank"], state["rows"]) == (report.mobility, report.rank, report.rows)
     np.testing.assert_allclose(state["effort"], chain.terms(puppet.at).gravity)
@@ -144,7 +149,7 @@ def test_the_sampled_workspace_grows_around_home(puppet: Puppet) -> None:
     assert puppet.box is not None
     assert (puppet.box[0] < home).all()
     assert (home < puppet.box[1]).all()
-    for axis, slider in enumerate(puppet.tool_sliders()):
+    for axis, slider in enumerate(panel_of(puppet).tool_sliders()):
         assert slider.lower < puppet.box[0][axis] < puppet.box[1][axis] < slider.upper
 
 

@@ -53,14 +53,14 @@ def command(
     With `--variant distributed` the rods are uniform, which the papers' models are not: what their hypothesis costs
     along the paper's own trajectory is shown instead.  Exit status 1 where a tolerance is exceeded.
     """
-    from cutjoint.robots import PUBLISHED, published
+    from cutjoint.robots import PUBLISHED, hypothesis_cost_of, published
 
     names = list(PUBLISHED) if robot == "all" else [robot]
     if engine is Engine.PAPER:
         for name in names:
             published(name)
         if variant is not None and all(variant == PUBLISHED[name].physical for name in names):
-            costs = {name: _cost(name) for name in names}
+            costs = {name: hypothesis_cost_of(name) for name in names}
             for name, cost in costs.items():
                 if not _quiet(json):
                     _show_cost(name, cost)
@@ -136,19 +136,6 @@ def _comparison_data(comparison: Comparison, seed: int) -> dict[str, object]:
             for row in comparison.rows
         },
     }
-
-
-def _cost(name: str) -> Cost:
-    import numpy as np
-
-    from cutjoint.crosscheck import hypothesis_cost
-    from cutjoint.robots import PUBLISHED, load, published
-
-    row = PUBLISHED[name]
-    trajectory = row.trajectory()
-    motions = [trajectory.at(float(t)) for t in np.linspace(0.0, trajectory.duration, 401)]
-    path = [(motion.position, motion.velocity, motion.acceleration) for motion in motions]
-    return hypothesis_cost(published(name), load(name, row.physical), path)
 
 
 def _show_cost(name: str, cost: Cost) -> None:

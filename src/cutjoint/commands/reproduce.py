@@ -10,7 +10,7 @@ import typer
 from cutjoint.commands.output import TerminalTable, console
 
 if TYPE_CHECKING:
-    from cutjoint.report import Table
+    from cutjoint.report import ReportTable
 
 COLOURS = {"good": "green", "half": "yellow", "bad": "red"}
 
@@ -34,7 +34,7 @@ def command(
     from cutjoint import __version__
     from cutjoint.experiments.study import PARTS, reproduce, tasks
     from cutjoint.files import check_place, write_whole
-    from cutjoint.report import Table, page
+    from cutjoint.report import ReportTable, page
     from cutjoint.report.figures import plotting
 
     check_place(output)
@@ -46,7 +46,7 @@ def command(
         sections = reproduce(robots, lambda count: bar.update(task, completed=count))
     for section in sections:
         for part in section.parts:
-            if isinstance(part, Table) and not part.wide:
+            if isinstance(part, ReportTable) and not part.wide:
                 _print(part)
     title = "Two parallel robots: their papers' experiments, reproduced"
     lead = (
@@ -57,7 +57,7 @@ def command(
     console().print(f"{output}: {output.stat().st_size / 1e6:.1f} MB, {time.perf_counter() - began:.0f} s")
 
 
-def _print(part: Table) -> None:
+def _print(part: ReportTable) -> None:
     """A table of numbers the way that fits the terminal; rows of text as paragraphs."""
     from rich.markup import escape
     from rich.padding import Padding

@@ -2,7 +2,7 @@
 
 from cutjoint.crosscheck.compare import QUANTITIES, Comparison, ComparisonRow, compare
 from cutjoint.crosscheck.cost import Cost, effort_along, hypothesis_cost
-from cutjoint.crosscheck.sampling import Reacher, SampledState, Workspace, sample_states, workspace_box
+from cutjoint.crosscheck.sampling import Reacher, SampledState, TargetBox, sample_states, workspace_box
 
 __all__ = [
     "QUANTITIES",
@@ -11,7 +11,7 @@ __all__ = [
     "Cost",
     "Reacher",
     "SampledState",
-    "Workspace",
+    "TargetBox",
     "compare",
     "effort_along",
     "hypothesis_cost",

@@ -26,7 +26,7 @@ REFUSED = (UnreachableError, ClosureError, SingularError, DynamicsError)
 
 
 @dataclass(frozen=True, eq=False)
-class Workspace(Values):
+class TargetBox(Values):
     """Box of targets around home: lower and upper corner, shape (3,) [m] of the tool, or (n,) of the actuators."""
 
     lower: Array
@@ -91,7 +91,7 @@ def units_of(mechanism: Mechanism) -> Array:
     return np.array([length if one.kind == "translation" else 1.0 for one in mechanism.actuators])
 
 
-def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: float = 10.0) -> Workspace:
+def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: float = 10.0) -> TargetBox:
     """How far `mechanism` gets from home along each axis.
 
     Args:
@@ -124,7 +124,7 @@ def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: floa
                 else:
                     outside = middle
             corners[row, axis] = origin[axis] + sign * inside
-    return Workspace(readonly(corners[0]), readonly(corners[1]))
+    return TargetBox(readonly(corners[0]), readonly(corners[1]))
 
 
 def _targets(mechanism: Mechanism) -> tuple[Array, Callable[[Array, Posture | None], Posture]]:

@@ -16,7 +16,7 @@ from __future__ import annotations
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from types import ModuleType
 
 import numpy as np
 
@@ -69,7 +69,7 @@ class MujocoRobot:
             import mujoco
         except ImportError as error:
             raise InputError("MuJoCo is not installed; pip install 'cutjoint[engines]'") from error
-        self._mujoco: Any = mujoco
+        self._mujoco: ModuleType = mujoco
         self._scale = units_of(chain.description, chain.length)
         with tempfile.TemporaryDirectory() as folder:
             robot = natural(chain.description, self._scale)

@@ -16,7 +16,7 @@ from cutjoint.description.model import Coupling, Frame, Inertial, Joint, Limits,
 
 
 @dataclass(frozen=True)
-class Units:
+class NaturalUnits:
     """Natural units: length [m], mass [kg], time [s]."""
 
     length: float
@@ -29,17 +29,17 @@ class Units:
         return self.mass * (self.length / self.time) ** 2
 
 
-def units_of(robot: RobotDescription, length: float) -> Units:
+def units_of(robot: RobotDescription, length: float) -> NaturalUnits:
     """Those of a robot of characteristic `length` [m]: its heaviest link, and the time of a fall through `length`.
 
     A kilogram where no link has mass, a second where there is no gravity.
     """
     heaviest = max((one.inertial.mass for one in robot.links if one.inertial is not None), default=0.0)
     gravity = float(np.linalg.norm(robot.gravity))
-    return Units(length, heaviest or 1.0, float(np.sqrt(length / gravity)) if gravity > 0.0 else 1.0)
+    return NaturalUnits(length, heaviest or 1.0, float(np.sqrt(length / gravity)) if gravity > 0.0 else 1.0)
 
 
-def natural(robot: RobotDescription, scale: Units) -> RobotDescription:
+def natural(robot: RobotDescription, scale: NaturalUnits) -> RobotDescription:
     """The tree, cuts and couplings of `robot` in natural units: no shapes, limits or homes."""
     length, mass = scale.length, scale.mass
     units = {joint.name: length if joint.type.slides else 1.0 for joint in robot.joints}

@@ -9,7 +9,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.crosscheck import Comparison, ComparisonRow, Reacher, SampledState
 from cutjoint.description.formats import write
+
+if TYPE_CHECKING:
+    import yourdfpy
 
 
 def compare_with_yourdfpy(
@@ -51,7 +54,7 @@ def compare_with_yourdfpy(
     return Comparison(chain.name, "yourdfpy", count, rows)
 
 
-def _read(chain: ClosedChain) -> Any:
+def _read(chain: ClosedChain) -> yourdfpy.URDF:
     import yourdfpy
 
     with tempfile.TemporaryDirectory() as folder:

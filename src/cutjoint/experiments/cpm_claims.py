@@ -6,17 +6,17 @@ What the paper says of the control laws themselves is in `cutjoint.experiments.c
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from cutjoint.experiments import cpm
 from cutjoint.experiments.claims import Claim, Verdict
 from cutjoint.experiments.gain_rule import SmallestGain
+from cutjoint.experiments.pool import Key, Outcome
 from cutjoint.papers.cpm.published import CIRCLE, FORCE_LIMIT, SETTLING_TIME
 from cutjoint.simulation import Result
 
-Found = Mapping[Any, Any]
+Found = Mapping[Key, Outcome]
 TITLES = {
     "pd": "PD",
     "pd-gravity": "PD + gravity",

@@ -7,7 +7,6 @@ table 3 and no mechanism.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from cutjoint.experiments.claims import Claim, Verdict
 from cutjoint.experiments.cpm_claims import TITLES, Found, run_of
 from cutjoint.experiments.cpm_laws import Damping, Held, Response, UpdateRate
 from cutjoint.experiments.law_cost import operations
-from cutjoint.experiments.pool import Task
+from cutjoint.experiments.pool import Key, Task
 from cutjoint.papers.cpm import CpmModel
 from cutjoint.simulation import Result
 
@@ -36,9 +35,9 @@ K_D = cpm.ROWS["computed-torque"].k_d
 K_P = cpm.ROWS["computed-torque"].k_p
 
 
-def tasks() -> dict[Any, Task]:
+def tasks() -> dict[Key, Task]:
     """The runs, the longest first."""
-    wanted: dict[Any, Task] = {
+    wanted: dict[Key, Task] = {
         "rate": (cpm_laws.update_rate, ()),
         "damping": (cpm_laws.damping, ()),
         "wrong": (cpm_laws.wrong_model, ()),

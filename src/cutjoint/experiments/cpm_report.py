@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from cutjoint.crosscheck import hypothesis_cost
+from cutjoint.arrays import Array
 from cutjoint.experiments import cpm, cpm_law_claims
 from cutjoint.experiments.cpm_claims import RULED, TITLES, Found, claims, rule_of, run_of
-from cutjoint.experiments.pool import Task
+from cutjoint.experiments.pool import Key, Task
 from cutjoint.experiments.tables import claims_table, cost_table, errata_table
 from cutjoint.papers.cpm.errata import ERRATA
-from cutjoint.papers.cpm.published import CIRCLE, FORCE_LIMIT, SETTLING_TIME
-from cutjoint.report import Panel, Path, Section, Table, figure
+from cutjoint.papers.cpm.published import CIRCLE, FORCE_LIMIT, SETTLING_TIME, Table3Row
+from cutjoint.report import Panel, ReportTable, Section, ToolPath, figure
 from cutjoint.report.page import Picture
+from cutjoint.robots import hypothesis_cost_of
+from cutjoint.simulation import Result
 
 FIRST_FIGURE = {"pd": 11, "pd-gravity": 14, "feedforward": 17, "computed-torque": 20}
 SMALL = ("feedforward", "computed-torque")  # their late errors need a scale of their own
@@ -22,9 +22,9 @@ AGREE = {(True, True): "both", (True, False): "inferred", (False, True): "(39)",
 AXES = ("x (limb 1)", "y (limb 2)", "z (limb 3)")
 
 
-def tasks() -> dict[Any, Task]:
+def tasks() -> dict[Key, Task]:
     """Everything that has to be run, the longest first, so that no core is left with it at the end."""
-    wanted: dict[Any, Task] = {}
+    wanted: dict[Key, Task] = {}
     for column in ("equation", "inferred"):
         for name in RULED:
             wanted["rule", name, column] = (cpm.gain_rule, (name, column))
@@ -32,16 +32,8 @@ def tasks() -> dict[Any, Task]:
     for column in ("lumped", "distributed", "inferred", "steps", "equation"):
         for name in cpm.ROWS:
             wanted["run", name, column] = (cpm.table_3_run, (name, column))
-    wanted["cost"] = (lumping_cost, ())
+    wanted["cost"] = (hypothesis_cost_of, ("cpm",))
     return wanted
-
-
-def lumping_cost() -> Any:
-    """What the lumped second rods cost along the circle."""
-    way = cpm.reference("equation").trajectory
-    motions = [way.at(float(t)) for t in np.linspace(0.0, way.duration, 401)]
-    path = [(motion.position, motion.velocity, motion.acceleration) for motion in motions]
-    return hypothesis_cost(cpm.model("equation"), cpm.chain("distributed"), path)
 
 
 def sections(found: Found) -> list[Section]:
@@ -61,7 +53,7 @@ def sections(found: Found) -> list[Section]:
             ),
             level=2,
         ),
-        Section("Table 3", table_3(found)),
+        Section("ReportTable 3", table_3(found)),
         Section("The rule for the gains", (gain_table(found), force_table())),
         Section("Figures 9 to 22", figures(found)),
         Section(
@@ -76,7 +68,7 @@ def sections(found: Found) -> list[Section]:
     ]
 
 
-def table_3(found: Found) -> tuple[Table, ...]:
+def table_3(found: Found) -> tuple[ReportTable, ...]:
     """Position and velocity errors by (49), a table each."""
     heads = {
         "inferred": "inferred, solver steps",
@@ -97,8 +89,8 @@ def table_3(found: Found) -> tuple[Table, ...]:
             rows.append((TITLES[name], str(printed), *cells, AGREE[agree]))
         columns = ("controller", "printed", *heads.values(), "(39), mean over time", "printed digits")
         tables.append(
-            Table(
-                f"Table 3, root mean square {quantity} error [{unit}]",
+            ReportTable(
+                f"ReportTable 3, root mean square {quantity} error [{unit}]",
                 columns,
                 rows,
                 right=columns[1:-1],
@@ -117,7 +109,7 @@ def table_3(found: Found) -> tuple[Table, ...]:
     return tuple(tables)
 
 
-def gain_table(found: Found) -> Table:
+def gain_table(found: Found) -> ReportTable:
     """The smallest gains that keep the bounds."""
     rows = []
     for name in RULED:
@@ -138,7 +130,7 @@ def gain_table(found: Found) -> Table:
         "equation (39)",
         "error there / one below [mm]",
     )
-    return Table(
+    return ReportTable(
         "Smallest integer K_P whose error along every axis stays below the bound from 0.3 s on, K_D = 436",
         columns,
         rows,
@@ -147,7 +139,7 @@ def gain_table(found: Found) -> Table:
     )
 
 
-def force_table() -> Table:
+def force_table() -> ReportTable:
     """The largest K_D within the limit of force."""
     rows = []
     for name, row in cpm.ROWS.items():
@@ -168,7 +160,7 @@ def force_table() -> Table:
         "(39): first force [N]",
         "largest K_D",
     )
-    return Table(
+    return ReportTable(
         f"Force at t = 0 and the largest integer K_D that keeps it within {FORCE_LIMIT:g} N",
         columns,
         rows,
@@ -189,7 +181,7 @@ def figures(found: Found) -> list[str | Picture]:
         "sets the scale of the paper's force figures too.",
         Picture(
             figure(
-                Path("Path of the tool (figure 9)", "xy", plain.desired_tool, run_of(found, "pd", "equation").tool),
+                ToolPath("Path of the tool (figure 9)", "xy", plain.desired_tool, run_of(found, "pd", "equation").tool),
                 Panel("Desired force (figure 10)", plain.time[::4], force, "N", "force", AXES),
             ),
             "Figures 9 and 10. Left: the circle, and where PD alone takes the tool. Right: the force that equation "
@@ -197,49 +189,50 @@ def figures(found: Found) -> list[str | Picture]:
             f"Fz {_range(force[:, 2])} N.",
         ),
     ]
-    for name, row in cpm.ROWS.items():
-        result, number = run_of(found, name, "equation"), FIRST_FIGURE[name]
-        bound = f" Dotted: the bound of {1e3 * row.bound:g} mm from 0.3 s on." if row.bound is not None else ""
-        shown.append(
-            Picture(
-                figure(
-                    Panel(
-                        f"Position error (figure {number})",
-                        result.time,
-                        result.error,
-                        "m",
-                        "error",
-                        AXES,
-                        row.bound,
-                        SETTLING_TIME,
-                        zoom=(SETTLING_TIME, CIRCLE.duration) if name in SMALL else None,
-                    ),
-                    Panel(
-                        f"Velocity error (figure {number + 1})",
-                        result.time,
-                        result.velocity_error,
-                        "m/s",
-                        "error",
-                        AXES,
-                        zoom=(0.0, SETTLING_TIME),
-                    ),
-                    Panel(
-                        f"Force (figure {number + 2})",
-                        result.time,
-                        result.effort,
-                        "N",
-                        "force",
-                        AXES,
-                        FORCE_LIMIT,
-                        zoom=(0.0, SETTLING_TIME),
-                    ),
-                ),
-                f"Figures {number} to {number + 2}. {TITLES[name]}, K_P = {row.k_p:g}, K_D = {row.k_d:g}, "
-                f"equation (39).{bound} Right, dotted: the limit of {FORCE_LIMIT:g} N.",
-            )
-        )
-    return shown
+    return shown + [_of_law(name, row, run_of(found, name, "equation")) for name, row in cpm.ROWS.items()]
 
 
-def _range(values: Any) -> str:
+def _of_law(name: str, row: Table3Row, result: Result) -> Picture:
+    """Errors and force of one control law."""
+    number = FIRST_FIGURE[name]
+    bound = f" Dotted: the bound of {1e3 * row.bound:g} mm from 0.3 s on." if row.bound is not None else ""
+    return Picture(
+        figure(
+            Panel(
+                f"Position error (figure {number})",
+                result.time,
+                result.error,
+                "m",
+                "error",
+                AXES,
+                row.bound,
+                SETTLING_TIME,
+                zoom=(SETTLING_TIME, CIRCLE.duration) if name in SMALL else None,
+            ),
+            Panel(
+                f"Velocity error (figure {number + 1})",
+                result.time,
+                result.velocity_error,
+                "m/s",
+                "error",
+                AXES,
+                zoom=(0.0, SETTLING_TIME),
+            ),
+            Panel(
+                f"Force (figure {number + 2})",
+                result.time,
+                result.effort,
+                "N",
+                "force",
+                AXES,
+                FORCE_LIMIT,
+                zoom=(0.0, SETTLING_TIME),
+            ),
+        ),
+        f"Figures {number} to {number + 2}. {TITLES[name]}, K_P = {row.k_p:g}, K_D = {row.k_d:g}, "
+        f"equation (39).{bound} Right, dotted: the limit of {FORCE_LIMIT:g} N.",
+    )
+
+
+def _range(values: Array) -> str:
     return f"{values.min():.3f} to {values.max():.3f}"

@@ -3,43 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from cutjoint.crosscheck import hypothesis_cost
 from cutjoint.experiments import omega3
 from cutjoint.experiments.claims import Verdict
 from cutjoint.experiments.gains import GAINS
-from cutjoint.experiments.pool import Task
+from cutjoint.experiments.pool import Key, Outcome, Task
 from cutjoint.experiments.tables import cost_table, errata_table
 from cutjoint.papers.omega3.errata import ERRATA
 from cutjoint.papers.omega3.published import ERROR_BOUND, SETTLING_TIME
-from cutjoint.report import Panel, Path, Section, Table, figure
+from cutjoint.report import Panel, ReportTable, Section, ToolPath, figure
 from cutjoint.report.page import Picture
+from cutjoint.robots import hypothesis_cost_of
 from cutjoint.simulation import Result
 
 TITLES = {"computed-torque": "computed torque", "feedforward": "PD + feedforward"}
 ARMS = ("arm 1", "arm 2", "arm 3")
-Found = Mapping[Any, Any]
+Found = Mapping[Key, Outcome]
 
 
-def tasks() -> dict[Any, Task]:
+def tasks() -> dict[Key, Task]:
     """Everything that has to be run."""
-    wanted: dict[Any, Task] = {
+    wanted: dict[Key, Task] = {
         ("run", name, setup): (omega3.curve_run, (name, setup)) for name in omega3.LAWS for setup in omega3.SETUPS
     }
-    wanted["cost"] = (lumping_cost, ())
+    wanted["cost"] = (hypothesis_cost_of, ("omega3",))
     wanted["arms"] = (omega3.arm_assumptions, ())
     return wanted
-
-
-def lumping_cost() -> Any:
-    """What the lumped rods cost along the curve."""
-    way = omega3.reference().trajectory
-    motions = [way.at(float(t)) for t in np.linspace(0.0, way.duration, 401)]
-    path = [(motion.position, motion.velocity, motion.acceleration) for motion in motions]
-    return hypothesis_cost(omega3.model(), omega3.chain("distributed"), path)
 
 
 def sections(found: Found) -> list[Section]:
@@ -89,7 +80,7 @@ def gains_of(name: str) -> str:
     return f"K_P = {gains['kp']:g}, K_D = {gains['kd']:g}"
 
 
-def runs_table(found: Found, name: str) -> Table:
+def runs_table(found: Found, name: str) -> ReportTable:
     """Errors and torques of all runs with one controller, and the claim."""
     columns = (
         "plant",
@@ -115,7 +106,7 @@ def runs_table(found: Found, name: str) -> Table:
         for key, setup in omega3.SETUPS.items()
         for result in [run_of(found, name, key)]
     ]
-    return Table(
+    return ReportTable(
         f"{TITLES[name]}, {gains_of(name)}: one turn of the curve (43) from rest",
         columns,
         rows,
@@ -128,7 +119,7 @@ def runs_table(found: Found, name: str) -> Table:
     )
 
 
-def arm_table(found: Found) -> Table:
+def arm_table(found: Found) -> ReportTable:
     """What the unknown arm may change."""
     columns = (
         "shape of the arm",
@@ -147,7 +138,7 @@ def arm_table(found: Found) -> Table:
         )
         for one in found["arms"]
     ]
-    return Table(
+    return ReportTable(
         "Torque along the curve under other shapes of the semi-circular arm, equal mass and length",
         columns,
         rows,
@@ -162,7 +153,7 @@ def figures(found: Found) -> list[str | Picture]:
     shown: list[str | Picture] = [
         Picture(
             figure(
-                Path("Desired path (figure 4a)", "yz", first.desired_tool),
+                ToolPath("Desired path (figure 4a)", "yz", first.desired_tool),
                 Panel("Desired joint positions (figure 4b)", first.time, first.desired_q, "rad", "angle", ARMS),
                 Panel("Desired joint velocities (figure 4c)", first.time, first.desired_v, "rad/s", "velocity", ARMS),
             ),
@@ -176,7 +167,7 @@ def figures(found: Found) -> list[str | Picture]:
             shown.append(
                 Picture(
                     figure(
-                        Path("Paths (figure 5)", "yz", result.desired_tool, result.tool),
+                        ToolPath("Paths (figure 5)", "yz", result.desired_tool, result.tool),
                         Panel(
                             "Position error (figure 5)",
                             result.time,

@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
-from typing import Any
+from typing import Any, TypeAlias, TypeVar
 
-Task = tuple[Callable[..., Any], tuple[Any, ...]]
+Key = Hashable
+K = TypeVar("K", bound=Hashable)
+Task = tuple[Callable[..., object], tuple[object, ...]]
+Outcome: TypeAlias = Any
+"""What a task returned: whoever set the task knows its type."""
+
 MOST = 4
 
 
-def run_all(tasks: Mapping[Any, Task], done: Callable[[int], None] | None = None) -> dict[Any, Any]:
+def run_all(tasks: Mapping[K, Task], done: Callable[[int], None] | None = None) -> dict[K, Outcome]:
     """Call every function with its arguments; key -> what it returned, in the order of the tasks.
 
     Functions and arguments must be importable: worker processes are started afresh.  The first error is raised and the
     tasks that have not begun are dropped.  `done` is told how many tasks are finished.
     """
     workers = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1, MOST)
-    found: dict[Any, Any] = {}
+    found: dict[K, Outcome] = {}
     if workers == 1:
         for key, (function, arguments) in tasks.items():
             found[key] = function(*arguments)

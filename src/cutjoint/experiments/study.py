@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from cutjoint.errors import UnknownNameError
 from cutjoint.experiments import cpm_report, omega3_report
-from cutjoint.experiments.pool import Task, run_all
+from cutjoint.experiments.pool import Key, Task, run_all
 from cutjoint.report import Section
 
 PARTS = {"cpm": cpm_report, "omega3": omega3_report}
 
 
-def tasks(robots: Sequence[str]) -> dict[Any, Task]:
+def tasks(robots: Sequence[str]) -> dict[tuple[str, Key], Task]:
     """All runs of the named robots; key (robot, run)."""
     for robot in robots:
         if robot not in PARTS:

@@ -7,21 +7,21 @@ from collections.abc import Sequence
 from cutjoint.crosscheck import Cost
 from cutjoint.experiments.claims import Claim
 from cutjoint.papers.publication import Erratum
-from cutjoint.report import Table
+from cutjoint.report import ReportTable
 
 
-def claims_table(title: str, claims: Sequence[Claim]) -> Table:
+def claims_table(title: str, claims: Sequence[Claim]) -> ReportTable:
     """Claims with their verdicts."""
-    return Table(
+    return ReportTable(
         title,
         ("where", "claim", "found", "verdict"),
         [(one.where, one.text, one.found, str(one.verdict)) for one in claims],
     )
 
 
-def errata_table(title: str, errata: Sequence[Erratum]) -> Table:
+def errata_table(title: str, errata: Sequence[Erratum]) -> ReportTable:
     """Errata as they are used in this project."""
-    return Table(
+    return ReportTable(
         title,
         ("where", "printed", "what holds", "shown by"),
         [(one.equation, one.printed, one.corrected, one.shown) for one in errata],
@@ -29,10 +29,10 @@ def errata_table(title: str, errata: Sequence[Erratum]) -> Table:
     )
 
 
-def cost_table(title: str, cost: Cost) -> Table:
+def cost_table(title: str, cost: Cost) -> ReportTable:
     """What a hypothesis costs along a path."""
     columns = ("actuator", "peak effort", "largest difference", "of the peak", "of the inertial part's peak")
-    return Table(
+    return ReportTable(
         title,
         columns,
         [

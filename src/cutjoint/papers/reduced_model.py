@@ -186,9 +186,9 @@ class ClosedFormModel(ReducedModel[P], Generic[P, B]):
         """The same robot with its home on another branch."""
 
     @abstractmethod
-    def state_at(self, p: P, q: Vector, branch: B, fn: Functions = NUMBERS) -> EquationState:
-        """The equations at the actuated coordinates `q`; they and the parameters `p` may be symbols."""
+    def state_at(self, parameters: P, q: Vector, branch: B, fn: Functions = NUMBERS) -> EquationState:
+        """The equations at the actuated coordinates `q`; they and the parameters may be symbols."""
 
     @abstractmethod
-    def inverse_kinematics(self, p: P, tool: Vector3, branch: B, fn: Functions = NUMBERS) -> Vector:
-        """Actuated coordinates that hold the tool at a position [m]."""
+    def inverse_kinematics(self, parameters: P, p: Vector3, branch: B, fn: Functions = NUMBERS) -> Vector:
+        """Actuated coordinates that hold the tool at `p` [m]."""

@@ -1,8 +1,8 @@
 """Reports: plots of results, tables, and one self-contained page of HTML.  Needs matplotlib (extra `report`)."""
 
-from cutjoint.report.figures import Panel, Path, figure
+from cutjoint.report.figures import Panel, ToolPath, figure
 from cutjoint.report.page import Section, page
 from cutjoint.report.style import LIMBS
-from cutjoint.report.tables import Table
+from cutjoint.report.tables import ReportTable
 
-__all__ = ["LIMBS", "Panel", "Path", "Section", "Table", "figure", "page"]
+__all__ = ["LIMBS", "Panel", "ReportTable", "Section", "ToolPath", "figure", "page"]

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.errors import InputError
 from cutjoint.report.style import ACTUAL, DESIRED, INK, LIMBS, SETTINGS
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 HEIGHT = 2.9
 WIDTHS = {1: 4.6, 2: 7.8, 3: 11.2}
@@ -46,7 +52,7 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Path:
+class ToolPath:
     """Paths of the tool in a plane of two world axes.
 
     Attributes:
@@ -65,7 +71,7 @@ class Path:
 class Drawing:
     """A finished figure."""
 
-    def __init__(self, canvas: Any) -> None:
+    def __init__(self, canvas: Figure) -> None:
         self._figure = canvas
 
     def svg(self, key: str) -> str:
@@ -91,7 +97,7 @@ class Drawing:
         return buffer.getvalue()
 
 
-def figure(*panels: Panel | Path) -> Drawing:
+def figure(*panels: Panel | ToolPath) -> Drawing:
     """The panels beside each other."""
     mpl = plotting()
     from matplotlib.figure import Figure
@@ -108,9 +114,9 @@ def figure(*panels: Panel | Path) -> Drawing:
         return Drawing(drawn)
 
 
-def _legend(drawn: Any, axes: Any) -> None:
+def _legend(drawn: Figure, axes: Iterable[Axes]) -> None:
     """One legend for all panels, below them."""
-    entries: dict[str, Any] = {}
+    entries: dict[str, Artist] = {}
     for ax in axes:
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
@@ -118,7 +124,7 @@ def _legend(drawn: Any, axes: Any) -> None:
         drawn.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries), handlelength=2.4)
 
 
-def plotting() -> Any:
+def plotting() -> ModuleType:
     """Matplotlib.
 
     Raises:
@@ -142,7 +148,7 @@ def scaled(values: Array, unit: str) -> tuple[float, str]:
     return 1.0, unit
 
 
-def _over_time(ax: Any, panel: Panel) -> None:
+def _over_time(ax: Axes, panel: Panel) -> None:
     reach = panel.values if panel.bound is None else np.append(panel.values.ravel(), panel.bound)
     factor, unit = scaled(reach, panel.unit)
     _curves(ax, panel, factor)
@@ -154,7 +160,7 @@ def _over_time(ax: Any, panel: Panel) -> None:
         _enlarged(ax, panel, panel.zoom)
 
 
-def _curves(ax: Any, panel: Panel, factor: float) -> None:
+def _curves(ax: Axes, panel: Panel, factor: float) -> None:
     for i, name in enumerate(panel.names):
         colour, dash = LIMBS[i % len(LIMBS)] if len(panel.names) > 1 else (INK, "-")
         ax.plot(panel.time, factor * panel.values[:, i], color=colour, linestyle=dash, label=name)
@@ -165,7 +171,7 @@ def _curves(ax: Any, panel: Panel, factor: float) -> None:
             ax.plot(from_to, bound, color=INK, linewidth=1.0, linestyle=(0, (1, 1.5)), label="limit")
 
 
-def _enlarged(ax: Any, panel: Panel, zoom: tuple[float, float]) -> None:
+def _enlarged(ax: Axes, panel: Panel, zoom: tuple[float, float]) -> None:
     """A small window with its own vertical scale."""
     inside = panel.values[(panel.time >= zoom[0]) & (panel.time <= zoom[1])]
     limits = inside if panel.bound is None or zoom[1] <= panel.since else np.append(inside, [panel.bound])
@@ -182,7 +188,7 @@ def _enlarged(ax: Any, panel: Panel, zoom: tuple[float, float]) -> None:
     window.set_title(f"{when} [{unit}]", fontsize=7.5, fontweight="normal", pad=2)
 
 
-def _path(ax: Any, panel: Path) -> None:
+def _path(ax: Axes, panel: ToolPath) -> None:
     from matplotlib.ticker import MaxNLocator
 
     i, j = ("xyz".index(axis) for axis in panel.axes)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from html import escape
 
 from cutjoint.report.figures import Drawing
-from cutjoint.report.tables import Table, verdict_style
+from cutjoint.report.tables import ReportTable, verdict_style
 
 STYLE = """
 :root { color-scheme: light; --ink: #222; --soft: #5a5a5a; --line: #dcdcdc; --link: #0b5a8a; }
@@ -64,7 +64,7 @@ class Section:
     """
 
     title: str
-    parts: Sequence[str | Table | Picture] = ()
+    parts: Sequence[str | ReportTable | Picture] = ()
     level: int = 3
 
 
@@ -80,7 +80,7 @@ def page(title: str, lead: str, sections: Sequence[Section]) -> str:
         for part in section.parts:
             if isinstance(part, str):
                 body.append(f"<p>{escape(part)}</p>")
-            elif isinstance(part, Table):
+            elif isinstance(part, ReportTable):
                 body.append(_table(part))
             else:
                 pictures += 1
@@ -99,7 +99,7 @@ def page(title: str, lead: str, sections: Sequence[Section]) -> str:
     )
 
 
-def _table(table: Table) -> str:
+def _table(table: ReportTable) -> str:
     numbers = [column in table.right for column in table.columns]
     head = "".join(
         f'<th scope="col"{_class(number)}>{escape(column)}</th>'

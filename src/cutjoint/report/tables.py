@@ -14,7 +14,7 @@ GAP = 3
 
 
 @dataclass(frozen=True)
-class Table:
+class ReportTable:
     """Rows of text.
 
     Attributes:
@@ -49,14 +49,14 @@ class Table:
         words = [max((len(word) for cell in column for word in cell.split()), default=0) for column in columns]
         return 2 + sum(words) + GAP * (len(words) - 1)
 
-    def turned(self) -> Table:
+    def turned(self) -> ReportTable:
         """Columns as rows and rows as columns; the first column becomes the headings."""
         columns = [self.columns[0], *(row[0] for row in self.rows)]
         cells = zip(*(row[1:] for row in self.rows), strict=True)
         rows = [(name, *row) for name, row in zip(self.columns[1:], cells, strict=True)]
-        return Table(self.title, columns, rows, columns[1:], self.note, self.wide)
+        return ReportTable(self.title, columns, rows, columns[1:], self.note, self.wide)
 
-    def fitting(self, width: int) -> Table:
+    def fitting(self, width: int) -> ReportTable:
         """The table as it is where `width` columns of a terminal hold it with no word broken, else the narrower way."""
         if self.least_width <= width or not self.rows:
             return self

@@ -88,13 +88,16 @@ class CpmModel(CpmQuantities, ClosedFormModel[CpmParameters, Signs]):
             three("v", v, "m/s")
         return Tool(np.array(self.full(at)[:3]), _IDENTITY, _STILL)
 
-    def state_at(self, p: CpmParameters, q: Vector3, branch: Signs, fn: Functions = NUMBERS) -> CpmState:
+    def state_at(self, parameters: CpmParameters, q: Vector3, branch: Signs, fn: Functions = NUMBERS) -> CpmState:
         """Equation (39) with the sliders at `q`."""
-        return CpmState(p, self.coefficients(p), q, equations.limb_angles(p, q, branch, fn), fn)
+        angles = equations.limb_angles(parameters, q, branch, fn)
+        return CpmState(parameters, self.coefficients(parameters), q, angles, fn)
 
-    def inverse_kinematics(self, p: CpmParameters, tool: Vector3, branch: Signs, fn: Functions = NUMBERS) -> Vector3:
+    def inverse_kinematics(
+        self, parameters: CpmParameters, p: Vector3, branch: Signs, fn: Functions = NUMBERS
+    ) -> Vector3:
         """The sliders stand where the tool does (equation 10)."""
-        return tool
+        return p
 
     def _place(self, tool: Triple, signs: Signs) -> Posture:
         p = self.parameters

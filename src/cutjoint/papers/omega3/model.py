@@ -113,16 +113,20 @@ class Omega3Model(ThreeLimbModel[Omega3Parameters], ClosedFormModel[Omega3Parame
         one, two, three_, x, y, z = self.full(at)
         return Omega3State(self.parameters, equations.arms(self.parameters, (one, two, three_)), (x, y, z))
 
-    def state_at(self, p: Omega3Parameters, q: Vector3, branch: Branch, fn: Functions = NUMBERS) -> Omega3State:
+    def state_at(
+        self, parameters: Omega3Parameters, q: Vector3, branch: Branch, fn: Functions = NUMBERS
+    ) -> Omega3State:
         """Equation (42) with the arms at `q`, the tool on the side of the branch."""
-        arms = equations.arms(p, q, fn)
-        return Omega3State(p, arms, equations.tool_position(equations.spheres(p, arms), branch.assembly, fn))
+        arms = equations.arms(parameters, q, fn)
+        return Omega3State(
+            parameters, arms, equations.tool_position(equations.spheres(parameters, arms), branch.assembly, fn)
+        )
 
     def inverse_kinematics(
-        self, p: Omega3Parameters, tool: Vector3, branch: Branch, fn: Functions = NUMBERS
+        self, parameters: Omega3Parameters, p: Vector3, branch: Branch, fn: Functions = NUMBERS
     ) -> Vector3:
         """Arm angles that hold the tool, equation (4)."""
-        return equations.arm_angles(p, tool, branch.signs, fn)
+        return equations.arm_angles(parameters, p, branch.signs, fn)
 
     def _meet(self, angles: Triple, arms: Arms, assembly: int) -> Posture:
         """Forward kinematics with its checks."""

@@ -7,7 +7,6 @@ import json
 import os
 import select
 from time import monotonic, sleep
-from typing import Any
 
 ANSWER_BYTES = 1 << 29
 """The largest answer read; a picture of 8192 x 8192 pixels that nothing compresses is 0.7 of it."""
@@ -40,9 +39,9 @@ class Devtools:
         self._number = 0
         self._rest = bytearray()
 
-    def call(self, method: str, session: str | None = None, /, **parameters: Any) -> dict[str, Any]:
+    def call(self, method: str, session: str | None = None, /, **parameters: object) -> dict[str, object]:
         """The result of a command; events are passed over."""
-        message: dict[str, Any] = {"method": method, "params": parameters}
+        message: dict[str, object] = {"method": method, "params": parameters}
         if session is not None:
             message["sessionId"] = session
         try:
@@ -62,7 +61,7 @@ class Devtools:
                 raise self._nonsense(answer)
             return result
 
-    def text(self, key: str, method: str, session: str | None = None, /, **parameters: Any) -> str:
+    def text(self, key: str, method: str, session: str | None = None, /, **parameters: object) -> str:
         """The entry `key` of a command's result, which has to be a text."""
         result = self.call(method, session, **parameters)
         found = result.get(key)
@@ -81,11 +80,11 @@ class Devtools:
             raise self._late()
         sleep(seconds)
 
-    def _send(self, message: dict[str, Any]) -> None:
+    def _send(self, message: dict[str, object]) -> None:
         self._number += 1
         os.write(self._write, json.dumps({"id": self._number, **message}).encode() + b"\0")
 
-    def _receive(self) -> dict[str, Any]:
+    def _receive(self) -> dict[str, object]:
         seen = 0
         while (end := self._rest.find(0, seen)) < 0:
             seen = len(self._rest)

@@ -7,8 +7,6 @@ meshcat's player, runs the clock: that one falls back to the first frame at the 
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import umsgpack
 from meshcat.animation import Animation, AnimationClip
@@ -38,7 +36,7 @@ class _Track:
     def __init__(self, name: str, kind: str, frames: Array, values: Array) -> None:
         self._name, self._kind, self._frames, self._values = name, kind, frames, values
 
-    def lower(self) -> dict[str, Any]:
+    def lower(self) -> dict[str, object]:
         return {
             "name": f".{self._name}",
             "type": self._kind,
@@ -50,11 +48,12 @@ class _Track:
 def playback(chain: ClosedChain, recording: Recording, title: str = "") -> Document:
     """The recording as a page that plays it."""
     figure = Figure(chain, recording.postures[0])
-    data: dict[str, Any] = {
+    legend = [{"text": name, "colour": css(colour)} for name, colour in figure.colours.items()]
+    data: dict[str, object] = {
         "title": title or chain.description.title or chain.name,
         "about": list(recording.about),
         "duration": recording.duration,
-        "legend": [{"text": name, "colour": css(colour)} for name, colour in figure.colours.items()],
+        "legend": legend,
         "labels": figure.labels(),
         "time": _rounded(recording.time),
         "effort": [],
@@ -63,37 +62,39 @@ def playback(chain: ClosedChain, recording: Recording, title: str = "") -> Docum
     }
     if recording.duration > 0:
         longest = _efforts(chain, figure, recording)
-        _trails(figure, recording, data)
+        data |= _trails(figure, recording, legend)
         data["effort"] = [
             {"name": a.name, "unit": a.effort_unit, "values": _rounded(recording.effort[:, i])}
             for i, a in enumerate(chain.actuators)
         ]
-        data["legend"].append({"text": f"effort, full size = {longest}", "colour": css(EFFORT)})
+        legend.append({"text": f"effort, full size = {longest}", "colour": css(EFFORT)})
         _animate(figure, recording)
     data["toggles"] = [{"title": t, "paths": p, "shown": s} for t, (p, s) in figure.toggles.items()]
     return Document(figure.scene, data)
 
 
-def _trails(figure: Figure, recording: Recording, data: dict[str, Any]) -> None:
+def _trails(figure: Figure, recording: Recording, legend: list[dict[str, str]]) -> dict[str, object]:
+    """The tool's paths, named in the legend; what the page has to know of them."""
+    found: dict[str, object] = {}
     every = max(1, len(recording.time) // TRAIL_POINTS)
     size = 0.0045 * figure.radius
-    legend = data["legend"]
     if recording.desired is not None:
         wanted = shapes.tube(recording.desired[::every], 2.4 * size, shapes.over(DESIRED))
         figure.scene.set_object(f"{ROOT}/desired", wanted)
         figure.toggle("Desired path", [f"{ROOT}/desired"], True)
         legend.append({"text": "desired path of the tool", "colour": css(DESIRED)})
-        data["error"] = _rounded(np.linalg.norm(recording.desired - recording.tool, axis=1))
+        found["error"] = _rounded(np.linalg.norm(recording.desired - recording.tool, axis=1))
     if np.ptp(recording.tool, axis=0).max() > 0:
         path = recording.tool[::every]
         figure.scene.set_object(f"{ROOT}/actual", shapes.tube(path, size, shapes.over(ACTUAL)))
         figure.toggle("Tool path", [f"{ROOT}/actual"], True)
         legend.append({"text": "path of the tool so far", "colour": css(ACTUAL)})
-        data["trail"] = {
+        found["trail"] = {
             "path": f"{ROOT}/actual/<object>",
             "times": _rounded(recording.time[::every]),
             "indices": 30,
         }
+    return found
 
 
 def _efforts(chain: ClosedChain, figure: Figure, recording: Recording) -> str:

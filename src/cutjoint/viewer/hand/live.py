@@ -11,17 +11,19 @@ import math
 import secrets
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, TypeGuard
+from typing import Literal, TypeGuard
 
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import CutjointError
+from cutjoint.viewer.hand.panel import ControlPanel
 from cutjoint.viewer.hand.puppet import Puppet
 from cutjoint.viewer.picture.figure import Figure
 from cutjoint.viewer.server.addresses import LOOPBACK, PORT
 from cutjoint.viewer.server.assets import live_files
 from cutjoint.viewer.server.bridge import Bridge
+from cutjoint.viewer.server.tabs import Message
 
 Kind = Literal["actuated", "tool", "mode", "modes", "home"]
 WORKSPACE = "Workspace box"
@@ -43,7 +45,7 @@ class Command:
     value: float = 0.0
 
 
-def parse(tab: int, message: Mapping[str, Any]) -> Command | None:
+def parse(tab: int, message: Message) -> Command | None:
     """A message of the page as a command, None where it makes no sense."""
     kind, number = message.get("move"), message.get("number")
     index, value = message.get("index", 0), message.get("value", 0.0)
@@ -65,13 +67,14 @@ class LiveView:
 
     def __init__(self, chain: ClosedChain, *, host: str = LOOPBACK, port: int = PORT) -> None:
         self.figure = Figure(chain, chain.home)
-        self.puppet = Puppet(chain, self.figure)
+        self.puppet = Puppet(chain, self.figure.radius)
+        self.panel = ControlPanel(self.puppet, self.figure)
         self._session = secrets.token_hex(8)
         self._queue: list[Command] = []
         self._wake = threading.Condition()
         self._stopped = False
         self._sampler = self.puppet.sample_workspace()
-        self._controls, self._state = self.puppet.controls(), self.puppet.state()
+        self._controls, self._state = self.panel.controls(), self.panel.state()
         self.bridge = Bridge(
             live_files(), self.figure.scene, handler=self._take, greeting=self._greet, host=host, port=port
         )
@@ -101,10 +104,10 @@ class LiveView:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    def _greet(self, tab: int) -> list[Mapping[str, Any]]:
+    def _greet(self, tab: int) -> list[Message]:
         return [{"type": "hello", "tab": tab, "session": self._session}, self._controls, self._state]
 
-    def _take(self, tab: int, message: Mapping[str, Any]) -> bool:
+    def _take(self, tab: int, message: Message) -> bool:
         command = parse(tab, message)
         if command is None:
             return False
@@ -154,7 +157,7 @@ class LiveView:
                     puppet.find_modes()
                     self._publish_controls()
             self.figure.pose(puppet.at)
-            self._state = puppet.state()
+            self._state = self.panel.state()
         except CutjointError as error:
             trouble = str(error)
         answer = {"tab": command.tab, "number": command.number, "trouble": trouble}
@@ -167,7 +170,7 @@ class LiveView:
             self._publish_controls()
 
     def _publish_controls(self) -> None:
-        self._controls = self.puppet.controls()
+        self._controls = self.panel.controls()
         self.bridge.broadcast(self._controls)
 
 

@@ -9,44 +9,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.description.model import JointType
-from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError, UnreachableError
+from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture
-from cutjoint.viewer.hand.walk import Go, Stop, Walker
-from cutjoint.viewer.picture.figure import Figure, css, limb_of
+from cutjoint.viewer.hand.walk import BranchWalker, Go, Stop
 
 WORKSPACE_SAMPLES = 24
 FREE_TURN = math.pi
 AXES = ("x", "y", "z")
 
 
-@dataclass(frozen=True)
-class Slider:
-    """A slider of the panel: what it moves (number of an actuator or of an axis), its unit and range."""
-
-    index: int
-    name: str
-    unit: str
-    lower: float
-    upper: float
-    colour: str = ""
-
-    def as_json(self) -> dict[str, Any]:
-        """As the page wants it."""
-        return {k: getattr(self, k) for k in ("index", "name", "unit", "lower", "upper", "colour")}
-
-
 class Puppet:
     """A closed chain and its present posture.
 
     Attributes:
+        radius: half the robot's extent [m].
+        axes: the world axes along which the tool can be pulled at home.
         at: the posture, always closed.
         stop: why the last move ended early, or None.
         mode: index into `modes` of the branch that `at` is on.
@@ -54,19 +37,17 @@ class Puppet:
         box: bounding box of the tool positions sampled so far, shape (2, 3) [m], or None.
     """
 
-    def __init__(self, chain: ClosedChain, figure: Figure) -> None:
+    def __init__(self, chain: ClosedChain, radius: float) -> None:
         self.chain = chain
-        self._figure = figure
+        self.radius = radius
         self.at = chain.home
         self.stop: Stop | None = None
         self.modes: tuple[Posture, ...] = (chain.home,)
         self.mode = 0
         self.box: Array | None = None
-        self._axes = [axis for axis in range(3) if self._can_pull(axis)]
-        self._walker = Walker(chain)
+        self.axes = [axis for axis in range(3) if self._can_pull(axis)]
+        self._walker = BranchWalker(chain)
         self._joints = {joint.name: joint for joint in chain.description.joints}
-
-    # ---- moves -----------------------------------------------------------------------------------------------------
 
     def actuate(self, index: int, value: float) -> None:
         """Move actuator `index` towards `value` [m] or [rad], the others held.
@@ -161,9 +142,9 @@ class Puppet:
 
     def _walks(self, home: Array, samples: int) -> Iterator[Go]:
         random, chain = np.random.default_rng(0), self.chain
-        axes = np.eye(3)[self._axes]
+        axes = np.eye(3)[self.axes]
         ways = list(np.concatenate([axes, -axes]))
-        sliders = self.actuated_sliders()
+        spans = [self.span(index) for index in range(chain.n)]
 
         def pull(to: Array) -> Go:
             return lambda share, near: chain.reach(home + share * (to - home), near)
@@ -174,103 +155,9 @@ class Puppet:
         for _ in range(samples):
             if len(axes):
                 way = ways.pop(0) if ways else random.normal(size=len(axes)) @ axes
-                yield pull(home + 2.0 * self._figure.radius * way / np.linalg.norm(way))
-            elif sliders:
-                yield actuate(np.array([random.uniform(slider.lower, slider.upper) for slider in sliders]))
-
-    # ---- what the page shows ---------------------------------------------------------------------------------------
-
-    def actuated_sliders(self) -> list[Slider]:
-        """A slider per actuator, with the limits of its joint (or a turn, or the robot's size, where it has none)."""
-        found = []
-        for i, actuator in enumerate(self.chain.actuators):
-            free = FREE_TURN if actuator.kind == "rotation" else 2 * self._figure.radius
-            home = float(self.chain.home.q[i])
-            lower, upper = self._range(i)
-            lower = lower if math.isfinite(lower) else home - free
-            upper = upper if math.isfinite(upper) else home + free
-            colour = css(self._figure.colours[actuator.name])
-            found.append(Slider(i, actuator.name, actuator.unit, lower, upper, colour))
-        return found
-
-    def tool_sliders(self) -> list[Slider]:
-        """A slider per world axis along which the tool can be pulled at home, over the sampled workspace and a little
-        more."""
-        position = self.tool_position(self.at)
-        if position is None:
-            return []
-        half = 0.5 * self._figure.radius
-        low, high = position - half, position + half
-        if self.box is not None:
-            wide = np.ptp(self.box, axis=0) > 0.0
-            low, high = np.where(wide, self.box[0], low), np.where(wide, self.box[1], high)
-        margin = 0.1 * (high - low)
-        low, high = low - margin, high + margin
-        return [Slider(axis, AXES[axis], "m", float(low[axis]), float(high[axis])) for axis in self._axes]
-
-    def mode_names(self) -> list[str]:
-        """A name per working mode: the limbs whose joints stand otherwise than at home."""
-        owners = limb_of(self.chain.description)
-        home = self.chain.home.q_full
-        names = ["1: as at home"]
-        for number, mode in enumerate(self.modes[1:], start=2):
-            limbs: dict[str, None] = {}
-            for joint in self.chain.description.joints:
-                if joint.type in (JointType.REVOLUTE, JointType.CONTINUOUS) and joint.child in owners:
-                    i = self.chain.model.idx_qs[self.chain.model.getJointId(joint.name)]
-                    if abs(math.remainder(mode.q_full[i] - home[i], 2 * math.pi)) > 1e-3:
-                        limbs[owners[joint.child]] = None
-            names.append(f"{number}: other {', '.join(limbs) or 'assembly'}")
-        return names
-
-    def controls(self) -> dict[str, Any]:
-        """Sliders, modes and toggles, as JSON."""
-        return {
-            "type": "controls",
-            "title": self.chain.description.title or self.chain.name,
-            "source": self.chain.description.source,
-            "actuated": [slider.as_json() for slider in self.actuated_sliders()],
-            "tool": [slider.as_json() for slider in self.tool_sliders()],
-            "note": self._note(),
-            "modes": self.mode_names(),
-            "labels": self._figure.labels(),
-            "toggles": [{"title": t, "paths": p, "shown": s} for t, (p, s) in self._figure.toggles.items()],
-        }
-
-    def _note(self) -> str:
-        """What a user should know about how the actuators move this robot."""
-        report = self.chain.mobility(self.chain.home)
-        if report.determined or not self.chain.n:
-            return ""
-        if report.actuators > report.mobility:
-            return "The actuators depend on each other: one alone cannot move. Pull the tool instead."
-        return f"With all actuators locked, {', '.join(report.free)} can still move; they move as little as they can."
-
-    def state(self) -> dict[str, Any]:
-        """The posture and its live figures, as JSON; None where a figure is not defined."""
-        report = self.chain.mobility(self.at)
-        position = self.tool_position(self.at)
-        effort: list[float] | None = None
-        try:
-            effort = [float(x) for x in self.chain.terms(self.at).gravity]
-        except (ActuationError, SingularError, InputError):
-            effort = None
-        return {
-            "type": "state",
-            "q": [float(x) for x in self.at.q],
-            "tool": None if position is None else [float(x) for x in position],
-            "gap": [_number(x) for x in self.at.gap],
-            "mobility": report.mobility,
-            "rank": report.rank,
-            "rows": report.rows,
-            "type1": _number(report.type1),
-            "type2": _number(report.type2),
-            "condition": _number(report.condition),
-            "effort": effort,
-            "effort_units": [actuator.effort_unit for actuator in self.chain.actuators],
-            "mode": self.mode,
-            "stop": None if self.stop is None else {"kind": self.stop.kind, "text": self.stop.text},
-        }
+                yield pull(home + 2.0 * self.radius * way / np.linalg.norm(way))
+            elif spans:
+                yield actuate(np.array([random.uniform(*span) for span in spans]))
 
     def tool_position(self, at: Posture) -> Array | None:
         """World position of the tool point, shape (3,) [m]; None where the robot has no tool."""
@@ -290,6 +177,13 @@ class Puppet:
             return False
         return True
 
+    def span(self, index: int) -> tuple[float, float]:
+        """Limits of an actuated joint, or a turn, or the robot's size, about home where it has none."""
+        turns = self.chain.actuators[index].kind == "rotation"
+        free, home = FREE_TURN if turns else 2 * self.radius, float(self.chain.home.q[index])
+        lower, upper = self._range(index)
+        return lower if math.isfinite(lower) else home - free, upper if math.isfinite(upper) else home + free
+
     def _range(self, index: int) -> tuple[float, float]:
         """Limits of an actuated joint; infinite where the description gives none."""
         joint = self._joints[self.chain.actuators[index].name]
@@ -298,13 +192,7 @@ class Puppet:
             lower = upper = None
         return -math.inf if lower is None else lower, math.inf if upper is None else upper
 
-    # ---- inside ----------------------------------------------------------------------------------------------------
-
     def _move(self, go: Go, where: Callable[[Posture], str]) -> None:
         """Take the longest part of a move that is allowed, and say what ended it."""
         self.at, stop = self._walker.walk(self.at, go)
         self.stop = None if stop is None else Stop(stop.kind, f"Stopped at {where(self.at)}: {stop.text}")
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

@@ -45,7 +45,7 @@ class Stop:
     text: str
 
 
-class Walker:
+class BranchWalker:
     """Moves of one chain."""
 
     def __init__(self, chain: ClosedChain) -> None:

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from meshcat import geometry as g
@@ -294,7 +293,7 @@ def _between(start: Array, end: Array) -> Array:
     return placement
 
 
-def _grid(half: float, cells: int) -> Any:
+def _grid(half: float, cells: int) -> g.Object:
     ticks = np.linspace(-half, half, cells + 1)
     ends = [[[t, -half, 0], [t, half, 0], [-half, t, 0], [half, t, 0]] for t in ticks]
     return shapes.lines(np.array(ends).reshape(-1, 3), 0xD5D8DD, pairs=True)

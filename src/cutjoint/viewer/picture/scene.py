@@ -10,12 +10,13 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import umsgpack
+from meshcat.animation import Animation
 from meshcat.commands import Delete, SetAnimation, SetObject, SetProperty, SetTransform
+from meshcat.geometry import Object, PerspectiveCamera
 from meshcat.path import Path
 
 from cutjoint.errors import InputError
@@ -43,7 +44,7 @@ class Scene:
         self._pending: list[bytes] | None = None
         self.listener: Listener | None = None
 
-    def set_object(self, path: str, thing: Any) -> None:
+    def set_object(self, path: str, thing: Object | PerspectiveCamera) -> None:
         """Put a meshcat `Object` or camera at `path`; properties set there before are dropped, as meshcat does."""
         message = umsgpack.packb(SetObject(thing, path=_path(path)).lower())
         with self._lock:
@@ -68,7 +69,7 @@ class Scene:
             self._nodes.setdefault(path, _Node()).transform = message
             self._send(message)
 
-    def set_property(self, path: str, key: str, value: Any) -> None:
+    def set_property(self, path: str, key: str, value: object) -> None:
         """Set a property of three.js at `path`.
 
         Raises:
@@ -81,7 +82,7 @@ class Scene:
             self._nodes.setdefault(path, _Node()).properties[key] = message
             self._send(message)
 
-    def set_animation(self, animation: Any) -> None:
+    def set_animation(self, animation: Animation) -> None:
         """Load a meshcat `Animation` (its targets must exist already)."""
         command = SetAnimation(animation, play=True, repetitions=1).lower()
         message = umsgpack.packb(command, force_float_precision="single")

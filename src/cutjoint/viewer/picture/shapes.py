@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from meshcat import geometry as g
@@ -18,6 +18,9 @@ from meshcat import geometry as g
 from cutjoint.arrays import Array
 from cutjoint.description.model import IDENTITY, Shape
 from cutjoint.errors import InputError
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 Colour = tuple[float, float, float, float]
 
@@ -32,16 +35,17 @@ _UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 
 class Part:
     """A meshcat object and its placement (4, 4) in the link frame."""
 
-    thing: Any
+    thing: g.Object
     placement: Array
 
 
-def material(colour: Colour, **properties: Any) -> Any:
-    """A shaded surface of `colour` (red, green, blue, opacity from 0 to 1)."""
+def material(colour: Colour, *, flat: bool = False) -> g.Material:
+    """A shaded surface of `colour` (red, green, blue, opacity from 0 to 1), `flat` on each triangle or smooth."""
+    properties = {"flatShading": True} if flat else {}
     return g.MeshPhongMaterial(color=_number(colour), opacity=colour[3], shininess=40, **properties)
 
 
-def over(colour: Colour) -> Any:
+def over(colour: Colour) -> g.Material:
     """A plain colour that is drawn over everything, for what must not be hidden inside the robot."""
     return g.MeshBasicMaterial(color=_number(colour), opacity=colour[3], transparent=True, depthTest=False)
 
@@ -107,7 +111,7 @@ def corners(shape: Shape) -> Array:
     return box @ np.asarray(shape.placement)[:3, :3].T + np.asarray(shape.placement)[:3, 3]
 
 
-def load_mesh(shape: Shape) -> list[Any]:
+def load_mesh(shape: Shape) -> list[Trimesh]:
     """The parts of a mesh file as `trimesh.Trimesh`, scaled.
 
     The file must be a plain file of a known kind and moderate size; materials and textures that it names are read
@@ -127,7 +131,7 @@ def load_mesh(shape: Shape) -> list[Any]:
 
 
 @lru_cache(maxsize=64)
-def _read_mesh(path: Path, changed: int, scale: tuple[float, ...]) -> tuple[Any, ...]:
+def _read_mesh(path: Path, changed: int, scale: tuple[float, ...]) -> tuple[Trimesh, ...]:
     """Parts of a file as it was when it `changed` [ns], read once though bounds and objects both want it."""
     import trimesh
 
@@ -147,13 +151,13 @@ def _read_mesh(path: Path, changed: int, scale: tuple[float, ...]) -> tuple[Any,
     return tuple(meshes)
 
 
-def _mesh_part(mesh: Any, at: Array, colour: Colour, own: bool) -> Part:
+def _mesh_part(mesh: Trimesh, at: Array, colour: Colour, own: bool) -> Part:
     colour = (_own_colour(mesh) or colour) if own else colour
     geometry = g.TriangularMeshGeometry(mesh.vertices, mesh.faces)
-    return Part(g.Mesh(geometry, material(colour, flatShading=True)), at)
+    return Part(g.Mesh(geometry, material(colour, flat=True)), at)
 
 
-def _own_colour(mesh: Any) -> Colour | None:
+def _own_colour(mesh: Trimesh) -> Colour | None:
     """The colour of the mesh's own material, None where it has none."""
     if not getattr(mesh.visual, "defined", False):
         return None
@@ -165,13 +169,13 @@ def _own_colour(mesh: Any) -> Colour | None:
     return (float(channels[0]), float(channels[1]), float(channels[2]), float(channels[3]))
 
 
-def lines(points: Array, colour: int, pairs: bool = False) -> Any:
+def lines(points: Array, colour: int, pairs: bool = False) -> g.Object:
     """A line through `points` (k, 3) [m], or separate segments between pairs of them."""
     kind = g.LineSegments if pairs else g.Line
     return kind(g.PointsGeometry(np.asarray(points, dtype=np.float32).T), g.LineBasicMaterial(color=colour))
 
 
-def tube(points: Array, radius: float, surface: Any, sides: int = 5) -> Any:
+def tube(points: Array, radius: float, surface: g.Material, sides: int = 5) -> g.Object:
     """A thin tube along `points` (k, 3) [m]; its triangles are in the order of the points, so a part can be shown.
 
     WebGL draws lines one pixel wide whatever is asked, so a path that must be seen is a tube.
@@ -199,7 +203,7 @@ def tube(points: Array, radius: float, surface: Any, sides: int = 5) -> Any:
     return g.Mesh(g.TriangularMeshGeometry(np.concatenate(rings), np.array(faces)), surface)
 
 
-def arrow(length: float, radius: float, surface: Any) -> list[Part]:
+def arrow(length: float, radius: float, surface: g.Material) -> list[Part]:
     """An arrow from the origin along z, `length` long [m]."""
     head = min(0.3 * length, 5 * radius)
     shaft, tip = arrow_parts(head, radius, surface)
@@ -210,14 +214,14 @@ def arrow(length: float, radius: float, surface: Any) -> list[Part]:
     ]
 
 
-def arrow_parts(head: float, radius: float, surface: Any) -> tuple[Part, Part]:
+def arrow_parts(head: float, radius: float, surface: g.Material) -> tuple[Part, Part]:
     """Shaft of unit length from the origin along z, and a tip `head` long [m] from the origin along z."""
     shaft = g.Mesh(g.Cylinder(1.0, radius), surface)
     tip = g.Mesh(g.Cylinder(head, radiusTop=0.0, radiusBottom=2.4 * radius), surface)
     return Part(shaft, translation([0, 0, 0.5]) @ _UPRIGHT), Part(tip, translation([0, 0, head / 2]) @ _UPRIGHT)
 
 
-def turn_arrow(radius: float, thickness: float, surface: Any) -> list[Part]:
+def turn_arrow(radius: float, thickness: float, surface: g.Material) -> list[Part]:
     """An arrow bent to a three-quarter circle about z, anticlockwise."""
     angles = np.linspace(0.0, 1.5 * np.pi, 32)
     ring = tube(radius * np.column_stack([np.cos(angles), np.sin(angles), 0 * angles]), thickness, surface, sides=8)

@@ -1,0 +1,123 @@
+"""What the control panel shows of a puppet: sliders, working modes, and the figures of its posture, as JSON."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from cutjoint.description.model import JointType
+from cutjoint.errors import ActuationError, InputError, SingularError
+from cutjoint.viewer.hand.puppet import AXES, Puppet
+from cutjoint.viewer.picture.figure import Figure, css, limb_of
+
+
+@dataclass(frozen=True)
+class Slider:
+    """A slider of the panel: what it moves (number of an actuator or of an axis), its unit and range."""
+
+    index: int
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    colour: str = ""
+
+
+class ControlPanel:
+    """The panel of one puppet, whose robot `figure` shows."""
+
+    def __init__(self, puppet: Puppet, figure: Figure) -> None:
+        self._puppet, self._chain, self._figure = puppet, puppet.chain, figure
+
+    def actuated_sliders(self) -> list[Slider]:
+        """A slider per actuator."""
+        return [
+            Slider(i, one.name, one.unit, *self._puppet.span(i), css(self._figure.colours[one.name]))
+            for i, one in enumerate(self._chain.actuators)
+        ]
+
+    def tool_sliders(self) -> list[Slider]:
+        """A slider per world axis along which the tool can be pulled at home, over the sampled workspace and a little
+        more."""
+        position = self._puppet.tool_position(self._puppet.at)
+        if position is None:
+            return []
+        half = 0.5 * self._puppet.radius
+        low, high = position - half, position + half
+        if self._puppet.box is not None:
+            wide = np.ptp(self._puppet.box, axis=0) > 0.0
+            low, high = np.where(wide, self._puppet.box[0], low), np.where(wide, self._puppet.box[1], high)
+        margin = 0.1 * (high - low)
+        low, high = low - margin, high + margin
+        return [Slider(axis, AXES[axis], "m", float(low[axis]), float(high[axis])) for axis in self._puppet.axes]
+
+    def mode_names(self) -> list[str]:
+        """A name per working mode: the limbs whose joints stand otherwise than at home."""
+        owners = limb_of(self._chain.description)
+        home = self._chain.home.q_full
+        names = ["1: as at home"]
+        for number, mode in enumerate(self._puppet.modes[1:], start=2):
+            limbs: dict[str, None] = {}
+            for joint in self._chain.description.joints:
+                if joint.type in (JointType.REVOLUTE, JointType.CONTINUOUS) and joint.child in owners:
+                    i = self._chain.model.idx_qs[self._chain.model.getJointId(joint.name)]
+                    if abs(math.remainder(mode.q_full[i] - home[i], 2 * math.pi)) > 1e-3:
+                        limbs[owners[joint.child]] = None
+            names.append(f"{number}: other {', '.join(limbs) or 'assembly'}")
+        return names
+
+    def controls(self) -> dict[str, object]:
+        """Sliders, modes and toggles, as JSON."""
+        return {
+            "type": "controls",
+            "title": self._chain.description.title or self._chain.name,
+            "source": self._chain.description.source,
+            "actuated": [asdict(slider) for slider in self.actuated_sliders()],
+            "tool": [asdict(slider) for slider in self.tool_sliders()],
+            "note": self._note(),
+            "modes": self.mode_names(),
+            "labels": self._figure.labels(),
+            "toggles": [{"title": t, "paths": p, "shown": s} for t, (p, s) in self._figure.toggles.items()],
+        }
+
+    def _note(self) -> str:
+        """What a user should know about how the actuators move this robot."""
+        report = self._chain.mobility(self._chain.home)
+        if report.determined or not self._chain.n:
+            return ""
+        if report.actuators > report.mobility:
+            return "The actuators depend on each other: one alone cannot move. Pull the tool instead."
+        return f"With all actuators locked, {', '.join(report.free)} can still move; they move as little as they can."
+
+    def state(self) -> dict[str, object]:
+        """The posture and its live figures, as JSON; None where a figure is not defined."""
+        stop = self._puppet.stop
+        report = self._chain.mobility(self._puppet.at)
+        position = self._puppet.tool_position(self._puppet.at)
+        effort: list[float] | None = None
+        try:
+            effort = [float(x) for x in self._chain.terms(self._puppet.at).gravity]
+        except (ActuationError, SingularError, InputError):
+            effort = None
+        return {
+            "type": "state",
+            "q": [float(x) for x in self._puppet.at.q],
+            "tool": None if position is None else [float(x) for x in position],
+            "gap": [_number(x) for x in self._puppet.at.gap],
+            "mobility": report.mobility,
+            "rank": report.rank,
+            "rows": report.rows,
+            "type1": _number(report.type1),
+            "type2": _number(report.type2),
+            "condition": _number(report.condition),
+            "effort": effort,
+            "effort_units": [actuator.effort_unit for actuator in self._chain.actuators],
+            "mode": self._puppet.mode,
+            "stop": None if stop is None else {"kind": stop.kind, "text": stop.text},
+        }
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
