@@ -9,7 +9,7 @@ are in `cutjoint.papers.cpm.rotary`, the checks on values here.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan2, hypot, pi, sqrt
+from math import atan2, hypot, pi
 
 import numpy.typing as npt
 
@@ -19,18 +19,14 @@ from cutjoint.mechanism import Actuator, Posture
 from cutjoint.papers.cpm import equations, forward, per_limb, rotary
 from cutjoint.papers.cpm.model import HOME_TOOL, check_limb
 from cutjoint.papers.cpm.parameters import CpmParameters
-from cutjoint.papers.cpm.rotary import RotaryLimbs, SecondRods
-from cutjoint.papers.cpm.rotary_state import CpmRotaryState
+from cutjoint.papers.cpm.state import CpmRotaryState
 from cutjoint.papers.cpm.tracking import Track, Tracker
+from cutjoint.papers.meeting_rods import SMALLEST_MEASURE, MeetingRods, MeetingRodsModel
 from cutjoint.papers.scalars import three
-from cutjoint.papers.three_limbs import Branch, Signs, ThreeLimbModel, Triple
-
-SMALLEST_MEASURE = 1e-4
-"""Smallest |type 2| that is accepted, the volume of the second rods' directions: the Jacobian loses as many digits as
-its square, eight are left."""
+from cutjoint.papers.three_limbs import Signs, Triple
 
 
-class CpmRotaryModel(ThreeLimbModel[CpmParameters]):
+class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
     """The CPM driven by its first revolute joints, reduced to their angles.
 
     Args:
@@ -44,6 +40,7 @@ class CpmRotaryModel(ThreeLimbModel[CpmParameters]):
     payload = "m4"
     stored = ("theta_11", "theta_21", "theta_31", "x", "y", "z")
     home_tool = HOME_TOOL
+    rod = "second rods"
 
     def __init__(self, parameters: CpmParameters | None = None, signs: Sequence[int] = (1, 1, 1)) -> None:
         super().__init__(parameters if parameters is not None else CpmParameters(), signs)
@@ -66,8 +63,7 @@ class CpmRotaryModel(ThreeLimbModel[CpmParameters]):
         """
         target = three("q", q, "rad")
         start = self.home if near is None else near
-        one, two, three_, x, y, z = self.full(start)
-        track = Tracker(self.parameters, SMALLEST_MEASURE).walk((one, two, three_), (x, y, z), target)
+        track = Tracker(self.parameters, SMALLEST_MEASURE).walk(*self.split(start), target)
         if track.progress < 1.0:
             raise self._refusal(target, track)
         return self._checked(target, track.tool)
@@ -93,12 +89,6 @@ class CpmRotaryModel(ThreeLimbModel[CpmParameters]):
         )
         return Posture(readonly((one, two, three_)), readonly((one, two, three_, *tool)), at.gap)
 
-    def branch(self, at: Posture) -> Branch:
-        """Working mode, and side of the type-2 singularities, of a posture."""
-        _, rods = self._limbs_and_rods(at)
-        one, two, three_ = (1 if drive < 0 else -1 for drive in rods.drive)
-        return Branch((one, two, three_), 1 if rods.volume > 0 else -1)
-
     def assembly_modes(self, q: npt.ArrayLike) -> tuple[Posture, ...]:
         """All postures with the motors at `q` [rad]: none to eight, an even number, in the order of x, y, z.
 
@@ -118,72 +108,37 @@ class CpmRotaryModel(ThreeLimbModel[CpmParameters]):
             type 2: cos cos cos - sin sin sin of the angles of the second rods, zero where the tool can move with the
             motors held.
         """
-        limbs, rods = self._limbs_and_rods(at)
-        second = per_limb.second_angles(self.parameters, limbs)
-        return readonly(rotary.type_1(self.parameters, rods)), float(rotary.type_2(second))
+        state = self.state(at)
+        second = per_limb.second_angles(self.parameters, state.limbs)
+        return readonly(rotary.type_1(self.parameters, state.rods)), float(rotary.type_2(second))
 
     def state(self, at: Posture) -> CpmRotaryState:
         """The equations at a posture."""
-        one, two, three_, x, y, z = self.full(at)
-        return CpmRotaryState(self.parameters, (one, two, three_), (x, y, z))
+        return CpmRotaryState(self.parameters, *self.split(at))
 
-    def _limbs_and_rods(self, at: Posture) -> tuple[RotaryLimbs, SecondRods]:
-        one, two, three_, x, y, z = self.full(at)
-        limbs = rotary.limbs(self.parameters, (x, y, z), (one, two, three_))
-        return limbs, rotary.rods(self.parameters, limbs)
+    def _rods(self, angles: Triple, tool: Triple) -> MeetingRods:
+        limbs = rotary.limbs(self.parameters, tool, angles)
+        e, (one, two, three_), volume = rotary.rods(self.parameters, limbs)
+        return MeetingRods(e, (-one, -two, -three_), volume, self.parameters.L2)
+
+    def _limb_angle(self, tool: Triple, i: int, sign: int) -> float:
+        end = equations.limb_ends(self.parameters, tool)[i]
+        check_limb(self.name, self.parameters, i + 1, end, tool, "type-1")
+        return float(equations.limb_angle(self.parameters, *end, sign))
 
     def _led(self, near: Posture, signs: Signs, tool: Triple, at: Posture) -> list[float]:
         """Motor angles, to a fraction of a turn, when the tool is led on a straight line from `near`: the way from a
         slider to its limb's end turns by less than half a turn then, and the first rod stays ahead or behind."""
         p = self.parameters
-        *_, x, y, z = self.full(near)
         found = []
         for before, now, sign, old, new in zip(
-            equations.limb_ends(p, (x, y, z)), equations.limb_ends(p, tool), signs, near.q, at.q, strict=True
+            equations.limb_ends(p, self.split(near)[1]), equations.limb_ends(p, tool), signs, near.q, at.q, strict=True
         ):
             (u0, w0), (u1, w1) = before, now
             turn = atan2(u0 * w1 - w0 * u1, u0 * u1 + w0 * w1)
             ahead = [(sign * (angle - atan2(w, u))) % (2.0 * pi) for angle, u, w in ((old, u0, w0), (new, u1, w1))]
             found.append(float(old) + turn + sign * (ahead[1] - ahead[0]))
         return found
-
-    def _place(
-        self, tool: Triple, signs: Signs, around: Triple = (0.0, 0.0, 0.0), assembly: int | None = None
-    ) -> Posture:
-        """Inverse kinematics with its checks."""
-        angles = []
-        for number, (end, sign, middle) in enumerate(
-            zip(equations.limb_ends(self.parameters, tool), signs, around, strict=True), start=1
-        ):
-            check_limb(self.name, self.parameters, number, end, tool, "type-1")
-            angle = equations.limb_angle(self.parameters, *end, sign)
-            angles.append(angle + 2.0 * pi * round((middle - angle) / (2.0 * pi)))
-        one, two, three_ = angles
-        return self._checked((one, two, three_), tool, assembly)
-
-    def _checked(self, angles: Triple, tool: Triple, assembly: int | None = None) -> Posture:
-        """The posture with its residual, unless it is singular of type 2 or on the wrong side of a singularity."""
-        p = self.parameters
-        rods = rotary.rods(p, rotary.limbs(p, tool, angles))
-        measure = rods.volume / p.L2**3
-        if abs(measure) < SMALLEST_MEASURE:
-            raise SingularError(
-                f"the second rods of {self.name} lie parallel to one plane with the tool at {list(tool)} m: the volume "
-                f"of their directions is {abs(measure):.3g}, below {SMALLEST_MEASURE:g} (type-2 singularity)",
-                kind="type-2",
-                measure=abs(measure),
-                limit=SMALLEST_MEASURE,
-            )
-        if assembly is not None and measure * assembly < 0.0:
-            raise SingularError(
-                f"{self.name} comes to {list(tool)} m in this working mode only through a type-2 singularity (volume "
-                f"of the second rods' directions {measure:+.3g}, of the other sign before)",
-                kind="type-2",
-                measure=0.0,
-                limit=SMALLEST_MEASURE,
-            )
-        gap = max(abs(sqrt(x * x + y * y + z * z) - p.L2) for x, y, z in rods.e)
-        return Posture(readonly(angles), readonly((*angles, *tool)), (gap, 0.0))
 
     def _refusal(self, target: Triple, track: Track) -> SingularError | ClosureError:
         """The error for a way that ended before its target."""

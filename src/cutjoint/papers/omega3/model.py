@@ -9,31 +9,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from math import pi, sqrt
+from math import sqrt
 
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import ClosureError, LimbReachError, SingularError
 from cutjoint.mechanism import Actuator, Posture
+from cutjoint.papers.meeting_rods import SMALLEST_MEASURE, MeetingRods, MeetingRodsModel
 from cutjoint.papers.omega3 import equations
 from cutjoint.papers.omega3.equations import Arms
 from cutjoint.papers.omega3.parameters import Omega3Parameters
 from cutjoint.papers.omega3.state import Omega3State
 from cutjoint.papers.reduced_model import ClosedFormModel
 from cutjoint.papers.scalars import NUMBERS, Functions, Vector3, three
-from cutjoint.papers.three_limbs import Branch, Signs, ThreeLimbModel, Triple
+from cutjoint.papers.three_limbs import Branch, Triple
 
 HOME_TOOL = (0.1, 0.0, 0.0)
 """Tool position of the home posture [m]: on the axis, in the plane of the paper's path (43)."""
 
-SMALLEST_MEASURE = 1e-4
-"""Smallest distance from a singularity that is accepted.  Near type-1 it is the sine between arm and rod in the limb's
-plane, near type-2 the volume of the three rod directions.  Both vanish like a root, so answers lose as many digits as
-the measure's square: eight are left here."""
 
-
-class Omega3Model(ThreeLimbModel[Omega3Parameters], ClosedFormModel[Omega3Parameters, Branch]):
+class Omega3Model(MeetingRodsModel[Omega3Parameters], ClosedFormModel[Omega3Parameters, Branch]):
     """The reduced model of the Omega-3.
 
     Args:
@@ -47,6 +43,7 @@ class Omega3Model(ThreeLimbModel[Omega3Parameters], ClosedFormModel[Omega3Parame
     payload = "m_payload"
     stored = ("theta_1", "theta_2", "theta_3", "x", "y", "z")
     home_tool = HOME_TOOL
+    rod = "rods"
 
     def __init__(self, parameters: Omega3Parameters | None = None, signs: Sequence[int] = (-1, -1, -1)) -> None:
         super().__init__(parameters if parameters is not None else Omega3Parameters(), signs)
@@ -91,13 +88,6 @@ class Omega3Model(ThreeLimbModel[Omega3Parameters], ClosedFormModel[Omega3Parame
         one, two, three_ = near.q.tolist()
         return self._place(tool, wanted.signs, (one, two, three_), wanted.assembly)
 
-    def branch(self, at: Posture) -> Branch:
-        """Working and assembly mode of a posture."""
-        one, two, three_, x, y, z = self.full(at)
-        rods = equations.rods(equations.arms(self.parameters, (one, two, three_)), (x, y, z))
-        first, second, third = (1 if ub > 0 else -1 for ub in rods.ub)
-        return Branch((first, second, third), 1 if rods.volume > 0 else -1)
-
     def assembly_modes(self, q: npt.ArrayLike) -> tuple[Posture, Posture]:
         """Both postures with the arms at `q` [rad]: the tool on the sides +1 and -1 of the elbows' plane."""
         angles = three("q", q, "rad")
@@ -110,8 +100,8 @@ class Omega3Model(ThreeLimbModel[Omega3Parameters], ClosedFormModel[Omega3Parame
 
     def state(self, at: Posture) -> Omega3State:
         """Equation (42) at a posture."""
-        one, two, three_, x, y, z = self.full(at)
-        return Omega3State(self.parameters, equations.arms(self.parameters, (one, two, three_)), (x, y, z))
+        angles, tool = self.split(at)
+        return Omega3State(self.parameters, equations.arms(self.parameters, angles), tool)
 
     def state_at(
         self, parameters: Omega3Parameters, q: Vector3, branch: Branch, fn: Functions = NUMBERS
@@ -147,44 +137,15 @@ class Omega3Model(ThreeLimbModel[Omega3Parameters], ClosedFormModel[Omega3Parame
                 gap=(short, 0.0),
                 cut="platform",
             )
-        return self._checked(angles, arms, equations.tool_position(spheres, assembly))
+        return self._checked(angles, equations.tool_position(spheres, assembly))
 
-    def _place(
-        self, tool: Triple, signs: Signs, around: Triple = (0.0, 0.0, 0.0), assembly: int | None = None
-    ) -> Posture:
-        """Inverse kinematics with its checks."""
-        p = self.parameters
-        angles = []
-        for i, (sign, middle) in enumerate(zip(signs, around, strict=True)):
-            check_limb(self.name, p, tool, i)
-            angle = equations.arm_angle(p, tool, i, sign)
-            angles.append(angle + 2.0 * pi * round((middle - angle) / (2.0 * pi)))
-        one, two, three_ = angles
-        return self._checked((one, two, three_), equations.arms(p, (one, two, three_)), tool, assembly)
+    def _rods(self, angles: Triple, tool: Triple) -> MeetingRods:
+        rods = equations.rods(equations.arms(self.parameters, angles), tool)
+        return MeetingRods(*rods, self.parameters.L_B)
 
-    def _checked(self, angles: Triple, arms: Arms, tool: Triple, assembly: int | None = None) -> Posture:
-        """The posture with its residual, unless it is singular of type 2 or on the wrong side of a singularity."""
-        rods = equations.rods(arms, tool)
-        length = self.parameters.L_B
-        measure = rods.volume / length**3
-        if abs(measure) < SMALLEST_MEASURE:
-            raise SingularError(
-                f"the rods of {self.name} lie in one plane with the tool at {list(tool)} m: the volume of their "
-                f"directions is {abs(measure):.3g}, below {SMALLEST_MEASURE:g} (type-2 singularity)",
-                kind="type-2",
-                measure=abs(measure),
-                limit=SMALLEST_MEASURE,
-            )
-        if assembly is not None and measure * assembly < 0.0:
-            raise SingularError(
-                f"{self.name} comes to {list(tool)} m with these elbows only through a type-2 singularity: there the "
-                f"tool is on the other side of the elbows (volume of the rods' directions {measure:+.3g})",
-                kind="type-2",
-                measure=0.0,
-                limit=SMALLEST_MEASURE,
-            )
-        gap = max(abs(sqrt(x * x + y * y + z * z) - length) for x, y, z in rods.u)
-        return Posture(readonly(angles), readonly((*angles, *tool)), (gap, 0.0))
+    def _limb_angle(self, tool: Triple, i: int, sign: int) -> float:
+        check_limb(self.name, self.parameters, tool, i)
+        return float(equations.arm_angle(self.parameters, tool, i, sign))
 
 
 def check_limb(name: str, p: Omega3Parameters, tool: Triple, i: int) -> None:
