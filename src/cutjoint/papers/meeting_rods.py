@@ -60,9 +60,8 @@ class MeetingRodsModel(ThreeLimbModel[P]):
 
     def branch(self, at: Posture) -> Branch:
         """Working mode, and side of the type-2 singularities, of a posture."""
-        rods = self._rods(*self.split(at))
-        one, two, three = (1 if mode > 0 else -1 for mode in rods.modes)
-        return Branch((one, two, three), 1 if rods.volume > 0 else -1)
+        _, (one, two, three), volume, _ = self._rods(*self.split(at))
+        return Branch((1 if one > 0 else -1, 1 if two > 0 else -1, 1 if three > 0 else -1), 1 if volume > 0 else -1)
 
     def _place(
         self, tool: Triple, signs: Signs, around: Triple = (0.0, 0.0, 0.0), assembly: int | None = None
@@ -72,12 +71,13 @@ class MeetingRodsModel(ThreeLimbModel[P]):
             angle + 2.0 * pi * round((middle - angle) / (2.0 * pi))
             for angle, middle in zip((self._limb_angle(tool, i, signs[i]) for i in range(3)), around, strict=True)
         )
-        return self._checked((one, two, three), tool, assembly)
+        angles = (one, two, three)
+        return self._checked(angles, tool, self._rods(angles, tool), assembly)
 
-    def _checked(self, angles: Triple, tool: Triple, assembly: int | None = None) -> Posture:
+    def _checked(self, angles: Triple, tool: Triple, rods: MeetingRods, assembly: int | None = None) -> Posture:
         """The posture with its residual, unless it is singular of type 2 or on the wrong side of a singularity."""
-        rods = self._rods(angles, tool)
-        measure = rods.volume / rods.length**3
+        rows, _, volume, length = rods
+        measure = volume / length**3
         if abs(measure) < SMALLEST_MEASURE:
             raise SingularError(
                 f"the {self.rod} of {self.name} lie parallel to one plane with the tool at {list(tool)} m: the volume "
@@ -94,5 +94,5 @@ class MeetingRodsModel(ThreeLimbModel[P]):
                 measure=0.0,
                 limit=SMALLEST_MEASURE,
             )
-        gap = max(abs(sqrt(x * x + y * y + z * z) - rods.length) for x, y, z in rods.rows)
+        gap = max(abs(sqrt(x * x + y * y + z * z) - length) for x, y, z in rows)
         return Posture(readonly(angles), readonly((*angles, *tool)), (gap, 0.0))

@@ -42,6 +42,8 @@ class Functions(Protocol):
     atan2: Callable[..., Scalar]
 
 
+_FLOAT = np.dtype(np.float64)
+
 NUMBERS: Functions = cast(Functions, math)
 """Plain floats."""
 
@@ -131,7 +133,7 @@ def three(name: str, values: npt.ArrayLike, unit: str) -> tuple[float, float, fl
     Raises:
         InputError: wrong shape, not numbers or not finite; the message names the argument.
     """
-    if isinstance(values, np.ndarray) and values.shape == (3,) and values.dtype == np.float64:
+    if isinstance(values, np.ndarray) and values.shape == (3,) and values.dtype is _FLOAT:
         x, y, z = values.tolist()
         if math.isfinite(x) and math.isfinite(y) and math.isfinite(z):
             return x, y, z

@@ -66,7 +66,7 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
         track = Tracker(self.parameters, SMALLEST_MEASURE).walk(*self.split(start), target)
         if track.progress < 1.0:
             raise self._refusal(target, track)
-        return self._checked(target, track.tool)
+        return self._checked(target, track.tool, self._rods(target, track.tool))
 
     def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The posture with the tool at `p` [m] in the working mode of `near` (inverse kinematics, closed form).
@@ -98,7 +98,7 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
         """
         angles = three("q", q, "rad")
         found = forward.solutions(self.parameters, angles).tolist()
-        return tuple(self._checked(angles, (x, y, z)) for x, y, z in found)
+        return tuple(self._checked(angles, (x, y, z), self._rods(angles, (x, y, z))) for x, y, z in found)
 
     def singularities(self, at: Posture) -> tuple[Array, float]:
         """How far a posture is from singular.
@@ -114,7 +114,8 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
 
     def state(self, at: Posture) -> CpmRotaryState:
         """The equations at a posture."""
-        return CpmRotaryState(self.parameters, *self.split(at))
+        one, two, three_, x, y, z = self.full(at)
+        return CpmRotaryState(self.parameters, (one, two, three_), (x, y, z))
 
     def _rods(self, angles: Triple, tool: Triple) -> MeetingRods:
         limbs = rotary.limbs(self.parameters, tool, angles)

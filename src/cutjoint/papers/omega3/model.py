@@ -100,8 +100,8 @@ class Omega3Model(MeetingRodsModel[Omega3Parameters], ClosedFormModel[Omega3Para
 
     def state(self, at: Posture) -> Omega3State:
         """Equation (42) at a posture."""
-        angles, tool = self.split(at)
-        return Omega3State(self.parameters, equations.arms(self.parameters, angles), tool)
+        one, two, three_, x, y, z = self.full(at)
+        return Omega3State(self.parameters, equations.arms(self.parameters, (one, two, three_)), (x, y, z))
 
     def state_at(
         self, parameters: Omega3Parameters, q: Vector3, branch: Branch, fn: Functions = NUMBERS
@@ -137,11 +137,15 @@ class Omega3Model(MeetingRodsModel[Omega3Parameters], ClosedFormModel[Omega3Para
                 gap=(short, 0.0),
                 cut="platform",
             )
-        return self._checked(angles, equations.tool_position(spheres, assembly))
+        tool = equations.tool_position(spheres, assembly)
+        return self._checked(angles, tool, self._meeting(arms, tool))
 
     def _rods(self, angles: Triple, tool: Triple) -> MeetingRods:
-        rods = equations.rods(equations.arms(self.parameters, angles), tool)
-        return MeetingRods(*rods, self.parameters.L_B)
+        return self._meeting(equations.arms(self.parameters, angles), tool)
+
+    def _meeting(self, arms: Arms, tool: Triple) -> MeetingRods:
+        u, ub, volume = equations.rods(arms, tool)
+        return MeetingRods(u, ub, volume, self.parameters.L_B)
 
     def _limb_angle(self, tool: Triple, i: int, sign: int) -> float:
         check_limb(self.name, self.parameters, tool, i)
