@@ -39,15 +39,13 @@ NAMES = [
 def call(model: Any, name: str, p: np.ndarray, at: Posture) -> Any:
     """A method with arguments by their names, or a property."""
     given = {"at": at, "near": at, "q": at.q, "p": p, "v": V, "a": A, "effort": TAU, "mass": 0.1}
-    given |= {"parameters": model.parameters, "tool": p, "fn": NUMBERS}
+    given |= {"parameters": model.parameters, "fn": NUMBERS}
     found = getattr(model, name)
     if not callable(found):
         return found
     wanted = inspect.signature(found).parameters
     if "branch" in wanted:
         given["branch"] = model.branch(at)
-    if "fn" in wanted:  # equations: `p` is the parameters there
-        given["p"] = model.parameters
     return found(*(given[one] for one in wanted))
 
 
