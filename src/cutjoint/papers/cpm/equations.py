@@ -12,7 +12,7 @@ so all three share one set of equations.  Nothing here looks at a value to decid
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
 from cutjoint.papers.scalars import (
@@ -52,22 +52,20 @@ def limb_angle(p: CpmParameters, u: Scalar, w: Scalar, sign: Scalar, fn: Functio
     return two_link_angle(u, w, k, sign, fn)
 
 
-class PlacedLimb(Protocol):
-    """Where a limb stands in its own plane; the attributes are those of `Limb`."""
+class PlacedLimb(NamedTuple):
+    """A limb in its own plane, without the elements of Gamma, which a stretched limb does not have.
 
-    @property
-    def cos(self) -> Scalar: ...
-    @property
-    def sin(self) -> Scalar: ...
-    @property
-    def u(self) -> Scalar: ...
-    @property
-    def w(self) -> Scalar: ...
-    @property
-    def denominator(self) -> Scalar: ...
+    Attributes:
+        cos, sin: of the angle of the first link.
+        u, w: end of the limb [m].
+        denominator: of Gamma, L1 (u sin - w cos) = - L1 L2 sin(elbow) [m2].
+    """
 
-
-PlacedLimbs = tuple[PlacedLimb, PlacedLimb, PlacedLimb]
+    cos: Scalar
+    sin: Scalar
+    u: Scalar
+    w: Scalar
+    denominator: Scalar
 
 
 class Limb(NamedTuple):
@@ -75,9 +73,7 @@ class Limb(NamedTuple):
 
     Attributes:
         along_u, along_w: the two elements of Gamma [rad/m].
-        cos, sin: of the angle of the first link.
-        u, w: end of the limb [m].
-        denominator: of Gamma, L1 (u sin - w cos) = - L1 L2 sin(elbow) [m2].
+        cos, sin, u, w, denominator: as of a `PlacedLimb`.
     """
 
     along_u: Scalar
@@ -107,6 +103,8 @@ def limb_rates(p: CpmParameters, a: Limb, du: Scalar, dw: Scalar) -> tuple[Scala
 
 
 Limbs = tuple[Limb, Limb, Limb]
+AnyLimb = Limb | PlacedLimb
+PlacedLimbs = tuple[AnyLimb, AnyLimb, AnyLimb]
 
 
 def limbs(p: CpmParameters, tool: Vector3, angles: Vector3, fn: Functions = NUMBERS) -> Limbs:

@@ -8,7 +8,7 @@ moves with the tool.  With the masses lumped at its ends the second rod carries 
 
 from __future__ import annotations
 
-from cutjoint.papers.cpm.equations import Limbs, PlacedLimb, PlacedLimbs
+from cutjoint.papers.cpm.equations import AnyLimb, Limbs, PlacedLimbs
 from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
 from cutjoint.papers.scalars import NUMBERS, Functions, Matrix3, Scalar, Vector3, times, transposed
 
@@ -19,7 +19,7 @@ def second_rods(p: CpmParameters, at: PlacedLimbs) -> tuple[tuple[Scalar, Scalar
     return (_second_rod(p, one), _second_rod(p, two), _second_rod(p, three))
 
 
-def _second_rod(p: CpmParameters, a: PlacedLimb) -> tuple[Scalar, Scalar]:
+def _second_rod(p: CpmParameters, a: AnyLimb) -> tuple[Scalar, Scalar]:
     return (a.u - p.L1 * a.cos, a.w - p.L1 * a.sin)
 
 

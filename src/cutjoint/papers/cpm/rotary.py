@@ -24,7 +24,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from cutjoint.papers.cpm import equations, per_limb
-from cutjoint.papers.cpm.equations import PlacedLimbs
+from cutjoint.papers.cpm.equations import PlacedLimb, PlacedLimbs
 from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
 from cutjoint.papers.scalars import (
     NUMBERS,
@@ -53,26 +53,7 @@ def inverse_kinematics(p: CpmParameters, tool: Vector3, fn: Functions = NUMBERS)
     return ((plus[0], minus[0]), (plus[1], minus[1]), (plus[2], minus[2]))
 
 
-class RotaryLimb(NamedTuple):
-    """A limb in its own plane, without the elements of Gamma, which a stretched limb does not have.
-
-    Attributes:
-        cos, sin: of the angle of the first rod, the motor's.
-        u, w: end of the limb [m].
-        denominator: of Gamma, L1 (u sin - w cos) [m2].
-    """
-
-    cos: Scalar
-    sin: Scalar
-    u: Scalar
-    w: Scalar
-    denominator: Scalar
-
-
-RotaryLimbs = tuple[RotaryLimb, RotaryLimb, RotaryLimb]
-
-
-def limbs(p: CpmParameters, tool: Vector3, angles: Vector3, fn: Functions = NUMBERS) -> RotaryLimbs:
+def limbs(p: CpmParameters, tool: Vector3, angles: Vector3, fn: Functions = NUMBERS) -> PlacedLimbs:
     """The three limbs at a tool position [m] with the motors' angles [rad]."""
     one, two, three = (
         _limb(p, u, w, fn.cos(angle), fn.sin(angle))
@@ -81,8 +62,8 @@ def limbs(p: CpmParameters, tool: Vector3, angles: Vector3, fn: Functions = NUMB
     return (one, two, three)
 
 
-def _limb(p: CpmParameters, u: Scalar, w: Scalar, c: Scalar, s: Scalar) -> RotaryLimb:
-    return RotaryLimb(c, s, u, w, p.L1 * (u * s - w * c))
+def _limb(p: CpmParameters, u: Scalar, w: Scalar, c: Scalar, s: Scalar) -> PlacedLimb:
+    return PlacedLimb(c, s, u, w, p.L1 * (u * s - w * c))
 
 
 class SecondRods(NamedTuple):
