@@ -6,6 +6,7 @@ import os
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -181,3 +182,18 @@ def test_two_processes_at_once(kit: Any, folder: Path) -> None:
     assert made(kit)[0].cached
     assert len(list(folder.iterdir())) == 1
     assert answers[0].strip() == str(made(kit)[1].tolist())
+
+
+@pytest.mark.parametrize("part", ["arguments", "results"])
+def test_a_program_that_takes_or_gives_other_things_is_not_used(kit: Any, folder: Path, part: str) -> None:
+    """Right digest, right name, right numbers even, but not what this function of this model takes or gives."""
+    _, right = made(kit)
+    file = only_file(folder)
+    data = file.read_bytes()
+    program = Program.from_bytes(data[65:])
+    named = tuple((f"{name}_", size) for name, size in getattr(program, part))
+    file.write_bytes(data[:65] + replace(program, **{part: named}).to_bytes())
+    again, found = made(kit)
+    assert not again.cached
+    np.testing.assert_array_equal(found, right)
+    assert file.read_bytes() == data
