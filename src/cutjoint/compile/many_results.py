@@ -22,6 +22,8 @@ from cutjoint.simulation import run as simulate
 RESIDUAL_LIMIT = 1e-6
 """A run whose loops were open by more than this before any settling step is not trusted [rad, or robot lengths]."""
 
+_PER_RUN = ("q", "v", "effort", "positions", "error_rms", "error_max", "effort_max")
+
 
 @dataclass(frozen=True, eq=False)
 class Many(Values):
@@ -50,7 +52,7 @@ class Many(Values):
     slow: tuple[int, ...]
 
     def __post_init__(self) -> None:
-        for name in ("time", "q", "v", "effort", "positions", "error_rms", "error_max", "effort_max"):
+        for name in ("time", *_PER_RUN):
             getattr(self, name).setflags(write=False)
 
 
@@ -74,15 +76,7 @@ class Outcome:
 
     def many(self, reference: Reference | Array) -> Many:
         """The result."""
-        arrays: dict[str, Array] = {
-            "q": np.array(self.q),
-            "v": np.array(self.v),
-            "effort": np.array(self.effort),
-            "positions": np.array(self.positions),
-            "error_rms": np.array(self.error_rms),
-            "error_max": np.array(self.error_max),
-            "effort_max": np.array(self.effort_max),
-        }
+        arrays = {name: np.array(getattr(self, name), dtype=np.float64) for name in _PER_RUN}
         failed: dict[int, str] = {}
         for run in self.broken:
             for array in arrays.values():

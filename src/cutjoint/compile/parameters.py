@@ -13,7 +13,7 @@ from cutjoint.arrays import Array, readonly
 from cutjoint.compile.functions.options import Options
 from cutjoint.compile.once import once
 from cutjoint.errors import InputError, UnknownNameError
-from cutjoint.mechanism import Actuator, Mechanism, Posture
+from cutjoint.mechanism import Mechanism
 
 Model_co = TypeVar("Model_co", bound=Mechanism, covariant=True)
 
@@ -25,36 +25,20 @@ class Parametrised(Generic[Model_co]):
         model: the model.
         options: how it is compiled.
         values: of the parameters that are arguments, as the model has them [kg].
+
+    Attributes:
+        name, n, actuators, home: see `Mechanism`; those of the model.
     """
 
     def __init__(self, model: Model_co, options: Options, values: Array) -> None:
         self.model, self.options = model, options
+        self.name, self.n, self.actuators, self.home = f"{model.name}, compiled", model.n, model.actuators, model.home
         self._values = self._nominal = readonly(values)
         self._lock = threading.RLock()
 
     def __reduce__(self) -> tuple[object, ...]:
         # machine code stays behind, and so does whoever is told of functions that are made
         return _restored, (type(self), self.model, replace(self.options, report=None), self._values)
-
-    @property
-    def name(self) -> str:
-        """Name of the model."""
-        return f"{self.model.name}, compiled"
-
-    @property
-    def n(self) -> int:
-        """Number of actuated coordinates."""
-        return self.model.n
-
-    @property
-    def actuators(self) -> tuple[Actuator, ...]:
-        """The actuated joints."""
-        return self.model.actuators
-
-    @property
-    def home(self) -> Posture:
-        """Home posture of the model."""
-        return self.model.home
 
     @property
     def parameters(self) -> dict[str, float]:
