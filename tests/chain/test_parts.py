@@ -18,7 +18,7 @@ from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
 from cutjoint.chain.closing.closing import Closing
 from cutjoint.chain.closing.equations import SMALL, WELL, System
-from cutjoint.chain.joints import JOINTS, angles, coordinates_to_q, travelling, type_of, velocity_lengths
+from cutjoint.chain.joints import JOINTS, angles, coordinates_to_q, travelling, type_of, velocity_scale
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.mobility import Mobility
 from cutjoint.chain.placements import Placements
@@ -50,7 +50,7 @@ def test_a_row_is_right_about_its_joint(kind: JointType, axis: tuple[float, ...]
     model, random = build_model(description), np.random.default_rng(0)
     assert type_of(model, 1).lengths == kind.lengths
     assert model.nv == kind.dof
-    assert velocity_lengths(model).tolist() == list(kind.lengths)
+    assert velocity_scale(model, 7.0).tolist() == [7.0 if one else 1.0 for one in kind.lengths]
     value = tuple(random.uniform(-1.0, 1.0, kind.dof))
     home = coordinates_to_q(description.joints[0], value)
     starts = [home]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, readonly
 from cutjoint.description.model import Joint, JointType
 
 Anywhere = Callable[[np.random.Generator, Array, float], Array]
@@ -132,16 +132,10 @@ def flies(model: pin.Model, joint: int) -> bool:
     return bool(model.parents[joint] == 0 and sum(type_of(model, joint).lengths) == 3)
 
 
-def velocity_lengths(model: pin.Model) -> Array:
-    """Whether each velocity is a length (else an angle) per time, shape (nv,)."""
-    return np.array([one for joint in range(1, model.njoints) for one in type_of(model, joint).lengths], dtype=bool)
-
-
 def velocity_scale(model: pin.Model, length: float) -> Array:
     """Factor per velocity coordinate that turns dimensionless rates into [m/s] or [rad/s], shape (nv,)."""
-    scale = np.where(velocity_lengths(model), length, 1.0)
-    scale.setflags(write=False)
-    return scale
+    lengths = [one for joint in range(1, model.njoints) for one in type_of(model, joint).lengths]
+    return readonly([length if one else 1.0 for one in lengths])
 
 
 def support(model: pin.Model, joint: int) -> Array:

@@ -17,9 +17,9 @@ RESTARTS = 8
 """Starts around a configuration that are tried where none is found from itself."""
 
 
-def assemble(kinematics: Kinematics, q: Array, driver: Driver | None, iterations: int = 100) -> Placed | None:
+def assemble(kinematics: Kinematics, q: Array, driver: Driver | None) -> Placed | None:
     """A closed configuration from any start `q`, shape (nq,), or None; damped least squares, then Newton."""
-    near, cost = nearest(kinematics, q, driver, iterations)
+    near, cost = nearest(kinematics, q, driver)
     return settle(kinematics, near, driver, inf) if cost < 1e-12 else None
 
 
