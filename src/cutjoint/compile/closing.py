@@ -101,9 +101,12 @@ class ChainClosing:
         def step(at: Array, to: Array) -> tuple[Array, Array, Array]:
             parts, trusted = function.batch([at, to, self.parameters], threads)
             after = parts["q_next"]
-            size = np.maximum.reduce(np.abs((after - at) / self.q_scale), axis=1)
-            size[~trusted] = np.inf
-            return after, size, np.maximum.reduce(np.abs(parts["residual"] * self.row_scale), axis=1, initial=0.0)
+            change, gap = after - at, parts["residual"] * self.row_scale
+            change /= self.q_scale
+            size = np.maximum.reduce(np.abs(change, out=change), axis=1)
+            if not trusted.all():
+                size[~trusted] = np.inf
+            return after, size, np.maximum.reduce(np.abs(gap, out=gap), axis=1, initial=0.0)
 
         _, size, _ = step(q, target)
         pieces = int(np.ceil(min(float(size[np.isfinite(size)].max(initial=0.0)) / 0.1, 200.0))) + 1

@@ -50,9 +50,10 @@ class CompiledFunction:
     def batch(self, arguments: Sequence[Array], threads: int = 1) -> tuple[dict[str, Array], npt.NDArray[np.bool_]]:
         """Many evaluations: arrays of shape (N, ...) by name, and which of the N may be trusted."""
         *results, strain = self.kernel.batch(arguments, threads=threads)
-        good = strain[:, 0] <= STRAIN_LIMIT
-        for result in results:
-            # one pass over the data: a row with anything not finite has no finite sum
-            good &= np.isfinite(np.einsum("ij->i", result))
+        # one pass over the data: a row with anything not finite has no finite sum
+        total = np.einsum("ij->i", results[0])
+        for result in results[1:]:
+            total += np.einsum("ij->i", result)
+        good = (strain[:, 0] <= STRAIN_LIMIT) & np.isfinite(total)
         named = zip(self._parts, results, strict=True)
         return {name: y if shape is None else y.reshape(-1, *shape) for (name, _, shape), y in named}, good
