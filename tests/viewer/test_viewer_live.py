@@ -187,7 +187,7 @@ def test_text_that_reaches_the_page_is_never_run(
     cpm_view.bridge._send_scene([umsgpack.packb(attack)])
     # whoever tells of the controls tells this: the workspace's sampler does as well, whenever it gets there
     controls = {**cpm_view.panel.controls(), "title": "<img src=x onerror=hacked=1>"}
-    monkeypatch.setattr(cpm_view.puppet, "controls", lambda: controls)
+    monkeypatch.setattr(cpm_view.panel, "controls", lambda: controls)
     cpm_view.bridge.broadcast(controls)
     tab.wait("document.getElementById('title').textContent.includes('onerror')")
     assert tab.page.evaluate("Object.keys(cutjoint.stage.viewer.gui_controllers)") == []
