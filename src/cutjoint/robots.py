@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from math import pi
 from typing import TYPE_CHECKING
 
@@ -15,15 +16,11 @@ import numpy as np
 
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism
-from cutjoint.motion import Circle, Lissajous, Trajectory
-from cutjoint.papers.cpm import CpmModel, CpmRotaryModel
-from cutjoint.papers.cpm.published import CIRCLE
-from cutjoint.papers.omega3 import Omega3Model
-from cutjoint.papers.omega3.published import CURVE
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
     from cutjoint.crosscheck import Cost
+    from cutjoint.motion import Trajectory
 
 
 @dataclass(frozen=True)
@@ -53,11 +50,27 @@ class Published:
         return self.path()
 
 
-def _circle() -> Circle:
+def _paper(folder: str, name: str) -> Callable[[], Mechanism]:
+    """What makes the model `name` of a folder of papers/, which is imported only then: names are to be had quickly."""
+
+    def make() -> Mechanism:
+        made: Mechanism = getattr(import_module(f"cutjoint.papers.{folder}"), name)()
+        return made
+
+    return make
+
+
+def _circle() -> Trajectory:
+    from cutjoint.motion import Circle
+    from cutjoint.papers.cpm.published import CIRCLE
+
     return Circle(np.array(CIRCLE.centre), CIRCLE.radius, CIRCLE.omega)
 
 
-def _curve() -> Lissajous:
+def _curve() -> Trajectory:
+    from cutjoint.motion import Lissajous
+    from cutjoint.papers.omega3.published import CURVE
+
     return Lissajous(
         centre=np.array([CURVE.x, 0.0, 0.0]),
         amplitude=np.array([0.0, CURVE.y, CURVE.z]),
@@ -69,9 +82,9 @@ def _curve() -> Lissajous:
 
 
 PUBLISHED: dict[str, Published] = {
-    "cpm": Published(CpmModel, "lumped", "distributed", _circle),
-    "cpm_rotary": Published(CpmRotaryModel, "lumped", "distributed", _circle),
-    "omega3": Published(Omega3Model, "lumped", "distributed", _curve),
+    "cpm": Published(_paper("cpm", "CpmModel"), "lumped", "distributed", _circle),
+    "cpm_rotary": Published(_paper("cpm", "CpmRotaryModel"), "lumped", "distributed", _circle),
+    "omega3": Published(_paper("omega3", "Omega3Model"), "lumped", "distributed", _curve),
 }
 """Folder under urdf/ -> its published model."""
 
