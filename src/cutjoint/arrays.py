@@ -5,9 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
+from inspect import get_annotations
 from math import isfinite
 from types import MappingProxyType
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -39,6 +40,27 @@ class Values:
     def __reduce__(self) -> tuple[object, ...]:
         parts = {one.name: _portable(getattr(self, one.name)) for one in fields(self)}  # type: ignore[arg-type]
         return _put_together, (type(self), parts)
+
+
+class Frozen(Values):
+    """Base of values whose arrays and mappings are read-only copies of what they are given: the fields that are
+    annotated `Array` or `Mapping[...]`, noted once a class."""
+
+    __slots__ = ()
+    _arrays: ClassVar[tuple[str, ...]] = ()
+    _mappings: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        kinds = get_annotations(cls).items()
+        cls._arrays += tuple(name for name, kind in kinds if kind == "Array")
+        cls._mappings += tuple(name for name, kind in kinds if str(kind).startswith("Mapping["))
+
+    def __post_init__(self) -> None:
+        own = self.__dict__  # quicker than by object.__setattr__
+        for name in self._arrays:
+            own[name] = readonly(own[name])
+        for name in self._mappings:
+            own[name] = readonly_mapping(own[name])
 
 
 def readonly_mapping(values: Mapping[str, T]) -> Mapping[str, T]:

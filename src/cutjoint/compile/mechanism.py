@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, Values, as_vector, readonly
+from cutjoint.arrays import Array, Frozen, as_vector
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.functions.library import Library
 from cutjoint.compile.machine.kernel import Kernel
@@ -22,7 +22,7 @@ from cutjoint.mechanism import Posture, Terms, Tool
 
 
 @dataclass(frozen=True, eq=False)
-class Derivatives(Values):
+class Derivatives(Frozen):
     """A value and its exact derivatives in actuated coordinates, the loops staying closed.
 
     Attributes:
@@ -36,10 +36,6 @@ class Derivatives(Values):
     by_q: Array
     by_v: Array
     by_input: Array
-
-    def __post_init__(self) -> None:
-        for name in ("value", "by_q", "by_v", "by_input"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
 
 
 class CompiledMechanism(Parametrised[Model_co]):

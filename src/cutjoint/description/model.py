@@ -8,30 +8,19 @@ copying; `with_...` and `variant` give changed copies.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, Values, readonly, readonly_mapping
+from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
 from cutjoint.errors import InputError, UnknownNameError
 
 IDENTITY: Array = readonly(np.eye(4))
-
-
-class Frozen(Values):
-    """Base of values whose arrays and mappings are read-only copies of what they are given."""
-
-    def __post_init__(self) -> None:
-        for one in fields(self):  # type: ignore[arg-type]
-            if one.type == "Array":
-                object.__setattr__(self, one.name, readonly(getattr(self, one.name)))
-            elif str(one.type).startswith("Mapping"):
-                object.__setattr__(self, one.name, readonly_mapping(getattr(self, one.name)))
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ def sections(found: Found) -> list[Section]:
             ),
             level=2,
         ),
-        Section("ReportTable 3", table_3(found)),
+        Section("Table 3", table_3(found)),
         Section("The rule for the gains", (gain_table(found), force_table())),
         Section("Figures 9 to 22", figures(found)),
         Section(
@@ -90,7 +90,7 @@ def table_3(found: Found) -> tuple[ReportTable, ...]:
         columns = ("controller", "printed", *heads.values(), "(39), mean over time", "printed digits")
         tables.append(
             ReportTable(
-                f"ReportTable 3, root mean square {quantity} error [{unit}]",
+                f"Table 3, root mean square {quantity} error [{unit}]",
                 columns,
                 rows,
                 right=columns[1:-1],

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cutjoint.arrays import Array, Values, readonly
+from cutjoint.arrays import Array, Frozen
 
 
 @dataclass(frozen=True, eq=False)
-class Posture(Values):
+class Posture(Frozen):
     """A closed configuration.  Only `close()` and `reach()` of a mechanism make one, so it is always closed.
 
     Attributes:
@@ -24,13 +24,9 @@ class Posture(Values):
     q_full: Array
     gap: tuple[float, float] = (0.0, 0.0)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "q", readonly(self.q))
-        object.__setattr__(self, "q_full", readonly(self.q_full))
-
 
 @dataclass(frozen=True, eq=False)
-class Terms(Values):
+class Terms(Frozen):
     """The equation of motion in actuated coordinates: `mass @ a + coriolis + gravity = effort`.
 
     Attributes:
@@ -43,13 +39,9 @@ class Terms(Values):
     coriolis: Array
     gravity: Array
 
-    def __post_init__(self) -> None:
-        for name in ("mass", "coriolis", "gravity"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
-
 
 @dataclass(frozen=True, eq=False)
-class Tool(Values):
+class Tool(Frozen):
     """Kinematics of the tool point.
 
     Attributes:
@@ -61,7 +53,3 @@ class Tool(Values):
     position: Array
     jacobian: Array
     drift: Array
-
-    def __post_init__(self) -> None:
-        for name in ("position", "jacobian", "drift"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))

@@ -10,7 +10,7 @@ from threading import Lock
 
 import numpy as np
 
-from cutjoint.arrays import Array, Values, positive, readonly
+from cutjoint.arrays import Array, Frozen, positive, readonly
 from cutjoint.errors import ClosureError, CutjointError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Mechanism, Posture
 from cutjoint.motion.trajectory import ToolMotion, Trajectory
@@ -22,7 +22,7 @@ MEMORY = 10000
 
 
 @dataclass(frozen=True, eq=False)
-class Desired(Values):
+class Desired(Frozen):
     """The desired motion at one instant.
 
     Attributes:
@@ -40,10 +40,6 @@ class Desired(Values):
     tool: ToolMotion
     posture: Posture
     mechanism: Mechanism
-
-    def __post_init__(self) -> None:
-        for name in ("q", "v", "a"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
 
     def posture_of(self, model: Mechanism) -> Posture:
         """The desired posture as `model` makes it: its own where it made it, else closed at the same `q`.

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from cutjoint.arrays import Array, Values, readonly
+from cutjoint.arrays import Array, Frozen
 
 
 @dataclass(frozen=True, eq=False)
-class ToolMotion(Values):
+class ToolMotion(Frozen):
     """The tool at one instant, in the world frame.
 
     Attributes:
@@ -21,10 +21,6 @@ class ToolMotion(Values):
     position: Array
     velocity: Array
     acceleration: Array
-
-    def __post_init__(self) -> None:
-        for name in ("position", "velocity", "acceleration"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
 
 
 @runtime_checkable

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from cutjoint.arrays import Array, Values, readonly
+from cutjoint.arrays import Array, Frozen, Values
 from cutjoint.mechanism import Mechanism, Posture
 
 
@@ -30,7 +30,7 @@ class State(Values):
 
 
 @dataclass(frozen=True, eq=False)
-class Observation(Values):
+class Observation(Frozen):
     """What a record of a run holds of one state.
 
     Attributes:
@@ -49,10 +49,6 @@ class Observation(Values):
     potential: float
     gap: tuple[float, float]
     q_full: Array
-
-    def __post_init__(self) -> None:
-        for name in ("q", "v", "tool", "tool_velocity", "q_full"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
 
 
 class Plant(Protocol):

@@ -74,7 +74,7 @@ def cylinders(p: CpmParameters, angles: npt.ArrayLike) -> Cylinders:
 
 
 def polynomial(c: Cylinders) -> Array:
-    """CpmCoefficients of the eighth-degree polynomial in X, the highest power first, shape (9,); the first is 16."""
+    """Coefficients of the eighth-degree polynomial in X, the highest power first, shape (9,); the first is 16."""
     q = np.array([-2.0, 0.0, 1.0 + c.a * c.a + c.b * c.b - 2.0 * c.d * c.d])
     f = np.array([-1.0, 2.0 * c.d, 1.0 - c.d * c.d])
     g = np.array([-1.0, -2.0 * c.d, 1.0 - c.d * c.d])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, Values, readonly
+from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.mechanism import Posture
 from cutjoint.papers.cpm import equations, per_limb
 from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
@@ -17,7 +17,7 @@ from cutjoint.papers.three_limbs import ThreeLimbModel
 
 
 @dataclass(frozen=True, eq=False)
-class LimbEnergies(Values):
+class LimbEnergies(Frozen):
     """Energies of the limbs and of the tool [J]; their sums are (18) and (19).
 
     Attributes:
@@ -27,10 +27,6 @@ class LimbEnergies(Values):
 
     kinetic: Array
     potential: Array
-
-    def __post_init__(self) -> None:
-        for name in ("kinetic", "potential"):
-            object.__setattr__(self, name, readonly(getattr(self, name)))
 
 
 class CpmQuantities(ThreeLimbModel[CpmParameters]):

@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from cutjoint.description.model import JointType
 from cutjoint.errors import ActuationError, InputError, SingularError
 from cutjoint.viewer.hand.puppet import AXES, Puppet
 from cutjoint.viewer.picture.figure import Figure, css, limb_of
@@ -61,7 +60,7 @@ class ControlPanel:
         for number, mode in enumerate(self._puppet.modes[1:], start=2):
             limbs: dict[str, None] = {}
             for joint in self._chain.description.joints:
-                if joint.type in (JointType.REVOLUTE, JointType.CONTINUOUS) and joint.child in owners:
+                if joint.type.turns and joint.child in owners:
                     i = self._chain.model.idx_qs[self._chain.model.getJointId(joint.name)]
                     if abs(math.remainder(mode.q_full[i] - home[i], 2 * math.pi)) > 1e-3:
                         limbs[owners[joint.child]] = None

@@ -14,7 +14,6 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.description.model import JointType
 from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture
 from cutjoint.viewer.hand.walk import BranchWalker, Go, Stop
@@ -188,7 +187,7 @@ class Puppet:
         """Limits of an actuated joint; infinite where the description gives none."""
         joint = self._joints[self.chain.actuators[index].name]
         lower, upper = joint.limits.lower, joint.limits.upper
-        if joint.type is JointType.CONTINUOUS:
+        if not joint.type.limited:
             lower = upper = None
         return -math.inf if lower is None else lower, math.inf if upper is None else upper
 

@@ -16,7 +16,6 @@ import pinocchio as pin
 
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.joints import velocity_scale
-from cutjoint.description.model import JointType
 from cutjoint.errors import ClosureError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture
 
@@ -106,7 +105,7 @@ class BranchWalker:
         """Why `at` must not be taken, at distances `now` to singularities, coming from distances `last`."""
         for name, (value, lower, upper) in self._chain.limit_violations(at).items():
             if name not in before and not lower - ROUNDING <= value <= upper + ROUNDING:
-                unit = "m" if self._types[name] is JointType.PRISMATIC else "rad"
+                unit = "m" if self._types[name].slides else "rad"
                 return Stop("limit", f"joint {name} is at its limit {lower if value < lower else upper:.4g} {unit}")
         for kind, here, there in zip(("type-1", "type-2"), now, last, strict=True):
             if here < self._guard and here < there:
