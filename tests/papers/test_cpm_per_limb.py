@@ -16,7 +16,7 @@ import pytest
 from cutjoint.errors import InputError
 from cutjoint.papers.cpm import CpmModel, InferredCpmModel, per_limb
 from cutjoint.papers.cpm import equations as eq
-from cutjoint.papers.cpm.quantities import LimbEnergies
+from cutjoint.papers.cpm.model import LimbEnergies
 
 AXES = np.eye(3)
 TURN = (AXES[0], AXES[1], -AXES[2])

@@ -22,7 +22,7 @@ from cutjoint.description import load_description
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Circle, Hold, Lissajous, PointToPoint, Reference
 from cutjoint.papers.cpm import CpmModel, CpmRotaryModel
-from cutjoint.papers.cpm.inferred import InferredCpmModel
+from cutjoint.papers.cpm.model import InferredCpmModel
 from cutjoint.papers.omega3 import Omega3Model
 from cutjoint.robots import PUBLISHED
 from cutjoint.simulation import Adaptive, ConstrainedPlant, DormandPrince, ReducedPlant, RungeKutta4, run

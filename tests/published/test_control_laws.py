@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from cutjoint.control import law
 from cutjoint.experiments import cpm, cpm_law_claims, cpm_laws
-from cutjoint.experiments.claims import Verdict
+from cutjoint.experiments.cpm_law_claims import operations
 from cutjoint.experiments.cpm_laws import Damping, Held, Response, UpdateRate
-from cutjoint.experiments.law_cost import operations
+from cutjoint.experiments.tables import Verdict
 from cutjoint.papers.cpm import CpmModel, InferredCpmModel, Parameters
 from cutjoint.papers.cpm.published import CIRCLE
 from cutjoint.papers.omega3 import Omega3Model

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from cutjoint.experiments import cpm, cpm_claims, cpm_law_claims, omega3, study
-from cutjoint.experiments.claims import Verdict
 from cutjoint.experiments.cpm_claims import TITLES
 from cutjoint.experiments.gains import GAINS
 from cutjoint.experiments.pool import run_all
+from cutjoint.experiments.tables import Verdict
 from cutjoint.papers.cpm.published import CIRCLE, SETTLING_TIME
 from cutjoint.papers.omega3.published import ERROR_BOUND
 from cutjoint.papers.publication import PrintedNumber

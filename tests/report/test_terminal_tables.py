@@ -100,7 +100,7 @@ def test_claims_are_paragraphs_with_a_mark(terminal, verdict):
 
 
 def test_every_verdict_has_a_style():
-    from cutjoint.experiments.claims import Verdict
+    from cutjoint.experiments.tables import Verdict
 
     assert [verdict_style(one) for one in Verdict] == ["good", "half", "half", "bad"]
     assert verdict_style("0.25 mm") is None

@@ -10,7 +10,7 @@ import typer
 from typer.testing import CliRunner
 
 from cutjoint.commands import simulate as simulate_command
-from cutjoint.commands.motions import trajectory_of
+from cutjoint.commands.options import trajectory_of
 from cutjoint.commands.simulate import command
 from cutjoint.control import LAWS, PD
 from cutjoint.control.catalogue import LawRow

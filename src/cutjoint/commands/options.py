@@ -1,11 +1,27 @@
-"""Arguments and options that several commands have, said once."""
+"""Arguments and options that several commands have, said once: robots, pages, trajectories, and the gains of the
+control laws, made from `control.LAWS`."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable, Mapping
+from inspect import Parameter, signature
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar, cast
 
+import numpy.typing as npt
 import typer
+
+from cutjoint.control.catalogue import LAWS, law_row
+from cutjoint.control.law import GainHelp
+from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.motion.catalogue import TRAJECTORIES, describe, trajectory
+
+if TYPE_CHECKING:
+    from cutjoint.chain import ClosedChain
+    from cutjoint.mechanism import Mechanism
+    from cutjoint.motion import Trajectory
+
 
 Robot = Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")]
 Variant = Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")]
@@ -21,3 +37,101 @@ Size = Annotated[str, typer.Option(metavar="WxH", help="Size of the picture in p
 Port = Annotated[int, typer.Option(min=0, max=65535, help="First port to try; 0 lets the system choose.")]
 Host = Annotated[str, typer.Option(help="Address to listen on; other than loopback it is open to others.")]
 OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser where there is a screen.")]
+
+
+Command = TypeVar("Command", bound=Callable[..., None])
+FORMS = "one number, one an actuator as 1,2,3, or a matrix as [[..],[..]]"
+CONTROLLERS = "; ".join(f"{name} ({row.about})" for name, row in LAWS.items()) + "."
+
+
+def option(gain: str) -> str:
+    """How the option of a gain is written."""
+    return f"--{gain.replace('_', '-')}"
+
+
+def with_gains(command: Command) -> Command:
+    """`command`, whose `**gains` become an option for every gain of every law, with a help that says whose it is."""
+    whole = signature(command, eval_str=True)
+    named = [one for one in whole.parameters.values() if one.kind is not Parameter.VAR_KEYWORD]
+    # Typer reads a command's options off its signature.
+    command.__signature__ = whole.replace(parameters=[*named, *_options()])  # type: ignore[attr-defined]
+    return command
+
+
+def _options() -> list[Parameter]:
+    takers: dict[str, dict[GainHelp, list[str]]] = {}
+    for name, row in LAWS.items():
+        for gain, about in row.gains.items():
+            takers.setdefault(gain, {}).setdefault(about, []).append(name)
+    made = []
+    for gain, laws in takers.items():
+        what = "; ".join(f"{', '.join(names)}: {about.about}, {about.unit}" for about, names in laws.items())
+        shown = typer.Option(metavar="K", help=f"{what}.", rich_help_panel=f"Gains: {FORMS}; default the paper's")
+        made.append(
+            Parameter(gain, Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=Annotated[str | None, shown])
+        )
+    return made
+
+
+def gains_of(robot: str, controller: str, given: Mapping[str, str | None]) -> Mapping[str, npt.ArrayLike]:
+    """The gains as `given` on the command line, or those known for the robot where none is given.
+
+    Raises:
+        UnknownNameError: no such controller.
+        InputError: a gain is missing, not used or no number, or none is known.
+    """
+    from cutjoint.experiments.gains import default_gains
+
+    wanted = law_row(controller).gains
+    gains = {name: numbers(option(name), text) for name, text in given.items() if text is not None}
+    if not gains:
+        return default_gains(robot, controller)
+    missing = [option(name) for name in wanted if name not in gains]
+    unused = [option(name) for name in gains if name not in wanted]
+    if missing or unused:
+        wrong = [f"{what} {', '.join(them)}" for what, them in (("missing", missing), ("not used", unused)) if them]
+        takes = ", ".join(map(option, wanted)) or "no gains"
+        raise InputError(f"controller '{controller}' takes {takes}; {'; '.join(wrong)}")
+    return gains
+
+
+def numbers(option: str, text: str) -> npt.ArrayLike:
+    """One number, several with commas, or a matrix in JSON.
+
+    Raises:
+        InputError: it is none of them.
+    """
+    try:
+        if text.lstrip().startswith("["):
+            return cast(npt.ArrayLike, json.loads(text))
+        found = [float(one) for one in text.split(",")]
+    except ValueError as error:
+        raise InputError(f"{option} must be a number, numbers with commas, or [[..],[..]]; found '{text}'") from error
+    return found[0] if len(found) == 1 else found
+
+
+HELP = "; ".join(["paper (the robot's own)", *map(describe, TRAJECTORIES)]) + "."
+
+
+def trajectory_of(chain: ClosedChain, spec: str, mechanism: Mechanism | None = None) -> Trajectory:
+    """The trajectory that `spec` names, for a robot that starts in the home posture of `mechanism` (default: `chain`).
+
+    Raises:
+        UnknownNameError: no such trajectory.
+        InputError: its numbers are wrong, or the robot has no published trajectory.
+    """
+    from cutjoint.robots import PUBLISHED
+
+    name, _, rest = spec.partition(":")
+    if name not in ("paper", *TRAJECTORIES):
+        raise UnknownNameError("trajectory", name, ("paper", *TRAJECTORIES))
+    if name != "paper":
+        return trajectory(spec, chain if mechanism is None else mechanism)
+    if rest:
+        raise InputError(f"'{spec}' is no trajectory; paper takes no numbers")
+    robot = chain.description.name
+    known = [name for name, row in PUBLISHED.items() if row.path is not None]
+    if robot not in known:
+        others = ", ".join(f"{one}{row.form}" for one, row in TRAJECTORIES.items())
+        raise InputError(f"{robot} has no published trajectory (known: {', '.join(known)}); use {others}")
+    return PUBLISHED[robot].trajectory()

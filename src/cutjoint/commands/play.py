@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.motions import HELP, trajectory_of
+from cutjoint.commands.options import HELP, trajectory_of
 from cutjoint.commands.output import console
 from cutjoint.commands.view import announce, write
 

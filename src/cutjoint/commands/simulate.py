@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.gains import CONTROLLERS, gains_of, numbers, with_gains
-from cutjoint.commands.motions import HELP, trajectory_of
+from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, numbers, trajectory_of, with_gains
 from cutjoint.commands.output import TerminalTable, console, print_json
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import os
 from functools import cache
 from pathlib import Path
 
-from cutjoint.description.packages import example_robot_data
+from cutjoint.description.files import example_robot_data
 from cutjoint.errors import UnknownNameError
 
 _ALIASES = {

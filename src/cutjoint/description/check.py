@@ -11,9 +11,8 @@ from dataclasses import replace
 
 from cutjoint.description.catalogue import is_example, resolve
 from cutjoint.description.checks.inertias import check_inertias, check_moved_mass
-from cutjoint.description.checks.joints import check_joints
 from cutjoint.description.checks.loops import check_loops
-from cutjoint.description.checks.tree import check_tree
+from cutjoint.description.checks.tree import check_joints, check_tree
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats import Reading, read
 from cutjoint.description.model import RobotDescription

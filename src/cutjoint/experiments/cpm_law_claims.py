@@ -10,12 +10,18 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from cutjoint.compile import CompiledPaper
+from cutjoint.compile.expressions.graph import Graph
+from cutjoint.compile.expressions.operations import Op
+from cutjoint.compile.many_loop import measured_state
+from cutjoint.compile.sources.law import ReferenceTable, TracedDesired, trace_law
+from cutjoint.compile.sources.paper import PaperModel
+from cutjoint.control import Law
 from cutjoint.experiments import cpm, cpm_laws
-from cutjoint.experiments.claims import Claim, Verdict
 from cutjoint.experiments.cpm_claims import TITLES, Found, run_of
 from cutjoint.experiments.cpm_laws import Damping, Held, Response, UpdateRate
-from cutjoint.experiments.law_cost import operations
 from cutjoint.experiments.pool import Key, Task
+from cutjoint.experiments.tables import Claim, Verdict
 from cutjoint.papers.cpm import CpmModel
 from cutjoint.simulation import Result
 
@@ -255,3 +261,24 @@ def largest_k_d(errors: Mapping[float, float]) -> Claim:
         f"root mean square of the first 0.5 s: {shown}",
         Verdict.of(bool((np.diff([errors[k_d] for k_d in sorted(errors)]) < 0.0).all())),
     )
+
+
+def operations(law: Law, model: PaperModel) -> int:
+    """Arithmetic operations between measured state and effort of `law` on a robot that is `model`; a root counts as one.
+
+    The law is run on symbols, as the compiler does.  What depends on the desired motion alone is not counted: it can be
+    computed before the robot moves.
+    """
+    plant = CompiledPaper(model)
+    n = plant.n
+    graph = Graph()
+    state = graph.symbols(plant.source.positions + n)
+    measured, v = state[:-n], state[-n:]
+    table = ReferenceTable(graph)
+    traced = plant.source.state(graph, measured, [])
+    desired = TracedDesired(table, n, model)
+    made = trace_law(
+        law, table, desired, traced, v, [], {}, None, lambda one: measured_state(one, plant, traced, graph)
+    )
+    needed = graph.ancestors([graph.reference(one) for one in made.effort])
+    return sum(graph.op[node] not in (Op.CONST, Op.INPUT) for node in needed)

@@ -7,10 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from cutjoint.experiments import omega3
-from cutjoint.experiments.claims import Verdict
 from cutjoint.experiments.gains import GAINS
 from cutjoint.experiments.pool import Key, Outcome, Task
-from cutjoint.experiments.tables import cost_table, errata_table
+from cutjoint.experiments.tables import Verdict, cost_table, errata_table
 from cutjoint.papers.omega3.errata import ERRATA
 from cutjoint.papers.omega3.published import ERROR_BOUND, SETTLING_TIME
 from cutjoint.report import Panel, ReportTable, Section, ToolPath, figure

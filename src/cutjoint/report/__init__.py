@@ -1,8 +1,7 @@
 """Reports: plots of results, tables, and one self-contained page of HTML.  Needs matplotlib (extra `report`)."""
 
-from cutjoint.report.figures import Panel, ToolPath, figure
+from cutjoint.report.figures import LIMBS, Panel, ToolPath, figure
 from cutjoint.report.page import Section, page
-from cutjoint.report.style import LIMBS
 from cutjoint.report.tables import ReportTable
 
 __all__ = ["LIMBS", "Panel", "ReportTable", "Section", "ToolPath", "figure", "page"]

@@ -4,8 +4,7 @@ A. Elkady, G. Elkobrosy, S. Hanna, T. Sobh: Cartesian Parallel Manipulator Model
 In: Parallel Manipulators, Towards New Applications, I-Tech, 2008, ISBN 978-3-902613-40-0.
 """
 
-from cutjoint.papers.cpm.inferred import InferredCpmModel
-from cutjoint.papers.cpm.model import CpmModel
+from cutjoint.papers.cpm.model import CpmModel, InferredCpmModel
 from cutjoint.papers.cpm.parameters import CpmParameters
 from cutjoint.papers.cpm.rotary_model import CpmRotaryModel
 

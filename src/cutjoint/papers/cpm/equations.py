@@ -28,6 +28,7 @@ from cutjoint.papers.scalars import (
     transposed,
     two_link_angle,
 )
+from cutjoint.papers.three_limbs import ThreeLimbState
 
 
 def limb_ends(p: CpmParameters, tool: Vector3) -> tuple[tuple[Scalar, Scalar], ...]:
@@ -171,3 +172,50 @@ def gravity(k: CpmCoefficients, at: Limbs, g: Matrix3) -> Vector3:
 def potential_energy(k: CpmCoefficients, at: PlacedLimbs) -> Scalar:
     """Potential energy of equation (19) [J]; z points down.  The z of the tool is the w of the first limb."""
     return -k.rod_weight * (at[0].sin + at[1].cos) - k.weight * at[0].w
+
+
+class CpmState(ThreeLimbState):
+    """Equation (39): tool and sliders at a position [m] (10), the first links at their angles [rad].
+
+    Attributes:
+        limbs: in their own planes.
+        gamma: equation (30).
+    """
+
+    __slots__ = ("_k", "_p", "_tool", "gamma", "limbs")
+
+    def __init__(
+        self, p: CpmParameters, k: CpmCoefficients, tool: Vector3, angles: Vector3, fn: Functions = NUMBERS
+    ) -> None:
+        self._p, self._k, self._tool = p, k, tool
+        self.limbs = limbs(p, tool, angles, fn)
+        self.gamma = gamma(self.limbs)
+
+    def entries(self) -> Vector6:
+        """M of equation (39) [kg]."""
+        return mass(self._k, self.gamma)
+
+    def gamma_dot(self, v: Vector3) -> Matrix3:
+        """Exact time derivative of Gamma for the tool velocity `v` [m/s]."""
+        return gamma_dot(self._p, self.limbs, v)
+
+    def coriolis(self, v: Vector3) -> Vector3:
+        """G v of equation (39) [N]."""
+        return coriolis(self._k, self.gamma, gamma_dot(self._p, self.limbs, v), v)
+
+    def gravity(self) -> Vector3:
+        """K of equation (39) [N]."""
+        return gravity(self._k, self.limbs, self.gamma)
+
+    def potential_energy(self) -> Scalar:
+        """Equation (19) [J]."""
+        return potential_energy(self._k, self.limbs)
+
+    def tool(self, v: Vector3 | None = None) -> tuple[Vector3, Matrix3, Vector3]:
+        """The tool follows the sliders: the Jacobian is the identity, the drift zero (10)."""
+        return self._tool, ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0)
+
+    def strains(self) -> tuple[Scalar, ...]:
+        """One over the sine of each elbow."""
+        size = self._p.L1 * self._p.L2
+        return tuple(size / limb.denominator for limb in self.limbs)

@@ -40,6 +40,7 @@ from cutjoint.papers.scalars import (
     times,
     transposed,
 )
+from cutjoint.papers.three_limbs import ThreeLimbState
 
 
 def inverse_kinematics(p: CpmParameters, tool: Vector3, fn: Functions = NUMBERS) -> tuple[tuple[Scalar, Scalar], ...]:
@@ -152,3 +153,48 @@ def gravity(k: CpmCoefficients, at: PlacedLimbs, j: Matrix3) -> Vector3:
     x, y, z = per_limb.moments_of_weight(k, at)
     down = j[2]
     return (x - k.weight * down[0], y - k.weight * down[1], z - k.weight * down[2])
+
+
+class CpmRotaryState(ThreeLimbState):
+    """The motors at their angles [rad] with the tool at a position [m].
+
+    Attributes:
+        limbs: in their own planes.
+        rods: the second rods in space.
+        jacobian: of the tool [m].
+    """
+
+    __slots__ = ("_k", "_p", "_tool", "jacobian", "limbs", "rods")
+
+    def __init__(self, p: CpmParameters, angles: Vector3, tool: Vector3, fn: Functions = NUMBERS) -> None:
+        self._p, self._k, self._tool = p, p.coefficients, tool
+        self.limbs = limbs(p, tool, angles, fn)
+        self.rods = rods(p, self.limbs)
+        self.jacobian = jacobian(self.rods)
+
+    def _drift(self, v: Vector3) -> Vector3:
+        return drift(self._p, self.limbs, self.rods, times(self.jacobian, v), v)
+
+    def entries(self) -> Vector6:
+        """Mass matrix [kg m2]."""
+        return mass(self._k, self.jacobian)
+
+    def coriolis(self, v: Vector3) -> Vector3:
+        """Coriolis vector [N m] for the rates `v` of the motors [rad/s]."""
+        return coriolis(self._k, self.jacobian, self._drift(v))
+
+    def gravity(self) -> Vector3:
+        """Torques that hold the robot [N m]."""
+        return gravity(self._k, self.limbs, self.jacobian)
+
+    def potential_energy(self) -> Scalar:
+        """Equation (19) [J]."""
+        return equations.potential_energy(self._k, self.limbs)
+
+    def tool(self, v: Vector3 | None = None) -> tuple[Vector3, Matrix3, Vector3]:
+        """Position, Jacobian and drift."""
+        return self._tool, self.jacobian, (0.0, 0.0, 0.0) if v is None else self._drift(v)
+
+    def strains(self) -> tuple[Scalar, ...]:
+        """One over the type-2 measure."""
+        return (self._p.L2 * self._p.L2 * self._p.L2 / self.rods.volume,)

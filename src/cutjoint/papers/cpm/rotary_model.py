@@ -19,11 +19,10 @@ from cutjoint.mechanism import Actuator, Posture
 from cutjoint.papers.cpm import equations, forward, per_limb, rotary
 from cutjoint.papers.cpm.model import HOME_TOOL, check_limb
 from cutjoint.papers.cpm.parameters import CpmParameters
-from cutjoint.papers.cpm.state import CpmRotaryState
+from cutjoint.papers.cpm.rotary import CpmRotaryState
 from cutjoint.papers.cpm.tracking import Track, Tracker
-from cutjoint.papers.meeting_rods import SMALLEST_MEASURE, MeetingRods, MeetingRodsModel
 from cutjoint.papers.scalars import three
-from cutjoint.papers.three_limbs import Signs, Triple
+from cutjoint.papers.three_limbs import SMALLEST_MEASURE, MeetingRods, MeetingRodsModel, Signs, Triple
 
 
 class CpmRotaryModel(MeetingRodsModel[CpmParameters]):

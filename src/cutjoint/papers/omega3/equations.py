@@ -22,9 +22,11 @@ from cutjoint.papers.scalars import (
     cross,
     dot,
     gram,
+    inverse,
     times,
     two_link_angle,
 )
+from cutjoint.papers.three_limbs import ThreeLimbState
 
 COS_PHI = (1.0, -0.5, -0.5)
 """cos(phi_i) of equation (9)."""
@@ -218,3 +220,52 @@ def gravity(k: Omega3Coefficients, at: Arms, j: Matrix3) -> Vector3:
 def potential_energy(p: Omega3Parameters, k: Omega3Coefficients, at: Arms, tool: Vector3) -> Scalar:
     """Potential energy of gravity [J]: heights along z of platform and arms.  What R_A and R_B add cancels."""
     return k.weight * tool[2] + k.arm_weight / p.L_A * (at[0].out[2] + at[1].out[2] + at[2].out[2])
+
+
+class Omega3State(ThreeLimbState):
+    """The arms with the tool at a position [m].
+
+    Attributes:
+        rods: from the elbows to the tool.
+        jacobian: J of equation (23) [m].
+    """
+
+    __slots__ = ("_arms", "_inverse", "_k", "_p", "_tool", "jacobian", "rods")
+
+    def __init__(self, p: Omega3Parameters, arms: Arms, tool: Vector3) -> None:
+        self._p, self._k, self._arms, self._tool = p, p.coefficients, arms, tool
+        self.rods = rods(arms, tool)
+        self._inverse = inverse(self.rods.u)
+        self.jacobian = jacobian(self.rods, self._inverse)
+
+    def jacobian_dot(self, v: Vector3) -> Matrix3:
+        """Exact dJ/dt of equation (27) [m/s] for the rates `v` of the arms [rad/s]."""
+        return jacobian_dot(self._arms, self.rods, self._inverse, self.jacobian, v)
+
+    def _drift(self, v: Vector3) -> Vector3:
+        return drift(self._arms, self.rods, self._inverse, self.jacobian, v)
+
+    def entries(self) -> Vector6:
+        """M of equation (42) [kg m2]."""
+        return mass(self._k, self.jacobian)
+
+    def coriolis(self, v: Vector3) -> Vector3:
+        """V of equation (42) [N m]."""
+        return coriolis(self._k, self.jacobian, self._drift(v))
+
+    def gravity(self) -> Vector3:
+        """G of equation (42) [N m]."""
+        return gravity(self._k, self._arms, self.jacobian)
+
+    def potential_energy(self) -> Scalar:
+        """Potential energy of gravity [J]."""
+        return potential_energy(self._p, self._k, self._arms, self._tool)
+
+    def tool(self, v: Vector3 | None = None) -> tuple[Vector3, Matrix3, Vector3]:
+        """Position, J of equation (23) and dJ/dt v of equation (25)."""
+        return self._tool, self.jacobian, (0.0, 0.0, 0.0) if v is None else self._drift(v)
+
+    def strains(self) -> tuple[Scalar, ...]:
+        """One over the volume that the directions of the rods span."""
+        length = self._p.L_B
+        return (length * length * length / self.rods.volume,)

@@ -16,14 +16,12 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import ClosureError, LimbReachError, SingularError
 from cutjoint.mechanism import Actuator, Posture
-from cutjoint.papers.meeting_rods import SMALLEST_MEASURE, MeetingRods, MeetingRodsModel
 from cutjoint.papers.omega3 import equations
-from cutjoint.papers.omega3.equations import Arms
+from cutjoint.papers.omega3.equations import Arms, Omega3State
 from cutjoint.papers.omega3.parameters import Omega3Parameters
-from cutjoint.papers.omega3.state import Omega3State
 from cutjoint.papers.reduced_model import ClosedFormModel
 from cutjoint.papers.scalars import NUMBERS, Functions, Vector3, three
-from cutjoint.papers.three_limbs import Branch, Triple
+from cutjoint.papers.three_limbs import SMALLEST_MEASURE, Branch, MeetingRods, MeetingRodsModel, Triple
 
 HOME_TOOL = (0.1, 0.0, 0.0)
 """Tool position of the home posture [m]: on the axis, in the plane of the paper's path (43)."""

@@ -21,8 +21,7 @@ from cutjoint.errors import ViewerError
 from cutjoint.viewer.picture.scene import Scene, pack
 from cutjoint.viewer.server.addresses import LOOPBACK, PORT, Address, bind
 from cutjoint.viewer.server.assets import File
-from cutjoint.viewer.server.guarded import Page
-from cutjoint.viewer.server.tabs import MESSAGE_BYTES, Greeting, Handler, Message, Tab, Tabs
+from cutjoint.viewer.server.tabs import MESSAGE_BYTES, Greeting, Handler, Message, Page, Tab, Tabs
 
 START_SECONDS = 10.0
 STOP_SECONDS = 5.0

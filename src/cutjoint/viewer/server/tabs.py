@@ -1,4 +1,5 @@
-"""The browser tabs that hold the scene: each gets every change of it, and may send short JSON texts.
+"""What the server answers, and only to those who call it by one of its names: a fixed set of files, and the browser
+tabs that hold the scene, each of which gets every change of it and may send short JSON texts.
 
 A tab is closed where it falls far behind, floods or talks nonsense; it starts afresh when it is back.
 """
@@ -11,12 +12,51 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 
-from tornado.web import HTTPError
+from tornado.web import HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from cutjoint.viewer.picture.scene import Scene, pack
 from cutjoint.viewer.server.addresses import Address
-from cutjoint.viewer.server.guarded import Guarded
+from cutjoint.viewer.server.assets import File
+
+
+class Guarded(RequestHandler):  # type: ignore[misc]
+    """Refuses a foreign Host, and sends the headers that keep the page to itself."""
+
+    address: Address
+
+    def set_default_headers(self) -> None:
+        self.clear_header("Server")
+        self.set_header("X-Content-Type-Options", "nosniff")
+        self.set_header("Referrer-Policy", "no-referrer")
+        self.set_header("Cross-Origin-Resource-Policy", "same-origin")
+        self.set_header("Cache-Control", "no-store")
+
+    def prepare(self) -> None:
+        if not self.address.allows(self.request.host):
+            raise HTTPError(403)
+
+    def write_error(self, status_code: int, **_: object) -> None:
+        self.set_header("Content-Type", "text/plain")
+        self.finish(f"{status_code}\n")
+
+
+class Page(Guarded):
+    """A fixed file from memory."""
+
+    def initialize(self, address: Address, files: Mapping[str, File]) -> None:
+        self.address, self.files = address, files
+
+    def get(self) -> None:
+        file = self.files.get(self.request.path)
+        if file is None:
+            raise HTTPError(404)
+        self.set_header("Content-Type", file.kind)
+        self.set_header("Content-Security-Policy", file.policy.replace("{host}", self.request.host))
+        self.write(file.body)
+
+    head = get
+
 
 TABS = 16
 MESSAGE_BYTES = 2048

@@ -1,4 +1,5 @@
-"""Numbers, file names and elements as text that reads back exactly."""
+"""What writers of formats share: numbers, file names and elements as text that reads back exactly, and the error where
+a format has no word."""
 
 from __future__ import annotations
 
@@ -9,7 +10,9 @@ from pathlib import Path
 from lxml import etree
 
 from cutjoint.arrays import Array
+from cutjoint.description.model import CutJoint, Joint
 from cutjoint.description.xml import Element
+from cutjoint.errors import InputError
 
 
 def number(value: float) -> str:
@@ -34,3 +37,10 @@ def serialised(root: Element) -> bytes:
     etree.indent(root)
     content = etree.tostring(root, xml_declaration=True, encoding="utf-8")
     return bytes(content) + b"\n"
+
+
+def unsaid(form: str, of: Joint | CutJoint) -> InputError:
+    """The error of the format `form`, which has no word for the type of a joint or a cut joint."""
+    what = "joint" if isinstance(of, Joint) else "cut"
+    remedy = "write loops.toml (--to loops), which knows every type"
+    return InputError(f"{form} cannot say {what} type '{of.type.value}' of {what} '{of.name}'; {remedy}")

@@ -1,19 +1,23 @@
-"""The native format, loops.toml beside a URDF (schema 1): cuts, actuators, tool, homes, variants.
+"""The native format, loops.toml beside a URDF (schema 1): cuts, actuators, tool, homes, variants; read and written.
 
 All keys are described in docs/description.md.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from cutjoint.description.files import read_text_file
 from cutjoint.description.findings import Findings
+from cutjoint.description.formats.common.exact import serialised
 from cutjoint.description.formats.common.extras import described
 from cutjoint.description.formats.common.reading import OpenTree
 from cutjoint.description.formats.common.toml.keys import take_extras
 from cutjoint.description.formats.common.toml.table import TomlTable, line_index, parse
+from cutjoint.description.formats.common.toml.text import toml_text
 from cutjoint.description.formats.urdf import plain
+from cutjoint.description.formats.urdf.writer import couplings_without_mimic, foreign_joints, robot_element
 from cutjoint.description.model import RobotDescription
 
 SCHEMA = 1
@@ -47,3 +51,17 @@ def _tree(top: TomlTable, path: Path, findings: Findings) -> OpenTree | None:
     tree = None if root is None else plain.read_tree(root, file, own)
     findings.problems.extend(own.problems)
     return tree
+
+
+def native_files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
+    """loops.toml and the URDF of its tree; `path` is the folder, or the .toml file."""
+    loops = path if path.suffix == ".toml" else path / "loops.toml"
+    tree = loops.with_name("robot.urdf")
+    keys = toml_text(
+        robot,
+        urdf=tree.name,
+        cuts=robot.cuts,
+        couplings=couplings_without_mimic(robot),
+        joints=foreign_joints(robot),
+    )
+    return {loops: keys.encode("utf-8"), tree: serialised(robot_element(robot, tree))}

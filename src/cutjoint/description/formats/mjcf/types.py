@@ -8,7 +8,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.description.cuts import CutType, Kind
-from cutjoint.description.formats.common.refusal import unsaid
+from cutjoint.description.formats.common.exact import unsaid
 from cutjoint.description.joints import JointType
 from cutjoint.description.model import CutJoint, Joint
 

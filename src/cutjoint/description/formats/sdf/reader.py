@@ -15,8 +15,7 @@ from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.graph import PlacedLink, span
-from cutjoint.description.formats.sdf.link import read_body
-from cutjoint.description.formats.sdf.pose import Poses, text_of
+from cutjoint.description.formats.sdf.link import Poses, read_body, text_of
 from cutjoint.description.model import IDENTITY, Coupling, Joint, JointType, Limits, Link, Place, RobotDescription
 from cutjoint.description.numbers import parse_number, read_numbers, unit_axis
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child, read_xml

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cutjoint.arrays import Array
+from cutjoint.description.files import read_mesh
 from cutjoint.description.findings import Findings, closest, listing
 from cutjoint.description.model import IDENTITY, Inertial, Link, Place, Shape
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
-from cutjoint.description.packages import read_mesh
 from cutjoint.description.transforms import placement
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 
