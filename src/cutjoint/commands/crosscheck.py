@@ -143,14 +143,8 @@ def _show_cost(name: str, cost: Cost) -> None:
     shown = TerminalTable(
         f"{name}: what the paper's lumped rods cost along its own trajectory", columns, right=columns[1:]
     )
-    for i, actuator in enumerate(cost.actuators):
-        shown.add_row(
-            actuator,
-            f"{cost.peak[i]:.4g} {cost.units[i]}",
-            f"{cost.error[i]:.3g} {cost.units[i]}",
-            f"{cost.percent[i]:.2f} %",
-            f"{cost.percent_inertial[i]:.2f} %",
-        )
+    for row in cost.rows:
+        shown.add_row(*row)
     shown.print()
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.mobility import find_assembly_modes, find_modes, show_mobility
+from cutjoint.commands.mobility import find_modes, show_mobility
 from cutjoint.commands.output import TerminalTable, console, print_json
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def command(
     chain = load(robot, variant, home)
     report = chain.mobility()
     working = find_modes(chain) if modes else None
-    assembly = find_assembly_modes(chain) if modes else None
+    assembly = find_modes(chain, assembly=True) if modes else None
     if json:
         print_json(_data(chain, report, working, assembly))
     else:

@@ -32,26 +32,15 @@ def show_mobility(report: MobilityReport) -> None:
     facts.print()
 
 
-def find_modes(chain: ClosedChain) -> Modes | None:
-    """Working modes at home, or None where they are not discrete or the robot has no loops or no tool."""
+def find_modes(chain: ClosedChain, assembly: bool = False) -> Modes | None:
+    """Working modes at home, or the assembly modes; None where they are not discrete or the robot has no loops, or, for
+    working modes, no tool."""
     from cutjoint.errors import ActuationError
 
-    if not chain.description.cuts or chain.description.tool is None:
+    if not chain.description.cuts or (chain.description.tool is None and not assembly):
         return None
     try:
-        return chain.working_modes()
-    except ActuationError:
-        return None
-
-
-def find_assembly_modes(chain: ClosedChain) -> Modes | None:
-    """Assembly modes at home, or None where they are not discrete or the robot has no loops."""
-    from cutjoint.errors import ActuationError
-
-    if not chain.description.cuts:
-        return None
-    try:
-        return chain.assembly_modes()
+        return chain.assembly_modes() if assembly else chain.working_modes()
     except ActuationError:
         return None
 

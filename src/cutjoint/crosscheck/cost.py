@@ -31,6 +31,15 @@ class Cost(Values):
     inertial_peak: Array
 
     @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """As text, an actuator each: name, peak effort, error, and it in percent of the two peaks."""
+        columns = (self.actuators, self.units, self.peak, self.error, self.percent, self.percent_inertial)
+        return [
+            (name, f"{peak:.4g} {unit}", f"{error:.3g} {unit}", f"{of_peak:.2f} %", f"{of_inertial:.2f} %")
+            for name, unit, peak, error, of_peak, of_inertial in zip(*columns, strict=True)
+        ]
+
+    @property
     def percent(self) -> Array:
         """Error in percent of the peak effort, shape (n,)."""
         return _percent(self.error, self.peak)

@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
 
-from cutjoint.description.findings import Findings, closest
+from cutjoint.description.findings import Findings, nearest
 
 LARGEST_FILE = 32 * 2**20
 """Bytes.  The largest robot descriptions in use have about 1 MB."""
@@ -26,8 +26,7 @@ def read_text_file(path: Path, findings: Findings, kind: str) -> bytes | None:
             findings.error("a directory", f"a {kind} file", "name the file inside it, or add a loops.toml to it")
             return None
         if not path.exists():
-            found = closest(path.name, _neighbours(path))
-            findings.error("file not found", f"a {kind} file", f"did you mean '{found}'?" if found else "")
+            findings.error("file not found", f"a {kind} file", nearest(path.name, _neighbours(path)))
             return None
         if path.stat().st_size > LARGEST_FILE:
             size = path.stat().st_size / 2**20

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Literal
 
 from cutjoint.description.model import Place
@@ -20,6 +20,10 @@ class Findings:
     def error(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
         """Note an error at a place (or at a line of `file`)."""
         self._add("error", found, expected, mend, at)
+
+    def unknown(self, found: str, name: str, known: Collection[str], at: Place | int | None = None) -> None:
+        """Note an error: `name` is none of the names that are known; the nearest of them is suggested."""
+        self.error(found, f"one of {', '.join(known)}", nearest(name, known), at)
 
     def doubt(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
         """Note an error that does not prevent computing: published files have such flaws, lenient readers pass them."""

@@ -264,7 +264,7 @@ def largest_k_d(errors: Mapping[float, float]) -> Claim:
 
 
 def operations(law: Law, model: PaperModel) -> int:
-    """Arithmetic operations between measured state and effort of `law` on a robot that is `model`; a root counts as one.
+    """Arithmetic operations between measured state and effort of `law` on a robot that is `model`, a root as one.
 
     The law is run on symbols, as the compiler does.  What depends on the desired motion alone is not counted: it can be
     computed before the robot moves.

@@ -66,18 +66,4 @@ def errata_table(title: str, errata: Sequence[Erratum]) -> ReportTable:
 def cost_table(title: str, cost: Cost) -> ReportTable:
     """What a hypothesis costs along a path."""
     columns = ("actuator", "peak effort", "largest difference", "of the peak", "of the inertial part's peak")
-    return ReportTable(
-        title,
-        columns,
-        [
-            (
-                name,
-                f"{cost.peak[i]:.4g} {cost.units[i]}",
-                f"{cost.error[i]:.3g} {cost.units[i]}",
-                f"{cost.percent[i]:.2f} %",
-                f"{cost.percent_inertial[i]:.2f} %",
-            )
-            for i, name in enumerate(cost.actuators)
-        ],
-        right=columns[1:],
-    )
+    return ReportTable(title, columns, cost.rows, right=columns[1:])

@@ -89,6 +89,8 @@ class ReducedModel(ABC, Generic[P]):
         self.parameters = parameters
         self.n = len(self.actuators)
         self._shape = (len(self.stored),)
+        unit = self.actuators[0].unit
+        self._rate, self._acceleration, self._effort = f"{unit}/s", f"{unit}/s2", self.actuators[0].effort_unit
 
     @property
     @abstractmethod
@@ -118,13 +120,13 @@ class ReducedModel(ABC, Generic[P]):
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
         """Position, Jacobian and dJ/dt v of the tool point."""
-        position, jacobian, drift = self.state(at).tool(None if v is None else self._numbers("v", v, "/s"))
+        position, jacobian, drift = self.state(at).tool(None if v is None else self._numbers("v", v, self._rate))
         return Tool(np.array(position), np.array(jacobian), np.array(drift))
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
         """Mass matrix, Coriolis vector and gravity."""
         state = self.state(at)
-        coriolis = (0.0,) * self.n if v is None else state.coriolis(self._numbers("v", v, "/s"))
+        coriolis = (0.0,) * self.n if v is None else state.coriolis(self._numbers("v", v, self._rate))
         return Terms(np.array(state.mass()), np.array(coriolis), np.array(state.gravity()))
 
     def potential_energy(self, at: Posture) -> float:
@@ -134,12 +136,12 @@ class ReducedModel(ABC, Generic[P]):
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Effort of the actuators for their acceleration `a`, shape (n,)."""
         terms = self.terms(at, v)
-        return readonly(terms.mass @ self._numbers("a", a, "/s2") + terms.coriolis + terms.gravity)
+        return readonly(terms.mass @ self._numbers("a", a, self._acceleration) + terms.coriolis + terms.gravity)
 
     def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
         """Acceleration of the actuators that `effort` gives, shape (n,)."""
         terms = self.terms(at, v)
-        given = as_vector("effort", effort, self.n, self.actuators[0].effort_unit)
+        given = as_vector("effort", effort, self.n, self._effort)
         return readonly(np.linalg.solve(terms.mass, given - terms.coriolis - terms.gravity))
 
     def with_payload(self, mass: float) -> Self:
@@ -167,8 +169,8 @@ class ReducedModel(ABC, Generic[P]):
         found: list[float] = at.q_full.tolist()
         return found
 
-    def _numbers(self, name: str, values: npt.ArrayLike, per: str) -> Vector:
-        return tuple(as_vector(name, values, self.n, self.actuators[0].unit + per).tolist())
+    def _numbers(self, name: str, values: npt.ArrayLike, unit: str) -> Vector:
+        return tuple(as_vector(name, values, self.n, unit).tolist())
 
 
 class ClosedFormModel(ReducedModel[P], Generic[P, B]):

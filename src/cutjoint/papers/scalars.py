@@ -82,6 +82,13 @@ def gram(matrix: Matrix3) -> Vector6:
     )
 
 
+def inertia_of(still: Scalar, moving: Scalar, matrix: Matrix3) -> Vector6:
+    """still 1 + moving matrix' matrix as (xx, xy, xz, yy, yz, zz): the mass matrix of what turns by itself and what a
+    Jacobian moves."""
+    xx, xy, xz, yy, yz, zz = gram(matrix)
+    return (still + moving * xx, moving * xy, moving * xz, still + moving * yy, moving * yz, still + moving * zz)
+
+
 def symmetric(entries: Vector6) -> Matrix3:
     """The full matrix of (xx, xy, xz, yy, yz, zz)."""
     xx, xy, xz, yy, yz, zz = entries

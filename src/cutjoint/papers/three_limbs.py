@@ -16,12 +16,11 @@ from itertools import product
 from math import pi, sqrt
 from typing import ClassVar, NamedTuple, Self
 
-import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import SingularError
-from cutjoint.mechanism import Posture, Terms
+from cutjoint.mechanism import Posture
 from cutjoint.papers.reduced_model import EquationState, P, ReducedModel
 from cutjoint.papers.scalars import (
     Matrix3,
@@ -80,9 +79,6 @@ class ThreeLimbModel(ReducedModel[P]):
     def __init__(self, parameters: P, signs: Sequence[int]) -> None:
         super().__init__(parameters)
         self.signs = check_signs(signs)
-        unit = self.actuators[0].unit
-        self._rate, self._acceleration = f"{unit}/s", f"{unit}/s2"
-        self._effort = self.actuators[0].effort_unit
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}(parameters={self.parameters!r}, signs={self.signs!r})"
@@ -118,12 +114,6 @@ class ThreeLimbModel(ReducedModel[P]):
     def _place(self, tool: Triple, signs: Signs) -> Posture:
         """Inverse kinematics with its checks."""
 
-    def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
-        """Mass matrix, Coriolis vector and gravity of the paper's equation of motion."""
-        state = self.state(at)
-        coriolis = (0.0, 0.0, 0.0) if v is None else state.coriolis(three("v", v, self._rate))
-        return Terms(np.array(symmetric(state.entries())), np.array(coriolis), np.array(state.gravity()))
-
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Effort of the actuators for their acceleration `a`, shape (3,), [N] or [N m]."""
         state = self.state(at)
@@ -140,8 +130,8 @@ class ThreeLimbModel(ReducedModel[P]):
         f1, f2, f3 = three("effort", effort, self._effort)
         return readonly(solve_symmetric(state.entries(), (f1 - c1 - g1, f2 - c2 - g2, f3 - c3 - g3)))
 
-    def _numbers(self, name: str, values: npt.ArrayLike, per: str) -> Triple:
-        return three(name, values, self.actuators[0].unit + per)
+    def _numbers(self, name: str, values: npt.ArrayLike, unit: str) -> Triple:
+        return three(name, values, unit)
 
 
 SMALLEST_MEASURE = 1e-4

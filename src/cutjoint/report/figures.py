@@ -1,7 +1,7 @@
 """Plots of results: quantities over time and paths in a plane, one to three panels beside each other, as SVG or PNG.
 
-One look for all: colours that everybody can tell apart (M. Okabe, K. Ito: Color Universal Design, 2008), the same colour
-and dash for a limb everywhere.
+One look for all: colours that everybody can tell apart (M. Okabe, K. Ito: Color Universal Design, 2008), the same
+colour and dash for a limb everywhere.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from pathlib import Path
 from cutjoint.description.files import LARGEST_FILE
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats import gepetto, loops_toml, mjcf, sdf
-from cutjoint.description.formats.common.reading import Reading
+from cutjoint.description.formats.common.extras import Reading
 from cutjoint.description.formats.urdf import constraint, plain, plus
 from cutjoint.description.formats.urdf.writer import constraint_files
 from cutjoint.description.model import RobotDescription

@@ -23,7 +23,7 @@ from cutjoint.papers.scalars import (
     Vector3,
     Vector6,
     dot,
-    gram,
+    inertia_of,
     times,
     transposed,
     two_link_angle,
@@ -135,15 +135,7 @@ def gamma_dot(p: CpmParameters, at: Limbs, velocity: Vector3) -> Matrix3:
 
 def mass(k: CpmCoefficients, g: Matrix3) -> Vector6:
     """Mass matrix M of equation (39) [kg], as (xx, xy, xz, yy, yz, zz)."""
-    xx, xy, xz, yy, yz, zz = gram(g)
-    return (
-        k.inertia + k.rods * xx,
-        k.rods * xy,
-        k.rods * xz,
-        k.inertia + k.rods * yy,
-        k.rods * yz,
-        k.inertia + k.rods * zz,
-    )
+    return inertia_of(k.inertia, k.rods, g)
 
 
 def coriolis_matrix(k: CpmCoefficients, g: Matrix3, dg: Matrix3) -> Matrix3:

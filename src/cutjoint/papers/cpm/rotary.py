@@ -35,7 +35,7 @@ from cutjoint.papers.scalars import (
     Vector6,
     cross,
     dot,
-    gram,
+    inertia_of,
     inverse,
     times,
     transposed,
@@ -130,16 +130,7 @@ def drift(p: CpmParameters, at: PlacedLimbs, r: SecondRods, velocity: Vector3, r
 
 def mass(k: CpmCoefficients, j: Matrix3) -> Vector6:
     """Mass matrix 2A J'J + 2B 1 [kg m2] of the kinetic energy (18), as (xx, xy, xz, yy, yz, zz)."""
-    xx, xy, xz, yy, yz, zz = gram(j)
-    moving = k.inertia
-    return (
-        moving * xx + k.rods,
-        moving * xy,
-        moving * xz,
-        moving * yy + k.rods,
-        moving * yz,
-        moving * zz + k.rods,
-    )
+    return inertia_of(k.rods, k.inertia, j)
 
 
 def coriolis(k: CpmCoefficients, j: Matrix3, drift_: Vector3) -> Vector3:

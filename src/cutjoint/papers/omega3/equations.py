@@ -21,7 +21,7 @@ from cutjoint.papers.scalars import (
     Vector6,
     cross,
     dot,
-    gram,
+    inertia_of,
     inverse,
     times,
     two_link_angle,
@@ -189,15 +189,7 @@ def drift(at: Arms, r: Rods, u_inverse: Matrix3, j: Matrix3, rates: Vector3) -> 
 
 def mass(k: Omega3Coefficients, j: Matrix3) -> Vector6:
     """Mass matrix I 1 + m_E J' J of equation (42) [kg m2], as (xx, xy, xz, yy, yz, zz)."""
-    xx, xy, xz, yy, yz, zz = gram(j)
-    return (
-        k.inertia + k.mass * xx,
-        k.mass * xy,
-        k.mass * xz,
-        k.inertia + k.mass * yy,
-        k.mass * yz,
-        k.inertia + k.mass * zz,
-    )
+    return inertia_of(k.inertia, k.mass, j)
 
 
 def coriolis(k: Omega3Coefficients, j: Matrix3, dj_rates: Vector3) -> Vector3:

@@ -99,24 +99,26 @@ def _trails(figure: Figure, recording: Recording, legend: list[dict[str, str]]) 
 
 def _efforts(chain: ClosedChain, figure: Figure, recording: Recording) -> str:
     """Arrows at the actuators: straight for forces, bent for torques; returns what their full size means."""
-    largest: dict[str, float] = {}
     for i, actuator in enumerate(chain.actuators):
-        peak = float(np.abs(recording.effort[:, i]).max())
-        largest[actuator.effort_unit] = max(largest.get(actuator.effort_unit, 0.0), peak)
         path, radius = f"{ROOT}/effort/{i}", figure.radius
         if actuator.kind == "translation":
             head = 0.09 * radius
             shaft, tip = shapes.arrow_parts(head, 0.016 * radius, shapes.over(EFFORT))
-            figure.scene.set_object(f"{path}/shaft/solid", shaft.thing)
-            figure.scene.set_transform(f"{path}/shaft/solid", shaft.placement)
-            figure.scene.set_object(f"{path}/tip/solid", tip.thing)
-            figure.scene.set_transform(f"{path}/tip/solid", tip.placement)
+            figure.put(f"{path}/shaft/solid", shaft)
+            figure.put(f"{path}/tip/solid", tip)
         else:
             for j, part in enumerate(shapes.turn_arrow(TURN * radius, 0.014 * radius, shapes.over(EFFORT))):
-                figure.scene.set_object(f"{path}/turn/{j}", part.thing)
-                figure.scene.set_transform(f"{path}/turn/{j}", part.placement)
+                figure.put(f"{path}/turn/{j}", part)
     figure.toggle("Efforts of the actuators", [f"{ROOT}/effort"], True)
-    return ", ".join(f"{peak:.3g} {unit}" for unit, peak in largest.items())
+    return ", ".join(f"{peak:.3g} {unit}" for unit, peak in _largest(chain, recording).items())
+
+
+def _largest(chain: ClosedChain, recording: Recording) -> dict[str, float]:
+    """Largest effort of all actuators that have the unit, by unit."""
+    largest: dict[str, float] = {}
+    for actuator, effort in zip(chain.actuators, recording.effort.T, strict=True):
+        largest[actuator.effort_unit] = max(largest.get(actuator.effort_unit, 0.0), float(np.abs(effort).max()))
+    return largest
 
 
 def _animate(figure: Figure, recording: Recording) -> None:
@@ -158,10 +160,7 @@ def _effort_tracks(figure: Figure, recording: Recording, frames: Array) -> dict[
     chain, radius = figure.chain, figure.radius
     joints = {joint.name: joint for joint in chain.description.joints}
     places = [chain.link_placements(at.q_full) for at in recording.postures]
-    largest: dict[str, float] = {}
-    for i, actuator in enumerate(chain.actuators):
-        peak = float(np.abs(recording.effort[:, i]).max())
-        largest[actuator.effort_unit] = max(largest.get(actuator.effort_unit, 0.0), peak)
+    largest = _largest(chain, recording)
     tracks: dict[str, list[_Track]] = {}
     for i, actuator in enumerate(chain.actuators):
         joint, path = joints[actuator.name], f"{ROOT}/effort/{i}"

@@ -160,12 +160,16 @@ class Figure:
         if collisions:
             self.toggle("Collision shapes", collisions, False)
 
+    def put(self, path: str, part: shapes.Part) -> None:
+        """A part of a shape at `path`."""
+        self.scene.set_object(path, part.thing)
+        self.scene.set_transform(path, part.placement)
+
     def _draw(self, path: str, visuals: tuple[Shape, ...], default: Colour, own: bool = True) -> None:
         for i, shape in enumerate(visuals):
             colour = shape.colour if own and shape.colour is not None else default
             for j, part in enumerate(shapes.parts(shape, colour)):
-                self.scene.set_object(f"{path}/{i}_{j}", part.thing)
-                self.scene.set_transform(f"{path}/{i}_{j}", part.placement)
+                self.put(f"{path}/{i}_{j}", part)
 
     def _overlays(self, description: RobotDescription) -> None:
         size = FRAME * self.radius
@@ -186,8 +190,7 @@ class Figure:
         self.toggle("Centre of mass", [f"{ROOT}/mass"], False)
         if np.linalg.norm(description.gravity) > 0:
             for i, part in enumerate(shapes.arrow(0.45 * self.radius, 0.012 * self.radius, shapes.over(GRAVITY))):
-                self.scene.set_object(f"{ROOT}/gravity/{i}", part.thing)
-                self.scene.set_transform(f"{ROOT}/gravity/{i}", part.placement)
+                self.put(f"{ROOT}/gravity/{i}", part)
             self.toggle("Gravity", [f"{ROOT}/gravity"], False)
 
     def toggle(self, title: str, paths: list[str], shown: bool) -> None:

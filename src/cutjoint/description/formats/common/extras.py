@@ -1,4 +1,5 @@
-"""What tree and cuts do not say of a robot, and all of it together as one description."""
+"""What readers gather of a robot besides its cuts, what is taken where a file does not say what is actuated or where the
+tool is, and all of it together as one description."""
 
 from __future__ import annotations
 
@@ -7,9 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.defaults import actuated_by_default, tool_by_default
 from cutjoint.description.findings import Findings, nearest
-from cutjoint.description.formats.common.reading import OpenTree
 from cutjoint.description.model import (
     Coupling,
     CutJoint,
@@ -18,10 +17,37 @@ from cutjoint.description.model import (
     Joint,
     JointType,
     Limits,
+    Link,
     Place,
     RobotDescription,
     Variant,
 )
+from cutjoint.errors import Problem
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What was read, as far as it could be read, and everything that is wrong with the text of the files.
+
+    Attributes:
+        description: None where nothing useful was left.  It is not checked yet; `cutjoint.description.check` does that.
+        problems: errors and warnings of the syntax, the numbers and the names of elements and keys.
+    """
+
+    description: RobotDescription | None
+    problems: tuple[Problem, ...] = ()
+
+
+@dataclass
+class OpenTree:
+    """Links and joints as a reader gathers them, and the actuators where the tree's own file names some."""
+
+    name: str
+    links: list[Link] = field(default_factory=list)
+    joints: list[Joint] = field(default_factory=list)
+    couplings: list[Coupling] = field(default_factory=list)
+    actuators: tuple[str, ...] = ()
+
 
 EARTH = readonly([0.0, 0.0, -9.81])
 """m/s2."""
@@ -114,3 +140,36 @@ def _changed(joints: Sequence[Joint], extras: Extras, findings: Findings) -> lis
             found = f"[joint.{name}] is for a joint that the tree does not have"
             findings.error(found, "a joint of the tree", nearest(name, known), change.place)
     return [changes[joint.name].of(joint) if joint.name in changes else joint for joint in joints]
+
+
+def actuated_by_default(joints: Sequence[Joint], couplings: Sequence[Coupling] = ()) -> tuple[str, ...]:
+    """All joints with one coordinate that no coupling drives, in the order of the file."""
+    driven = {coupling.joint for coupling in couplings}
+    return tuple(joint.name for joint in joints if joint.type.single and joint.name not in driven)
+
+
+def tool_by_default(links: Sequence[Link], joints: Sequence[Joint]) -> Frame | None:
+    """The last link of the file that carries no other and is moved, where all of those are on one moving body.
+
+    A robot with several hands has no tool until its description names one.
+    """
+    above = {joint.child: joint for joint in joints}
+    parents = {joint.parent for joint in joints}
+    bodies: dict[str, str] = {}
+    for link in links:
+        if link.name not in parents:
+            body = _moving_body(link.name, above)
+            if body is not None:
+                bodies[link.name] = body
+    return Frame(list(bodies)[-1]) if len(set(bodies.values())) == 1 else None
+
+
+def _moving_body(link: str, above: dict[str, Joint]) -> str | None:
+    """The link at whose root `link` is fixed and which a joint moves, or None where it cannot move."""
+    seen: set[str] = set()
+    while link in above and link not in seen:
+        seen.add(link)
+        if above[link].type.moves:
+            return link
+        link = above[link].parent
+    return None

@@ -14,7 +14,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.reading import OpenTree
+from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Link
 from cutjoint.description.transforms import frame_along, inverse, turned
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from cutjoint.description.files import read_text_file
 from cutjoint.description.findings import Findings, clip, listing, nearest
-from cutjoint.description.formats.common.reading import OpenTree
+from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Place, RobotDescription
 
@@ -43,7 +43,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
         return None
     for key, entry in keys.items():
         if key not in KEYS:
-            findings.error(f"unknown key '{key}'", f"one of {', '.join(KEYS)}", nearest(key, KEYS), entry.line)
+            findings.unknown(f"unknown key '{key}'", key, KEYS, entry.line)
     _replace_joints(tree, keys, findings)
     motors = _strings(keys, "name_mot", findings)
     if "name_mot" not in keys:
@@ -69,11 +69,7 @@ def _tree(path: Path, findings: Findings) -> OpenTree | None:
             findings.error(found, "one URDF", f"rename it to {beside.name}")
             return None
         beside = others[0]
-    own = Findings(str(beside))
-    root = plain.read_robot(beside, own)
-    tree = None if root is None else plain.read_tree(root, beside, own)
-    findings.problems.extend(own.problems)
-    return tree
+    return plain.read_tree_of(beside, findings)
 
 
 def _strings(keys: Mapping[str, YamlItem], key: str, findings: Findings) -> tuple[YamlItem, ...]:
@@ -130,8 +126,7 @@ def _replace_joints(tree: OpenTree, keys: Mapping[str, YamlItem], findings: Find
             expected = f"a joint of the URDF ({listing(known, 6)})"
             findings.error(f"unknown joint '{name.text}' in joint_name", expected, nearest(name.text, known), name.line)
         elif kind.text not in JOINTS:
-            found = f"type '{kind.text}' of joint '{name.text}'"
-            findings.error(found, f"one of {', '.join(JOINTS)}", nearest(kind.text, JOINTS), kind.line)
+            findings.unknown(f"type '{kind.text}' of joint '{name.text}'", kind.text, JOINTS, kind.line)
         else:
             index = known[name.text]
             tree.joints[index] = _other_type(tree.joints[index], kind.text)

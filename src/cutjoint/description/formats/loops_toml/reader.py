@@ -12,7 +12,6 @@ from cutjoint.description.files import read_text_file
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.exact import serialised
 from cutjoint.description.formats.common.extras import described
-from cutjoint.description.formats.common.reading import OpenTree
 from cutjoint.description.formats.common.toml.keys import take_extras
 from cutjoint.description.formats.common.toml.table import TomlTable, line_index, parse
 from cutjoint.description.formats.common.toml.text import toml_text
@@ -33,24 +32,13 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     schema = top.take("schema", required=True, expected=f"schema = {SCHEMA}")
     if schema is not None and (schema != SCHEMA or isinstance(schema, bool)):
         top.wrong("schema", schema, f"schema = {SCHEMA}, the one that this version reads")
-    tree = _tree(top, path, findings)
+    name = top.string("urdf", required=True)
+    tree = plain.read_tree_of(path.parent / name, findings) if name else None
     extras = take_extras(top, actuators_required=True)
     top.finish()
     if tree is None:
         return None
     return described(tree, extras.cuts, extras, path, findings)
-
-
-def _tree(top: TomlTable, path: Path, findings: Findings) -> OpenTree | None:
-    name = top.string("urdf", required=True)
-    if not name:
-        return None
-    file = path.parent / name
-    own = Findings(str(file))
-    root = plain.read_robot(file, own)
-    tree = None if root is None else plain.read_tree(root, file, own)
-    findings.problems.extend(own.problems)
-    return tree
 
 
 def native_files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:

@@ -16,10 +16,9 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
-from cutjoint.description.formats.common.reading import OpenTree
-from cutjoint.description.formats.mjcf.defaults import Defaults
+from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.mjcf.geom import Geom, Mesh, inertia_of_geoms, read_geom
-from cutjoint.description.formats.mjcf.pose import AngleUnits, read_placement
+from cutjoint.description.formats.mjcf.pose import AngleUnits, Defaults, read_placement
 from cutjoint.description.formats.mjcf.types import MADE_OF
 from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointType, Limits, Link, Place
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, parse_number, read_numbers, unit_axis

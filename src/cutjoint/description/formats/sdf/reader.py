@@ -124,8 +124,7 @@ def _joints(
         name = name_of(element, findings)
         kind = str(element.get("type") or "").strip()
         if kind not in TYPES:
-            found = f"type '{kind}' of joint '{name}'"
-            findings.error(found, f"one of {', '.join(TYPES)}", nearest(kind, TYPES), element.sourceline)
+            findings.unknown(f"type '{kind}' of joint '{name}'", kind, TYPES, element.sourceline)
         ends = [_end(element, tag, name or "?", links, findings) for tag in ("parent", "child")]
         if name is None or kind not in TYPES or ends[0] is None or ends[1] is None:
             continue

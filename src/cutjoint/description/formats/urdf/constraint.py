@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import described
 from cutjoint.description.formats.common.toml.keys import read_extras
 from cutjoint.description.formats.urdf import plain
@@ -57,8 +57,7 @@ def _constraint(element: Element, findings: Findings) -> CutJoint | None:
     text = str(element.get("type") or "").strip()
     kind = TYPES.get(text.removesuffix("_joint"))
     if kind is None:
-        found = f"type '{text}' of <constraint> '{name}'"
-        findings.error(found, f"one of {', '.join(TYPES)}", nearest(text, TYPES), element.sourceline)
+        findings.unknown(f"type '{text}' of <constraint> '{name}'", text, TYPES, element.sourceline)
     frames = [_end(element, side, name or "?", findings) for side in ("parent", "child")]
     axes = [_axis(element, side, name or "?", kind, findings) for side in ("parent", "child")]
     if name is None or kind is None or None in frames or axes[0] is None or axes[1] is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.findings import Findings
 from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import Coupling, Joint, JointType, Limits, Place
 from cutjoint.description.numbers import number_problem, parse_number, read_numbers, unit_axis
@@ -62,8 +62,12 @@ def _type(element: Element, name: str, findings: Findings) -> JointType:
     """The type; a wrong one is noted once and read as revolute, so that nothing else seems to be missing."""
     text = str(element.get("type") or "").strip()
     if text not in TYPES:
-        found = f"type '{text}' of joint '{name}'" if text else f"joint '{name}' without a type"
-        findings.error(found, f"one of {', '.join(TYPES)}", nearest(text, TYPES), element.sourceline)
+        findings.unknown(
+            f"type '{text}' of joint '{name}'" if text else f"joint '{name}' without a type",
+            text,
+            TYPES,
+            element.sourceline,
+        )
         return JointType.REVOLUTE
     return TYPES[text]
 

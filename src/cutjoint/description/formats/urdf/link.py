@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cutjoint.arrays import Array
 from cutjoint.description.files import read_mesh
-from cutjoint.description.findings import Findings, closest, listing
+from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.model import IDENTITY, Inertial, Link, Place, Shape
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
 from cutjoint.description.transforms import placement
@@ -193,8 +193,7 @@ def _shape_colour(element: Element, colours: Colours, what: str, findings: Findi
     name = str(material.get("name") or "")
     if colour is None and name:
         if name not in colours:
-            near = closest(name, colours)
-            hint = f"did you mean '{near}'?" if near else ""
-            findings.warn(f"{what} names the unknown material '{name}'", listing(colours), hint, material.sourceline)
+            found = f"{what} names the unknown material '{name}'"
+            findings.warn(found, listing(colours), nearest(name, colours), material.sourceline)
         colour = colours.get(name)
     return colour

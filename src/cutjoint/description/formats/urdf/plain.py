@@ -9,8 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.extras import described
-from cutjoint.description.formats.common.reading import OpenTree
+from cutjoint.description.formats.common.extras import OpenTree, described
 from cutjoint.description.formats.urdf.joint import read_joint
 from cutjoint.description.formats.urdf.link import Colours, read_colours, read_link
 from cutjoint.description.model import RobotDescription
@@ -43,6 +42,15 @@ def read_robot(path: Path, findings: Findings) -> Element | None:
         return None
     refuse_xacro(root, findings)
     return None if findings.failed else root
+
+
+def read_tree_of(file: Path, findings: Findings) -> OpenTree | None:
+    """The tree of the URDF that another file names; its problems are at places of its own."""
+    own = Findings(str(file))
+    root = read_robot(file, own)
+    tree = None if root is None else read_tree(root, file, own)
+    findings.problems.extend(own.problems)
+    return tree
 
 
 def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[str] = frozenset()) -> OpenTree:

@@ -11,9 +11,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cutjoint.description.findings import Findings, listing, nearest
-from cutjoint.description.formats.common.extras import Extras, described
-from cutjoint.description.formats.common.reading import OpenTree
+from cutjoint.description.findings import Findings, listing
+from cutjoint.description.formats.common.extras import Extras, OpenTree, described
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, Place, RobotDescription
@@ -82,8 +81,7 @@ def _loop(element: Element, findings: Findings) -> CutJoint | None:
     name = name_of(element, findings)
     kind = str(element.get("type") or "").strip()
     if kind not in TYPES:
-        found = f"type '{kind}' of <{element.tag}> '{name}'"
-        findings.error(found, f"one of {', '.join(TYPES)}", nearest(kind, TYPES), element.sourceline)
+        findings.unknown(f"type '{kind}' of <{element.tag}> '{name}'", kind, TYPES, element.sourceline)
     before, before_element = read_end(element, "predecessor", name or "?", findings)
     after, after_element = read_end(element, "successor", name or "?", findings)
     axis = only_child(element, "axis", findings)

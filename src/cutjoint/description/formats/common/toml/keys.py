@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from cutjoint.arrays import readonly
-from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import EARTH, Change, Extras
 from cutjoint.description.formats.common.toml.table import TomlTable, parse
 from cutjoint.description.model import (
@@ -96,8 +96,7 @@ def _cut(table: TomlTable) -> CutJoint | None:
     table.finish()
     kinds = [kind.value for kind in CutType]
     if text and text not in kinds:
-        found, expected = f"type '{text}' of {table.name}", f"one of {', '.join(kinds)}"
-        table.findings.error(found, expected, nearest(text, kinds), table.place("type"))
+        table.findings.unknown(f"type '{text}' of {table.name}", text, kinds, table.place("type"))
     ends: list[Frame | None] = []
     if isinstance(frames, list) and len(frames) == 2:
         ends = [take_frame(table, "frames", value) for value in frames]
@@ -125,8 +124,7 @@ def _joint(name: str, table: TomlTable) -> Change | None:
     velocity, effort = table.number("velocity", None), table.number("effort", None)
     table.finish()
     if text and text not in kinds:
-        found, expected = f"type '{text}' of {table.name}", f"one of {', '.join(kinds)}"
-        table.findings.error(found, expected, nearest(text, kinds), table.place("type"))
+        table.findings.unknown(f"type '{text}' of {table.name}", text, kinds, table.place("type"))
         return None
     first, second = (None if one is None else unit_axis(one, name, table.findings, place) for one in axes)
     return Change(name, JointType(text) if text else None, first, second, velocity, effort, place)

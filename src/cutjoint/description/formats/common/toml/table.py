@@ -9,7 +9,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping
 
-from cutjoint.description.findings import Findings, clip, nearest
+from cutjoint.description.findings import Findings, clip
 from cutjoint.description.model import Place
 from cutjoint.description.numbers import LARGEST_LENGTH, check_range
 
@@ -178,9 +178,9 @@ class TomlTable:
         """Note every key that nobody asked for."""
         for key in self.data:
             if key not in self._known:
-                expected = f"one of {', '.join(sorted(self._known))}"
-                found = f"unknown key '{clip(key)}' in {self.name}"
-                self.findings.error(found, expected, nearest(key, self._known), self.place(key))
+                self.findings.unknown(
+                    f"unknown key '{clip(key)}' in {self.name}", key, sorted(self._known), self.place(key)
+                )
 
     def wrong(self, key: str, value: object, expected: str) -> None:
         """Note that the value of `key` is not what was expected."""
