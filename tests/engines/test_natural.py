@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cutjoint.description import Coupling, CutJoint, CutType, Frame, Inertial, Joint, JointType, Link, RobotDescription
-from cutjoint.engines.natural import natural, units_of
+from cutjoint.engines.mujoco import natural, units_of
 
 TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 

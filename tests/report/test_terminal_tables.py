@@ -12,7 +12,7 @@ from rich.console import Console
 
 from cutjoint.commands import output, reproduce
 from cutjoint.report import ReportTable
-from cutjoint.report.tables import MARKS, verdict_style
+from cutjoint.report.page import MARKS, verdict_style
 
 WORDS = st.text("abcdefg", min_size=1, max_size=9)
 TEXTS = st.lists(WORDS, min_size=1, max_size=5).map(" ".join)

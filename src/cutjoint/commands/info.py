@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.mobility import find_modes, show_mobility
-from cutjoint.commands.output import TerminalTable, console, print_json
+from cutjoint.commands.output import TerminalTable, console, find_modes, print_json, show_mobility
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, MobilityReport, Modes

@@ -62,7 +62,7 @@ def _print(part: ReportTable) -> None:
     from rich.markup import escape
     from rich.padding import Padding
 
-    from cutjoint.report.tables import MARKS, verdict_style
+    from cutjoint.report.page import MARKS, verdict_style
 
     out = console()
     if not part.is_text:

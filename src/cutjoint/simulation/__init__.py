@@ -1,12 +1,11 @@
 """Simulation: plants, integrators, the loop that runs them, and the result."""
 
 from cutjoint.simulation.constrained import ConstrainedPlant
-from cutjoint.simulation.files import load, save
 from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator, RungeKutta4
 from cutjoint.simulation.loop import run
 from cutjoint.simulation.plant import Observation, Plant, State
 from cutjoint.simulation.reduced import ReducedPlant
-from cutjoint.simulation.result import Result, Rmse
+from cutjoint.simulation.result import Result, Rmse, load, save
 
 __all__ = [
     "Adaptive",

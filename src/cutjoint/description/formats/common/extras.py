@@ -1,5 +1,5 @@
-"""What readers gather of a robot besides its cuts, what is taken where a file does not say what is actuated or where the
-tool is, and all of it together as one description."""
+"""What readers gather of a robot besides its cuts, what is taken where a file does not say what is actuated or where
+the tool is, and all of it together as one description."""
 
 from __future__ import annotations
 
