@@ -6,10 +6,10 @@ the impedance d is at most 0.9999: each row gives by (1 - d) / d of its inverse 
 Solving the same matrices with hard constraints takes the softness away; J_dot v then comes from a central difference of
 MuJoCo's own Jacobian.
 
-MuJoCo gets the robot in natural units: a length and a mass of its own, and the time in which it falls.  It holds numbers
-against fixed ones (it lifts masses below 1e-12 kg and moments below 1e-12 kg m2, and pulls open loops together within
-hundredths of a second), so a robot of a tenth of a millimetre or of a microgram would be another robot to it.  What
-comes back is in SI units.
+MuJoCo gets the robot in natural units: a length and a mass of its own, and the time in which it falls.  It holds
+numbers against fixed ones (it lifts masses below 1e-12 kg and moments below 1e-12 kg m2, and pulls open loops together
+within hundredths of a second), so a robot of a tenth of a millimetre or of a microgram would be another robot to it.
+What comes back is in SI units.
 
 E. Todorov, Convex and analytically-invertible dynamics with contacts and constraints, ICRA 2014; MuJoCo documentation,
 chapter Computation.
