@@ -9,14 +9,12 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 from cutjoint.description.files import LARGEST_FILE
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats import gepetto, loops_toml, mjcf, sdf
 from cutjoint.description.formats.common.extras import Reading
-from cutjoint.description.formats.urdf import constraint, plain, plus
-from cutjoint.description.formats.urdf.writer import constraint_files
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import UnknownNameError
 from cutjoint.files import write_files
@@ -54,21 +52,44 @@ class Format:
         return Path(name if self.folder else name + self.suffixes[0])
 
 
+def _reader(module: str) -> Callable[[Path, Findings], RobotDescription | None]:
+    """`read` of a module of this package, imported only when a file of its format is met: most never are."""
+
+    def read(path: Path, findings: Findings) -> RobotDescription | None:
+        found: RobotDescription | None = import_module(f"{__name__}.{module}").read(path, findings)
+        return found
+
+    return read
+
+
+def _writer(module: str) -> Texts:
+    """`files` of a module of this package, imported only when a file of its format is written."""
+
+    def files(description: RobotDescription, path: Path) -> Mapping[Path, bytes]:
+        texts: Mapping[Path, bytes] = import_module(f"{__name__}.{module}").files(description, path)
+        return texts
+
+    return files
+
+
+PLAIN = Format("URDF", (".urdf", ".xml"), (b"<robot",), _reader("urdf.plain"))
 FORMATS: tuple[Format, ...] = (
-    Format("loops.toml", (".toml",), (b"schema",), loops_toml.read, loops_toml.native_files, "loops", folder=True),
-    Format("Gepetto robot.yaml", (".yaml", ".yml"), (b"closed_loop", b"name_mot"), gepetto.read),
-    Format("URDF+", (".urdf", ".xml"), (b"<loop", b"<coupling", b"<predecessor", b"independent="), plus.read),
+    Format("loops.toml", (".toml",), (b"schema",), _reader("loops_toml"), _writer("loops_toml"), "loops", folder=True),
+    Format("Gepetto robot.yaml", (".yaml", ".yml"), (b"closed_loop", b"name_mot"), _reader("gepetto")),
+    Format(
+        "URDF+", (".urdf", ".xml"), (b"<loop", b"<coupling", b"<predecessor", b"independent="), _reader("urdf.plus")
+    ),
     Format(
         "URDF with <constraint>",
         (".urdf", ".xml"),
         (b"<constraint", b"<cutjoint"),
-        constraint.read,
-        constraint_files,
+        _reader("urdf.constraint"),
+        _writer("urdf.writer"),
         "urdf",
     ),
-    Format("MJCF", (".xml", ".mjcf"), (b"<mujoco",), mjcf.read, mjcf.mjcf_files, "mjcf"),
-    Format("SDF", (".sdf", ".world", ".xml"), (b"<sdf",), sdf.read),
-    Format("URDF", (".urdf", ".xml"), (b"<robot",), plain.read),
+    Format("MJCF", (".xml", ".mjcf"), (b"<mujoco",), _reader("mjcf.reader"), _writer("mjcf.writer"), "mjcf"),
+    Format("SDF", (".sdf", ".world", ".xml"), (b"<sdf",), _reader("sdf.reader")),
+    PLAIN,
 )
 """The first whose suffix and mark both fit is taken; where no mark fits, URDF if the suffix may be one."""
 
@@ -122,7 +143,7 @@ def format_of(path: Path) -> Format:
     suffix = path.suffix.lower()
     fitting = [one for one in FORMATS if suffix in one.suffixes] or list(FORMATS)
     marked = [one for one in fitting if any(mark in head for mark in one.marks)]
-    plain_first = [one for one in fitting if one.read is plain.read]
+    plain_first = [one for one in fitting if one is PLAIN]
     return [*marked, *plain_first, *fitting][0]
 
 

@@ -37,7 +37,7 @@ Meshes = Mapping[tuple[Path, tuple[float, ...]], str]
 _SAID = {kind: tag for tag, kind in EQUALITIES.items()}
 
 
-def mjcf_files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
+def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
     """One MJCF file."""
     root = etree.Element("mujoco", model=robot.name)
     etree.SubElement(

@@ -22,7 +22,7 @@ from cutjoint.description.xml import Element
 _NAMES = {kind: name for name, kind in CONSTRAINTS.items()}
 
 
-def constraint_files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
+def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
     """One URDF with `<constraint>` elements, and the rest of the robot in a `<cutjoint>` element."""
     root = robot_element(robot, path)
     for cut in robot.cuts:
