@@ -11,7 +11,7 @@ from cutjoint.control import NoControl
 from cutjoint.description import CutJoint, CutType, Frame, Inertial, Joint, JointType, Link, RobotDescription
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.motion import Desired
-from cutjoint.motion.trajectory import ToolMotion
+from cutjoint.motion.paths import ToolMotion
 from cutjoint.simulation import Adaptive, ConstrainedPlant, DormandPrince, RungeKutta4, State, run
 from cutjoint.simulation.integrators import StepError
 

@@ -9,8 +9,7 @@ import numpy as np
 from cutjoint.chain import ClosedChain
 from cutjoint.control import Law, law
 from cutjoint.errors import InputError, UnknownNameError
-from cutjoint.experiments.gain_rule import SmallestGain, smallest_gain
-from cutjoint.experiments.gains import GAINS
+from cutjoint.experiments.gains import GAINS, SmallestGain, smallest_gain
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Reference
 from cutjoint.papers.cpm import CpmModel, InferredCpmModel

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from cutjoint.experiments import cpm
-from cutjoint.experiments.gain_rule import SmallestGain
+from cutjoint.experiments.gains import SmallestGain
 from cutjoint.experiments.pool import Key, Outcome
 from cutjoint.experiments.tables import Claim, Verdict
 from cutjoint.papers.cpm.published import CIRCLE, FORCE_LIMIT, SETTLING_TIME

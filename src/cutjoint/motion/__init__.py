@@ -1,9 +1,8 @@
 """Trajectories of the tool, and the motion of the actuators that follows them through a mechanism."""
 
 from cutjoint.motion.catalogue import TRAJECTORIES
-from cutjoint.motion.paths import Circle, Hold, Lissajous, PointToPoint
+from cutjoint.motion.paths import Circle, Hold, Lissajous, PointToPoint, ToolMotion, Trajectory
 from cutjoint.motion.reference import Desired, Reference
-from cutjoint.motion.trajectory import ToolMotion, Trajectory
 
 __all__ = [
     "TRAJECTORIES",

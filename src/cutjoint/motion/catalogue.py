@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism
-from cutjoint.motion.paths import Circle, Hold, PointToPoint
-from cutjoint.motion.trajectory import Trajectory
+from cutjoint.motion.paths import Circle, Hold, PointToPoint, Trajectory
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,7 @@
 from cutjoint.simulation.constrained import ConstrainedPlant
 from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator, RungeKutta4
 from cutjoint.simulation.loop import run
-from cutjoint.simulation.plant import Observation, Plant, State
-from cutjoint.simulation.reduced import ReducedPlant
+from cutjoint.simulation.plant import Observation, Plant, ReducedPlant, State
 from cutjoint.simulation.result import Result, Rmse, load, save
 
 __all__ = [
