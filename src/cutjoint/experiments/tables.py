@@ -29,14 +29,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim of a paper.
-
-    Attributes:
-        where: section, table or equation.
-        text: the claim, in our own words.
-        found: the figures that decide.
-        verdict: whether it holds.
-    """
+    """A claim of a paper in our own words: where it stands, the figures that decide, and whether it holds."""
 
     where: str
     text: str

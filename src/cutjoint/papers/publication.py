@@ -9,11 +9,7 @@ from decimal import Decimal
 
 @dataclass(frozen=True)
 class PrintedNumber:
-    """A number as printed.
-
-    Attributes:
-        text: the digits, in Python notation (`0.0027`, `3.4804e-4`).
-    """
+    """A number as printed, its digits in Python notation (`0.0027`, `3.4804e-4`)."""
 
     text: str
 

@@ -40,12 +40,8 @@ Signs = tuple[int, int, int]
 
 
 class Branch(NamedTuple):
-    """The branch of a posture of a robot that has assembly modes too.
-
-    Attributes:
-        signs: working mode.
-        assembly: sign of the type-2 measure, which an assembly mode keeps between singularities.
-    """
+    """The branch of a posture of a robot that has assembly modes too: its working mode, and the sign of the type-2
+    measure, which an assembly mode keeps between singularities."""
 
     signs: Signs
     assembly: int

@@ -122,13 +122,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading with paragraphs, tables and pictures, in this order as given.
-
-    Attributes:
-        title: heading.
-        parts: paragraphs (plain text), tables, pictures.
-        level: 2 or 3.
-    """
+    """A heading of level 2 or 3 with paragraphs (plain text), tables and pictures, in this order as given."""
 
     title: str
     parts: Sequence[str | ReportTable | Picture] = ()

@@ -30,13 +30,8 @@ SAFETY = 0.9
 
 
 class Track(NamedTuple):
-    """Where a way ended.
-
-    Attributes:
-        tool: there [m].
-        progress: fraction of the way, 1 at the target.
-        measure: volume of the second rods' directions there, the type-2 measure without its sign.
-    """
+    """Where a way ended: the tool there [m], the fraction of the way, 1 at the target, and the volume of the second
+    rods' directions there, the type-2 measure without its sign."""
 
     tool: Triple
     progress: float

@@ -67,7 +67,7 @@ class Integrator(Protocol):
 
 @dataclass(frozen=True)
 class RungeKutta4:
-    """The classical method of order 4; a stretch that `h` [s] does not divide is cut into equal, slightly shorter steps."""
+    """The classical method of order 4; what `h` [s] does not divide is cut into equal, slightly shorter steps."""
 
     h: float = 1e-3
 
