@@ -12,13 +12,11 @@ from cutjoint.arrays import Array
 from cutjoint.compile import compiled, simulate_many
 from cutjoint.compile.expressions import functions
 from cutjoint.compile.expressions.graph import Graph
-from cutjoint.compile.expressions.interpret import interpret
 from cutjoint.compile.expressions.operations import Op
-from cutjoint.compile.expressions.program import Program
+from cutjoint.compile.expressions.program import Program, interpret
 from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.machine.backends import BACKENDS, Backend
-from cutjoint.compile.machine.kernel import Kernel
-from cutjoint.compile.machine.runs import Sizes
+from cutjoint.compile.machine.kernel import Kernel, Sizes
 from cutjoint.control import PD
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.motion import Hold, Reference

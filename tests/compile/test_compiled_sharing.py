@@ -116,12 +116,12 @@ def test_vector_code_and_lazy_values_are_made_once(kit: Any, restless: None, mon
     from cutjoint.compile.machine.llvm import native
 
     kernel = NativeKernel(kit.machine("fivebar").kernel("forward").program)
-    machines: list[str] = []
+    machines: list[tuple[str, ...]] = []
     own = native.Machine
 
-    def counted(assembly: str, level: int = 2) -> Any:
-        machines.append(assembly)
-        return own(assembly, level)
+    def counted(*functions: str) -> Any:
+        machines.append(functions)
+        return own(*functions)
 
     monkeypatch.setattr(native, "Machine", counted)
     home = kit.machine("fivebar").home.q_full

@@ -14,8 +14,8 @@ from cutjoint.compile.expressions import functions
 from cutjoint.compile.expressions.derivative import tangent
 from cutjoint.compile.expressions.functions import maximum, minimum
 from cutjoint.compile.expressions.graph import Expression, Graph
-from cutjoint.compile.expressions.interpret import interpret
 from cutjoint.compile.expressions.operations import Op
+from cutjoint.compile.expressions.program import interpret
 from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.machine.llvm import text
 from cutjoint.compile.machine.llvm.native import NativeKernel

@@ -10,9 +10,8 @@ import pytest
 
 from cutjoint.compile.expressions import functions
 from cutjoint.compile.expressions.graph import Graph
-from cutjoint.compile.expressions.interpret import interpret
 from cutjoint.compile.expressions.operations import Op
-from cutjoint.compile.expressions.program import Program, ProgramError
+from cutjoint.compile.expressions.program import Program, ProgramError, interpret
 from cutjoint.compile.expressions.straight_line import assemble
 
 

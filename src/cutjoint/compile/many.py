@@ -22,7 +22,7 @@ from cutjoint.compile.batch import cores
 from cutjoint.compile.compiler import Compiled
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.machine.backends import backend
-from cutjoint.compile.machine.runs import Runs
+from cutjoint.compile.machine.kernel import Runs
 from cutjoint.compile.many_loop import TimeGrid, traced_loop
 from cutjoint.compile.many_results import Many, Outcome
 from cutjoint.compile.many_variations import Variation

@@ -15,7 +15,7 @@ from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.functions.tracing import accelerations
 from cutjoint.compile.machine.backends import backend
-from cutjoint.compile.machine.runs import Sizes
+from cutjoint.compile.machine.kernel import Sizes
 from cutjoint.compile.machine.schedule import scheduled
 from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.sources.chain import ChainSource

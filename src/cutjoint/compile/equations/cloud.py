@@ -22,8 +22,7 @@ from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions.graph import Graph
-from cutjoint.compile.expressions.interpret import interpret
-from cutjoint.compile.expressions.program import Program
+from cutjoint.compile.expressions.program import Program, interpret
 from cutjoint.compile.expressions.straight_line import assemble
 
 CLOUD = 24

@@ -1,11 +1,13 @@
 """A traced function as a straight line of instructions: plain data that can be stored, checked and translated.
 
-Instruction k computes value k from earlier values.  `cutjoint.compile.expressions.straight_line` makes programs.
+Instruction k computes value k from earlier values.  `cutjoint.compile.expressions.straight_line` makes programs, back
+ends machine code of them; `interpret` runs them in plain NumPy: slow, but it needs no compiler.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 
@@ -156,3 +158,40 @@ class Program:
             raise ProgramError("a constant is not finite")
         if np.any((self.outputs < 0) | (self.outputs >= len(self.op))):
             raise ProgramError("an output does not exist")
+
+
+MEANING: Mapping[Op, Callable[..., Array]] = {
+    Op.ADD: lambda x, y: x + y,
+    Op.SUB: lambda x, y: x - y,
+    Op.MUL: lambda x, y: x * y,
+    Op.DIV: lambda x, y: x / y,
+    Op.SQRT: np.sqrt,
+    Op.SIN: np.sin,
+    Op.COS: np.cos,
+    Op.ATAN2: np.arctan2,
+    Op.ACOS: np.arccos,
+    Op.ABS: np.abs,
+    Op.MIN: np.minimum,
+    Op.MAX: np.maximum,
+    Op.NEG: lambda x: -x,
+    Op.FMA: lambda x, y, z: x * y + z,
+    Op.FMS: lambda x, y, z: x * y - z,
+    Op.FNMA: lambda x, y, z: z - x * y,
+}
+"""Operation -> what it computes, in NumPy."""
+
+
+def interpret(program: Program, inputs: Sequence[npt.ArrayLike]) -> list[Array]:
+    """Run a program.  `inputs` are numbers or arrays of one shape."""
+    given = [np.asarray(x, dtype=np.float64) for x in inputs]
+    done: list[Array | np.float64] = []
+    rows = zip(program.op.tolist(), program.operands.tolist(), program.values.tolist(), strict=True)
+    for code, operands, value in rows:
+        match op := Op(code):
+            case Op.CONST:
+                done.append(np.float64(value))
+            case Op.INPUT:
+                done.append(given[operands[0]])
+            case _:
+                done.append(MEANING[op](*(done[k] for k in operands[: op.arity])))
+    return [np.asarray(done[k]) for k in program.outputs]

@@ -6,10 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.machine.kernel import Kernel
-from cutjoint.compile.machine.llvm.native import NativeKernel, host
-from cutjoint.compile.machine.llvm.runs import NativeRuns
-from cutjoint.compile.machine.runs import Runs, Sizes
+from cutjoint.compile.machine.kernel import Kernel, Runs, Sizes
+from cutjoint.compile.machine.llvm.native import NativeKernel, NativeRuns, host
 from cutjoint.errors import InputError, UnknownNameError
 
 

@@ -1,8 +1,10 @@
-"""What a back end makes of a program: a kernel, which can be called with one state or with many."""
+"""What a back end makes of programs: a kernel, which is called with one state or with many, and a loop over runs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -69,12 +71,44 @@ class Kernel:
 
     def fill(self, results: list[Array], given: list[Array], count: int, threads: int, lanes: bool) -> None:
         """The evaluations of a batch: `given` are its arguments, in order and of the right shapes."""
+        ends = np.cumsum([result.shape[1] for result in results])
         for row in range(count):
-            y, start = self(*(x if x.ndim == 1 else x[row] for x in given)), 0
-            for result in results:
-                result[row] = y[start : start + result.shape[1]]
-                start += result.shape[1]
+            y = self(*(x if x.ndim == 1 else x[row] for x in given))
+            for result, part in zip(results, np.split(y, ends[:-1]), strict=True):
+                result[row] = part
 
 
 def _again(kind: type[Kernel], program: Program, fast: bool) -> Kernel:
     return kind(program, fast=fast)
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Numbers of a run: state, columns of the reference table, per-run arguments, watched values, residuals."""
+
+    state: int
+    columns: int
+    given: int
+    watched: int
+    settled: int
+    """Leading part of the state that the settling function rewrites; 0 where there is none."""
+
+
+RunLoop: TypeAlias = Callable[[int, int, int, int, float, float, int], None]
+"""(first group, group after the last, steps, steps from record to record, step [s], limit of the strain, address of the
+table of addresses); see `cutjoint.compile.machine.llvm.run_loop`."""
+
+
+class Runs(Protocol):
+    """A loop over runs that is compiled when asked for.
+
+    Attributes:
+        lanes: runs that go side by side, a group.
+    """
+
+    @property
+    def lanes(self) -> int:
+        """See the class."""
+
+    def loop(self, lanes: int) -> RunLoop:
+        """The loop over groups of so many runs: 1, or `lanes` of them."""

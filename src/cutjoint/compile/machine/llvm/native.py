@@ -1,4 +1,4 @@
-"""Machine code for a program: compiled in memory by LLVM for this processor, called through ctypes.
+"""Machine code for programs: compiled in memory by LLVM for this processor, called through ctypes.
 
 Nothing executable is ever read from or written to disk.  A call releases Python's lock, so batches run on all cores.
 """
@@ -17,13 +17,15 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.machine.kernel import Kernel
+from cutjoint.compile.machine.kernel import Kernel, RunLoop, Sizes
+from cutjoint.compile.machine.llvm.run_loop import run_loop
 from cutjoint.compile.machine.llvm.text import declarations, flat_function, row_loop
 from cutjoint.compile.once import once
 
 _LOCK = threading.Lock()
 """LLVM is used by one thread at a time."""
 _LOOP = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p)
+_RUNS = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 4, ctypes.c_double, ctypes.c_double, ctypes.c_void_p)
 PREAMBLE = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'
 
 
@@ -56,25 +58,24 @@ def _host() -> Host:
 
 
 class Machine:
-    """Machine code of an LLVM module; keeps it alive."""
+    """Machine code of functions in LLVM assembly; keeps it alive."""
 
-    def __init__(self, assembly: str, level: int = 2) -> None:
+    def __init__(self, *functions: str) -> None:
         import llvmlite.binding as llvm
 
-        start = time.perf_counter()
-        processor = host()
+        start, processor = time.perf_counter(), host()
+        assembly = "\n".join((PREAMBLE, declarations(processor.lanes), *functions))
         with _LOCK:
             module = llvm.parse_assembly(assembly)
             module.verify()
             target = llvm.Target.from_default_triple().create_target_machine(
-                cpu=processor.name, features=processor.features, opt=level, jit=True
+                cpu=processor.name, features=processor.features, opt=2, jit=True
             )
             module.triple = target.triple
             module.data_layout = str(target.target_data)
             self._module = module
             self._engine = llvm.create_mcjit_compiler(module, target)
             self._engine.finalize_object()
-        self.assembly_lines = assembly.count("\n")
         self.compile_time = time.perf_counter() - start
 
     def address(self, symbol: str) -> int:
@@ -93,7 +94,7 @@ class NativeKernel(Kernel):
     def __init__(self, program: Program, *, fast: bool = False) -> None:
         super().__init__(program, fast=fast)
         self.lanes = host().lanes
-        self._machine = Machine(self._assembly(1))
+        self._machine = self._compiled(1)
         self.compile_time = self._machine.compile_time
         self._address = self._machine.address("flat")
         self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(self._address)
@@ -103,32 +104,26 @@ class NativeKernel(Kernel):
 
     @property
     def address(self) -> int:
-        """See `Kernel.address`."""
         return self._address
 
     @once
     def _rows_lanes(self) -> Callable[[int, int, int], int]:
         """The loop over rows, several side by side; compiled when a batch is first asked for."""
-        self._machine_lanes = Machine(self._assembly(self.lanes))
+        self._machine_lanes = self._compiled(self.lanes)
         self.compile_time += self._machine_lanes.compile_time
         return _LOOP(self._machine_lanes.address("rows"))
 
-    def _assembly(self, lanes: int) -> str:
-        flat = flat_function(self.program, "flat", lanes, width=self.lanes, fused=host().fused, fast=self.fast)
-        return "\n".join((PREAMBLE, declarations(self.lanes), flat, row_loop(self.program, "rows", "flat", lanes)))
+    def _compiled(self, lanes: int) -> Machine:
+        return Machine(_flat(self.program, "flat", lanes, self.fast), row_loop(self.program, "rows", "flat", lanes))
 
     def __call__(self, *arguments: Array) -> Array:
-        """One evaluation: arguments of the program's lengths in, all results one after another out."""
         own = self._own
         if not hasattr(own, "x"):
             own.x = np.zeros(max(self.program.n_in, 1))
             own.y = np.zeros(max(self.program.n_out, 1))
             own.at = (own.x.ctypes.data, own.y.ctypes.data)
-            own.views = []
-            start = 0
-            for _, size in self.program.arguments:
-                own.views.append(own.x[start : start + size])
-                start += size
+            ends = np.cumsum([size for _, size in self.program.arguments])
+            own.views = np.split(own.x[: self.program.n_in], ends[:-1])
         for view, argument in zip(own.views, arguments, strict=True):
             view[:] = argument
         self._call(*own.at)
@@ -136,7 +131,6 @@ class NativeKernel(Kernel):
         return result
 
     def fill(self, results: list[Array], given: list[Array], count: int, threads: int, lanes: bool) -> None:
-        """See `Kernel.fill`."""
         table: list[int] = []
         for values in (*given, *results):
             table += [values.ctypes.data, 8 * values.shape[-1] if values.ndim == 2 else 0]
@@ -154,3 +148,38 @@ class NativeKernel(Kernel):
             edges = np.linspace(0, count, threads + 1).astype(int).tolist()
             with ThreadPoolExecutor(threads) as pool:
                 list(pool.map(run, edges[:-1], edges[1:]))
+
+
+class NativeRuns:
+    """See `Runs`.
+
+    Args:
+        rate, settle: the programs of the loop; nothing is settled where `settle` is None.
+        sizes: their numbers.
+        fast: sums may be reassociated.
+    """
+
+    def __init__(self, rate: Program, settle: Program | None, sizes: Sizes, *, fast: bool = False) -> None:
+        self._programs = {"rate": rate} if settle is None else {"rate": rate, "settle": settle}
+        self._sizes, self._fast = sizes, fast
+        self._lock = threading.Lock()
+        self._loops: dict[int, tuple[Machine, RunLoop]] = {}
+
+    @property
+    def lanes(self) -> int:
+        return host().lanes
+
+    def loop(self, lanes: int) -> RunLoop:
+        with self._lock:
+            if lanes not in self._loops:
+                self._loops[lanes] = self._compiled(lanes)
+            return self._loops[lanes][1]
+
+    def _compiled(self, lanes: int) -> tuple[Machine, RunLoop]:
+        parts = [_flat(program, name, lanes, self._fast) for name, program in self._programs.items()]
+        machine = Machine(*parts, run_loop("runs", self._sizes, lanes))
+        return machine, _RUNS(machine.address("runs"))
+
+
+def _flat(program: Program, symbol: str, lanes: int, fast: bool) -> str:
+    return flat_function(program, symbol, lanes, width=host().lanes, fused=host().fused, fast=fast)

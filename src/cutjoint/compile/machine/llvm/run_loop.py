@@ -6,8 +6,8 @@ so its state stays in the nearest cache and memory does not grow with the number
 
 from __future__ import annotations
 
+from cutjoint.compile.machine.kernel import Sizes
 from cutjoint.compile.machine.llvm.lanes import Lanes, Writer
-from cutjoint.compile.machine.runs import Sizes
 
 
 def run_loop(symbol: str, sizes: Sizes, lanes: int) -> str:
