@@ -8,7 +8,6 @@ expression, no order of elimination, no regrouped inertia: what agrees with this
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -17,8 +16,8 @@ from cutjoint.arrays import Array
 from cutjoint.chain.build import bind_frame
 from cutjoint.chain.rank import Split
 from cutjoint.compile.equations.carried import NO_MASS, joint_inertia
+from cutjoint.compile.functions.sample import JointTerms
 from cutjoint.compile.sources.chain import ChainSource
-from cutjoint.mechanism import Terms
 
 STENCIL = ((1, 3.0 / 4.0), (2, -3.0 / 20.0), (3, 1.0 / 60.0))
 """Weights of the central difference of order six."""
@@ -26,25 +25,8 @@ STEP = 4e-3
 """Its step, as the largest dimensionless motion of a rate: to the sixth power it is rounding."""
 
 
-@dataclass(frozen=True, eq=False)
-class ChainTerms(Terms):
-    """The equation of motion of a closed chain at one state, and how all its joints move.
-
-    Attributes:
-        tangent: T~, shape (nv, n).
-        drift: accelerations of all joints at constant actuated rates, shape (nv,).
-    """
-
-    tangent: Array
-    drift: Array
-
-
 class ChainNumbers:
-    """The numbers of one chain.
-
-    Args:
-        source: the chain, as it is traced.
-    """
+    """The numbers of one chain; `source` is the chain as it is traced, `total_mass` the mass of all that moves [kg]."""
 
     def __init__(self, source: ChainSource) -> None:
         source.need_all_rows()
@@ -55,6 +37,7 @@ class ChainNumbers:
         self.scale = np.array(source.rate_scale)
         self.row_scale = np.array([1.0 / self.chain.length if is_length else 1.0 for is_length in source.row_is_length])
         self.source = source
+        self.total_mass = sum(float(inertia.mass) for inertia in list(self.model.inertias)[1:])
 
     @property
     def data(self) -> pin.Data:
@@ -92,7 +75,7 @@ class ChainNumbers:
         """Forces on the joints of the tree, shape (nv,)."""
         return np.array(pin.rnea(self.model, self.data, q, v, a))
 
-    def at(self, q: Array, v: Array) -> ChainTerms:
+    def at(self, q: Array, v: Array) -> JointTerms:
         """The chain at the closed configuration `q` (nq,) and actuated velocity `v` (n,)."""
         nv, n = self.model.nv, len(self.rates)
         passive = np.setdiff1d(np.arange(nv), self.rates)
@@ -115,7 +98,7 @@ class ChainNumbers:
         drift = drift - spin @ pull @ self.forces(q, v_full, drift)
         gravity = self.forces(q, np.zeros(nv), np.zeros(nv))
         coriolis = tangent.T @ (self.forces(q, v_full, drift) - gravity)
-        return ChainTerms(tangent.T @ mass @ tangent, coriolis, tangent.T @ gravity, tangent, drift)
+        return JointTerms(tangent.T @ mass @ tangent, coriolis, tangent.T @ gravity, tangent, drift)
 
     def _pull(self, motions: Array, mass: Array) -> Array:
         """(U' M U)^+ U', without the motions that move no mass, shape (k, nv)."""
@@ -135,34 +118,20 @@ class ChainNumbers:
         return np.asarray(start + motions @ np.linalg.solve(motions.T @ mass @ motions, force))
 
     def tool(self, q: Array, v_full: Array, drift: Array) -> tuple[Array, Array, Array]:
-        """Position (3,) and Jacobian (6, nv) of the tool point, and its acceleration (3,) with the given ones."""
-        frame = self.chain.description.tool
+        """Position (3,) and Jacobian (3, nv) of the tool point, and its acceleration (3,) with the given ones."""
+        frame, model, data = self.chain.description.tool, self.model, self.data
         assert frame is not None, "see `lacks`"
-        joint, placement = bind_frame(self.model, frame)
-        position, jacobian = self.point(q, joint, np.array(placement.translation))
-        pin.forwardKinematics(self.model, self.data, q, v_full, drift)
-        arm = position - np.array(self.data.oMi[joint].translation)
-        world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        speed = pin.getVelocity(self.model, self.data, joint, world)
-        pull = pin.getAcceleration(self.model, self.data, joint, world)
-        w = np.array(speed.angular)
-        origin = np.array(pull.linear) + np.cross(w, speed.linear)
-        acceleration = origin + np.cross(pull.angular, arm) + np.cross(w, np.cross(w, arm))
-        return position + np.array(self.source.origin), jacobian, acceleration
-
-    def point(self, q: Array, joint: int, lever: Array) -> tuple[Array, Array]:
-        """Position (3,) in the model, velocity and angular velocity per rate (6, nv), of a point on a joint."""
-        pin.computeJointJacobians(self.model, self.data, q)
-        here = self.data.oMi[joint]
-        world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        jacobian = np.array(pin.getJointJacobian(self.model, self.data, joint, world)).reshape(6, self.model.nv)
-        arm = np.array(here.rotation @ lever)
-        jacobian[:3] -= pin.skew(arm) @ jacobian[3:]
-        return np.array(here.translation) + arm, jacobian
+        joint, placement = bind_frame(model, frame)
+        pin.computeJointJacobians(model, data, q)
+        pin.forwardKinematics(model, data, q, v_full, drift)
+        own = pin.getJointJacobian(model, data, joint, pin.ReferenceFrame.LOCAL)
+        here = data.oMi[joint] * placement
+        speed, pull = placement.actInv(data.v[joint]), placement.actInv(data.a[joint])
+        jacobian = here.rotation @ (placement.toActionMatrixInverse() @ own.reshape(6, model.nv))[:3]
+        acceleration = here.rotation @ (pull.linear + np.cross(speed.angular, speed.linear))
+        return np.array(here.translation) + np.array(self.source.origin), jacobian, acceleration
 
     def potential(self, q: Array) -> float:
         """Potential energy [J]."""
-        gravity = np.array(self.model.gravity.linear)
-        mass = sum(float(inertia.mass) for inertia in list(self.model.inertias)[1:])
         own = float(pin.computePotentialEnergy(self.model, self.data, q))
-        return own - mass * float(gravity @ np.array(self.source.origin))
+        return own - self.total_mass * float(self.model.gravity.linear @ np.array(self.source.origin))

@@ -47,8 +47,21 @@ class RobotUnits:
         return RobotUnits(coordinate, turning, length, float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0)
 
 
+@dataclass(frozen=True, eq=False)
+class JointTerms(Terms):
+    """The equation of motion at one state, and how all joints move.
+
+    Attributes:
+        tangent: T~, shape (nv, n).
+        drift: accelerations of all joints at constant actuated rates, shape (nv,).
+    """
+
+    tangent: Array
+    drift: Array
+
+
 class RobotSample:
-    """A robot at one state.  Arguments and right values of compiled functions by name; worked out when asked for.
+    """A robot at one state.  Arguments and right values of compiled functions by name.
 
     Args:
         units: of the robot.
@@ -56,7 +69,19 @@ class RobotSample:
         target: actuated coordinates, shape (n,).
         v, a: their velocity and acceleration.
         far: how far the world's origin is from the robot's, in its lengths, plus 1.
+
+    Attributes that every robot adds, known by another way than the compiled one:
+        potential: potential energy [J].
+        weight: size of the weights that may cancel in the gravity vector, as an energy [J].
+
+    Attributes of robots that have joints beside the actuated ones:
+        v_full, effort_full: a random motion of all joints and random forces on them, shape (nv,).
     """
+
+    potential: float
+    weight: float
+    v_full: Array
+    effort_full: Array
 
     def __init__(self, units: RobotUnits, q: Array, target: Array, v: Array, a: Array, far: float) -> None:
         self.units, self.q, self.target, self.v, self.a, self.far = units, q, target, v, a, far
@@ -64,9 +89,7 @@ class RobotSample:
         self.axes = {"q": unit, "1/q": 1.0 / unit, "1/v": 1.0 / (units.rate * unit), "m": np.full(3, units.length)}
         self.axes["J"] = np.ones(1)
 
-    # -- by another way ----------------------------------------------------------------------------------------------
-
-    def beside(self, k: int, step: float, v: Array) -> Terms:
+    def beside(self, k: int, step: float, v: Array) -> JointTerms:
         """The equation of motion with actuated coordinate `k` moved by a small step, at the velocity `v`."""
         raise NotImplementedError
 
@@ -75,25 +98,15 @@ class RobotSample:
         """The tool point."""
         raise NotImplementedError
 
-    @property
-    def potential(self) -> float:
-        """Potential energy [J]."""
-        raise NotImplementedError
-
-    @property
-    def weight(self) -> float:
-        """Size of the weights that may cancel in the gravity vector, as an energy [J]."""
-        raise NotImplementedError
-
-    @property
-    def speed(self) -> float:
-        """The fastest motion that `v` makes, in the robot's units."""
+    @cached_property
+    def a_full(self) -> Array:
+        """Acceleration of all joints that `effort_full` gives, shape (nv,)."""
         raise NotImplementedError
 
     # -- arguments and right values ----------------------------------------------------------------------------------
 
     @cached_property
-    def terms(self) -> Terms:
+    def terms(self) -> JointTerms:
         """The equation of motion here."""
         return self.beside(0, 0.0, self.v)
 
@@ -125,6 +138,16 @@ class RobotSample:
 
     # -- sizes of the terms that results are sums of, in the robot's units ---------------------------------------------
 
+    @property
+    def speed(self) -> float:
+        """The fastest motion that `v` makes."""
+        return float(np.abs(self.terms.tangent @ self.v / self.axes["u"]).max())
+
+    @property
+    def bending(self) -> float:
+        """Of the drift of all joints."""
+        return self.speed**2
+
     @cached_property
     def energy(self) -> float:
         """Of an effort."""
@@ -149,40 +172,11 @@ class RobotSample:
         return float((np.abs(self.inertia) @ rate).max() * rate.max())
 
 
-class JointSample(RobotSample):
-    """A robot at one state, of which all joints are known too."""
-
-    @property
-    def tangent(self) -> Array:
-        """T~, shape (nv, n)."""
-        raise NotImplementedError
-
-    @property
-    def drift(self) -> Array:
-        """Accelerations of all joints at constant actuated rates, shape (nv,)."""
-        raise NotImplementedError
-
-    @property
-    def bending(self) -> float:
-        """Size of the drift, in the robot's units."""
-        raise NotImplementedError
-
-    @property
-    def a_full(self) -> Array:
-        """Acceleration of all joints in a random motion under random forces, shape (nv,)."""
-        raise NotImplementedError
-
-
 class Truth(Protocol):
     """One robot, known by another way than the compiled one."""
 
-    units: RobotUnits
-    parameters: Array
-    """Values of the inertial parameters that are arguments."""
-
-    def samples(self, chance: np.random.Generator) -> Sequence[RobotSample]:
+    def samples(self, chance: np.random.Generator) -> list[RobotSample]:
         """The robot at a few states, random in velocity and acceleration."""
-        ...
 
 
 def near_home(home: Posture, unit: Array, close: Callable[[Array], Posture]) -> list[Posture]:
@@ -215,9 +209,3 @@ def acceleration_by(terms: Terms, effort: Array) -> Array:
 def nearest_turn(q: Array, near: Array, turning: Sequence[bool]) -> Array:
     """`q` with whole turns added to its angles, so that they come next to `near`."""
     return np.asarray(q + np.where(turning, 2.0 * np.pi * np.round((near - q) / (2.0 * np.pi)), 0.0))
-
-
-def joints(sample: RobotSample) -> JointSample:
-    """A sample of a chain as what it is."""
-    assert isinstance(sample, JointSample)
-    return sample

@@ -18,7 +18,7 @@ from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.functions import tracing
-from cutjoint.compile.functions.sample import RobotSample, acceleration_by, effort_for, joints
+from cutjoint.compile.functions.sample import RobotSample, acceleration_by, effort_for
 from cutjoint.compile.functions.tracing import ARGUMENTS, Call, Traced
 from cutjoint.compile.machine.schedule import scheduled
 from cutjoint.compile.sources.interface import Need, Source, size
@@ -198,16 +198,16 @@ FUNCTIONS: dict[str, Function] = {
             ("q", "parameters"),
             (ResultPart("tangent", "nv,n", "u,1/q", lambda s: 1.0),),
             tracing.tangent,
-            lambda s: {"tangent": joints(s).tangent},
+            lambda s: {"tangent": s.terms.tangent},
             (Need.JOINTS, Need.ACTUATED),
         ),
         Function(
             "drift",
             "d with a_full = T a + d",
             _RIGID,
-            (ResultPart("drift", "nv", "u", lambda s: joints(s).bending),),
+            (ResultPart("drift", "nv", "u", lambda s: s.bending),),
             tracing.drift,
-            lambda s: {"drift": joints(s).drift},
+            lambda s: {"drift": s.terms.drift},
             (Need.JOINTS, Need.ACTUATED),
         ),
         Function(
@@ -216,7 +216,7 @@ FUNCTIONS: dict[str, Function] = {
             ("q", "v_full", "effort_full", "parameters"),
             (ResultPart("a_full", "nv", "u", lambda s: s.units.rate**2),),
             tracing.full_forward,
-            lambda s: {"a_full": joints(s).a_full},
+            lambda s: {"a_full": s.a_full},
             (Need.JOINTS, Need.IDLE_MASS),
         ),
         Function(

@@ -15,9 +15,8 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.functions.call import CompiledFunction
-from cutjoint.compile.functions.chain_truth import ChainTruth
-from cutjoint.compile.functions.paper_truth import PaperTruth
 from cutjoint.compile.functions.sample import RobotSample, Truth, nearest_turn
+from cutjoint.compile.functions.truth import ChainTruth, PaperTruth
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.paper import PaperSource
@@ -44,8 +43,8 @@ class Checker:
     def truth(self) -> Truth:
         """The robot, known by another way than the compiled one."""
         if isinstance(self.source, ChainSource):
-            return ChainTruth(self.source, self.parameters)
-        return PaperTruth(self.source, self.model, self.parameters)
+            return ChainTruth(self.source)
+        return PaperTruth(self.source, self.model)
 
     def __call__(self, function: CompiledFunction) -> str:
         for sample in self.truth.samples(np.random.default_rng(len(function.row.name))):
