@@ -17,7 +17,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, CompiledChain, Options, compiled
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.functions.call import CompiledFunction
+from cutjoint.compile.functions.library import CompiledFunction
 from cutjoint.compile.functions.verify import Checker
 from cutjoint.compile.machine.llvm.native import NativeKernel
 from cutjoint.control import PD

@@ -12,7 +12,7 @@ import pytest
 from cutjoint.compile import compiled, functions_of
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.functions import tracing
-from cutjoint.compile.functions.call import CompiledFunction
+from cutjoint.compile.functions.library import CompiledFunction
 from cutjoint.compile.functions.sample import RobotSample
 from cutjoint.compile.functions.table import FUNCTIONS, Function, ResultPart
 from cutjoint.compile.functions.tracing import Call, Traced

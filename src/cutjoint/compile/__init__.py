@@ -8,7 +8,7 @@ from cutjoint.compile.batch import Batch
 from cutjoint.compile.compiled_chain import CompiledChain
 from cutjoint.compile.compiled_paper import CompiledPaper
 from cutjoint.compile.compiler import Compiled, compiled, functions_of
-from cutjoint.compile.functions.options import Made, Options
+from cutjoint.compile.functions.library import Made, Options
 from cutjoint.compile.many import ClosedLoop, simulate_many
 from cutjoint.compile.many_results import Many
 from cutjoint.compile.mechanism import CompiledMechanism, Derivatives

@@ -11,8 +11,7 @@ from cutjoint.arrays import Array, as_vector
 from cutjoint.chain import ClosedChain, MobilityReport
 from cutjoint.compile.batch import ChainBatch
 from cutjoint.compile.closing import ChainClosing
-from cutjoint.compile.functions.library import Library
-from cutjoint.compile.functions.options import Options
+from cutjoint.compile.functions.library import Library, Options
 from cutjoint.compile.functions.verify import Checker
 from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.once import once

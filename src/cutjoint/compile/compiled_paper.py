@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.compile.batch import PaperBatch
-from cutjoint.compile.functions.library import Library
-from cutjoint.compile.functions.options import Options
+from cutjoint.compile.functions.library import Library, Options
 from cutjoint.compile.functions.verify import Checker
 from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.once import once

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from cutjoint.chain import ClosedChain
 from cutjoint.compile.compiled_chain import CompiledChain
 from cutjoint.compile.compiled_paper import CompiledPaper
-from cutjoint.compile.functions.options import Made, Options
+from cutjoint.compile.functions.library import Made, Options
 from cutjoint.compile.functions.table import FUNCTIONS
 from cutjoint.errors import InputError
 from cutjoint.papers.reduced_model import ClosedFormModel

@@ -10,7 +10,7 @@ from typing import Generic, Self, TypeVar
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.compile.functions.options import Options
+from cutjoint.compile.functions.library import Options
 from cutjoint.compile.once import once
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism

@@ -4,17 +4,110 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite, prod
 
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array
+from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.functions import cache
-from cutjoint.compile.functions.call import CompiledFunction
-from cutjoint.compile.functions.options import Made, Options
 from cutjoint.compile.functions.table import Function, function
 from cutjoint.compile.machine.backends import backend
-from cutjoint.compile.sources.interface import Source
+from cutjoint.compile.machine.kernel import Kernel
+from cutjoint.compile.sources.interface import Source, size
 from cutjoint.errors import CompileError
+
+
+@dataclass(frozen=True)
+class Made:
+    """How a function came about.
+
+    Attributes:
+        what: its name.
+        operations: arithmetic instructions.
+        cached: whether the instructions came from the cache.
+        trace_time, compile_time: seconds.
+    """
+
+    what: str
+    operations: int
+    cached: bool
+    trace_time: float
+    compile_time: float
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to compile.
+
+    Attributes:
+        parameters: inertial parameters that stay arguments (see `ChainSource`, `PaperSource`).
+        fast: let the compiler reassociate sums (fast-math): a little quicker, other digits in the last places.
+        cached: use the cache folder.
+        report: called with every function that was made.
+        backend: what makes machine code of the instructions, a name of `cutjoint.compile.machine.backends`.
+
+    Raises:
+        UnknownNameError: no such back end.
+    """
+
+    parameters: tuple[str, ...] = ()
+    fast: bool = False
+    cached: bool = True
+    report: Callable[[Made], None] | None = None
+    backend: str = "llvm"
+
+    def __post_init__(self) -> None:
+        backend(self.backend)  # raises: there is none of that name
+
+
+class CompiledFunction:
+    """One function of one model: its results come by name and in their shapes, or not at all.
+
+    Args:
+        row: what it is.
+        kernel: the machine code; whoever calls that directly looks at the strain himself.
+        source: the model.
+    """
+
+    def __init__(self, row: Function, kernel: Kernel, source: Source) -> None:
+        self.row, self.kernel = row, kernel
+        self._parts: list[tuple[str, slice, tuple[int, ...] | None]] = []
+        start = 0
+        for part in row.parts:
+            shape = tuple(size(source, symbol) for symbol in part.shape.split(","))
+            stop = start + prod(shape)
+            self._parts.append((part.name, slice(start, stop), shape if len(shape) > 1 else None))
+            start = stop
+
+    def __call__(self, *arguments: Array) -> dict[str, Array] | None:
+        """One evaluation: the parts of the result by name, read-only; None where it must not be trusted."""
+        y = self.kernel(*arguments)
+        # a sum is finite only if all its terms are; the strain stands last
+        if not (y[-1] <= STRAIN_LIMIT and isfinite(np.add.reduce(y))):
+            return None
+        y.flags.writeable = False
+        return {name: y[at] if shape is None else y[at].reshape(shape) for name, at, shape in self._parts}
+
+    def parts(self, y: Array) -> dict[str, Array]:
+        """The parts of a result of the kernel."""
+        return {name: y[at] if shape is None else y[at].reshape(shape) for name, at, shape in self._parts}
+
+    def batch(self, arguments: Sequence[Array], threads: int = 1) -> tuple[dict[str, Array], npt.NDArray[np.bool_]]:
+        """Many evaluations: arrays of shape (N, ...) by name, and which of the N may be trusted."""
+        *results, strain = self.kernel.batch(arguments, threads=threads)
+        # one pass over the data: a row with anything not finite has no finite sum
+        total = np.einsum("ij->i", results[0])
+        for result in results[1:]:
+            total += np.einsum("ij->i", result)
+        good = (strain[:, 0] <= STRAIN_LIMIT) & np.isfinite(total)
+        named = zip(self._parts, results, strict=True)
+        return {name: y if shape is None else y.reshape(-1, *shape) for (name, _, shape), y in named}, good
+
 
 Check = Callable[[CompiledFunction], str]
 """What is wrong with a function; empty if nothing is."""

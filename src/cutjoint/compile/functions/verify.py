@@ -14,7 +14,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
-from cutjoint.compile.functions.call import CompiledFunction
+from cutjoint.compile.functions.library import CompiledFunction
 from cutjoint.compile.functions.sample import RobotSample, Truth, nearest_turn
 from cutjoint.compile.functions.truth import ChainTruth, PaperTruth
 from cutjoint.compile.once import once
