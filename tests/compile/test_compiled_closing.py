@@ -18,7 +18,7 @@ def test_what_newton_reaches_is_what_the_chain_reaches(kit: Any, name: str) -> N
     """From home to targets near and far: it gives up rather than ending on another branch."""
     chain, machine, rng = kit.model(name), kit.machine(name), np.random.default_rng(0)
     closing = ChainClosing(machine.source, machine.library(), np.zeros(0))
-    home, scale = chain.home, np.array(machine.source.position_scale)
+    home, scale = chain.home, machine.source.position_scale
     near = far = 0
     for reach in np.linspace(0.02, 2.5, 120):
         target = home.q + reach * rng.uniform(-1, 1, chain.n)

@@ -33,7 +33,7 @@ def agrees(chain: ClosedChain) -> None:
     found = np.array([sum(c * u[k] for k, c in row.coefficients.items()) for row in rows], dtype=float)
     np.testing.assert_allclose(found, (residual(h) - residual(-h)) / (2 * h), atol=1e-7)
     np.testing.assert_allclose(residual(0.0), 0.0, atol=1e-9)
-    assert tuple(row.is_length for row in rows) == source.row_is_length
+    assert [row.is_length for row in rows] == source.closure.is_length.tolist()
 
 
 @pytest.mark.parametrize("kind", CutType)

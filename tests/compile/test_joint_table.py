@@ -6,29 +6,26 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from cutjoint.chain import joints
 from cutjoint.compile.equations.coordinates import configuration_rate, from_rates, moved, to_rates
 from cutjoint.compile.equations.dynamics import accelerations, generalised_forces, mass_matrix, velocities
 from cutjoint.compile.equations.joints import JOINTS, StepKind
 from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.equations.tree import JointTree
+from cutjoint.description.joints import JointType
 from cutjoint.errors import InputError
 
 SLANTED = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
 ACROSS = np.cross(SLANTED, [1.0, 0.0, 0.0]) / np.linalg.norm(np.cross(SLANTED, [1.0, 0.0, 0.0]))
 
 
-def joint(name: str) -> pin.JointModel:
-    kind = getattr(pin, name)
-    axes = {"JointModelUniversal": (SLANTED, ACROSS)}.get(name, (SLANTED,) if name.endswith("Unaligned") else ())
-    return kind(*axes)
-
-
-def limb(name: str) -> pin.Model:
+def limb(kind: type[pin.JointModel]) -> pin.Model:
     """A turn, a slide, the joint, and a turn, oblique to one another, with a body each."""
-    model, rng = pin.Model(), np.random.default_rng(3)
+    model, rng, name = pin.Model(), np.random.default_rng(3), kind.__name__
+    axes = {"JointModelUniversal": (SLANTED, ACROSS)}.get(name, (SLANTED,) if name.endswith("Unaligned") else ())
     parent = 0
     around = pin.JointModelRevoluteUnaligned(ACROSS)
-    for k, one in enumerate((pin.JointModelRX(), pin.JointModelPY(), joint(name), around)):
+    for k, one in enumerate((pin.JointModelRX(), pin.JointModelPY(), kind(*axes), around)):
         parent = model.addJoint(parent, one, pin.SE3.Random(), f"joint {k}")
         square = rng.normal(size=(3, 3))
         model.appendBodyToJoint(parent, pin.Inertia(0.7, rng.normal(size=3), square @ square.T), pin.SE3.Identity())
@@ -66,19 +63,25 @@ def agrees(model: pin.Model) -> None:
     np.testing.assert_allclose(stepped, pin.integrate(model, q, h * v), atol=1e-10)
 
 
-@pytest.mark.parametrize("name", JOINTS)
-def test_every_joint_moves_as_in_pinocchio(name: str) -> None:
+@pytest.mark.parametrize("kind", sorted({kind for one in JOINTS for kind in joints.JOINTS[one].models}, key=str))
+def test_every_joint_moves_as_in_pinocchio(kind: type[pin.JointModel]) -> None:
     pin.seed(5)
-    agrees(limb(name))
+    agrees(limb(kind))
+
+
+def test_every_type_can_be_compiled() -> None:
+    assert set(JOINTS) == set(joints.JOINTS)
 
 
 @pytest.mark.parametrize("row", [(StepKind.SLIDE,) * 3, (StepKind.SHIFT,)], ids=["slides", "shift"])
 def test_a_type_made_of_known_motions_is_one_row(row: tuple[StepKind, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     pin.seed(6)
-    model = limb("JointModelTranslation")
-    with pytest.raises(InputError, match=r"'joint 2' of type JointModelTranslation cannot be compiled"):
+    model = limb(pin.JointModelTranslation)
+    monkeypatch.setitem(joints._TYPES, "JointModelTranslation", JointType.FLOATING)
+    monkeypatch.delitem(JOINTS, JointType.FLOATING)  # type: ignore[misc]
+    with pytest.raises(InputError, match=r"'joint 2' of type floating cannot be compiled"):
         JointTree(model)
-    monkeypatch.setitem(JOINTS, "JointModelTranslation", row)  # type: ignore[misc]
+    monkeypatch.setitem(JOINTS, JointType.FLOATING, row)  # type: ignore[misc]
     agrees(model)
 
 

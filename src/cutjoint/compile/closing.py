@@ -25,11 +25,7 @@ class ChainClosing:
 
     def __init__(self, source: ChainSource, library: Library, parameters: Array) -> None:
         self.source, self.library, self.parameters = source, library, parameters
-        self.lengths = np.array(source.row_is_length, dtype=bool)
-        self.row_scale = np.where(self.lengths, 1.0 / source.chain.length, 1.0)
-        """What makes the loops' rows dimensionless."""
-        self.q_scale = np.array(source.position_scale)
-        """Configuration coordinates that are lengths, in robot lengths."""
+        self.lengths, self.row_scale, self.q_scale = source.closure.is_length, source.row_scale, source.position_scale
 
     def start(self, near: Posture) -> Array:
         """The configuration of a posture of this chain."""

@@ -116,7 +116,7 @@ def traced_loop(
     settle = None
     if isinstance(source, ChainSource) and residuals:
         gaps: dict[bool, Number] = {True: 0.0, False: 0.0}
-        for residual, is_length in zip(residuals, source.row_is_length, strict=True):
+        for residual, is_length in zip(residuals, source.closure.is_length.tolist(), strict=True):
             gaps[is_length] = maximum(absolute(residual), gaps[is_length])
         open_by = maximum(gaps[True] * (1.0 / source.chain.length), gaps[False])
         settle = program("settle", {"state": settled, "residual": [open_by], "strain": [traced.strain]})

@@ -81,7 +81,7 @@ def weighed(masses: Sequence[tuple[Array, Array]], support: tuple[frozenset[int]
 
 
 def idle_masses(
-    pose: Pose, reduction: Reduction, graph: Graph, q: Sequence[Expression], scale: Sequence[float], cloud: Array
+    pose: Pose, reduction: Reduction, graph: Graph, q: Sequence[Expression], scale: Array, cloud: Array
 ) -> list[tuple[Array, Array]]:
     """What `weighed` asks, from the expressions, on every posture of a cloud; `scale` makes rates dimensionless."""
     nv, count = pose.tree.nv, len(reduction.plan.idle.support) if reduction.plan.idle else 0
@@ -96,8 +96,8 @@ def idle_masses(
     for one in cloud:
         values = run(program, one)
         square = values[: count * count].reshape(count, count)
-        motions = values[count * count : -nv].reshape(count, nv) / np.asarray(scale)
-        found.append((square, joint_inertia(motions, values[-nv:] * np.asarray(scale) ** 2, groups)))
+        motions = values[count * count : -nv].reshape(count, nv) / scale
+        found.append((square, joint_inertia(motions, values[-nv:] * scale**2, groups)))
     return found
 
 
@@ -121,11 +121,11 @@ class Carried(Reduction):
         whole: the reduction in all independent rates.
     """
 
-    def __init__(self, whole: Reduction, idle: Idle, scale: Sequence[float]) -> None:
+    def __init__(self, whole: Reduction, idle: Idle, scale: Array) -> None:
         self.__dict__.update(whole.__dict__)
         self.whole, self.idle = whole, idle
         self.n = n = whole.n - len(idle.support)
-        self._scale = [1.0 / (x * x) for x in scale]
+        self._scale = (1.0 / (scale * scale)).tolist()
         columns = [[row[k] for row in whole.tangent] for k in range(whole.n)]
         driven, self._idle = columns[:n], columns[n:]
         heavy = [self._idle[k] for k in idle.heavy]

@@ -35,18 +35,11 @@ REGULAR = 0.02
 """Postures whose smallest singular value is below this part of the usual one are near a singularity."""
 
 
-def rate_scale(tree: JointTree, length: float) -> Array:
-    """Factor per rate that makes it dimensionless, shape (nv,)."""
-    scale = np.ones(tree.nv)
-    for step in tree.steps[1:]:
-        scale[step.u : step.u + step.kind.lengths] = length
-    return scale
-
-
 class Survey:
-    """Numeric Jacobian, residual and motion of a tree with loops, from their expressions."""
+    """Numeric Jacobian, residual and motion of a tree with loops, from their expressions; `row_scale` (rows,) and
+    `rate_scale` (nv,) make them dimensionless."""
 
-    def __init__(self, tree: JointTree, loops: Loops, length: float) -> None:
+    def __init__(self, tree: JointTree, loops: Loops, row_scale: Array, rate_scale: Array) -> None:
         graph = Graph()
         q = graph.symbols(tree.nq)
         u = graph.symbols(tree.nv)
@@ -63,8 +56,7 @@ class Survey:
         )
         self._moved = assemble(graph, "moved", {"q": q, "u": u}, {"q": moved(pose, u)})
         self.shape = (len(rows), tree.nv)
-        self.row_scale = np.array([1.0 / length if row.is_length else 1.0 for row in rows])
-        self.rate_scale = rate_scale(tree, length)
+        self.row_scale, self.rate_scale = row_scale, rate_scale
 
     def is_constant(self, row: int, rate: int) -> bool:
         """Whether an entry of the Jacobian is the same in every posture."""

@@ -1,8 +1,8 @@
 """What the compiler asks about a type of joint: of which elementary joints it is made, and how these move.
 
-A row of `JOINTS` is a type as Pinocchio calls it, and the elementary joints that stand in its place, one behind the
-other.  Rates of elementary joints (`u` in this room) are scalars along axes, or components in world axes, where they
-enter as they stand; Pinocchio's own velocities `v` are in the moving body's axes and converted at the border
+A row of `JOINTS` is a type, and the elementary joints that stand in its place, one behind the other.  Rates of
+elementary joints (`u` in this room) are scalars along axes, or components in world axes, where they enter as they
+stand; Pinocchio's own velocities `v` are in the moving body's axes and converted at the border
 (`cutjoint.compile.equations.coordinates`).
 """
 
@@ -29,6 +29,7 @@ from cutjoint.compile.expressions.vectors import (
     transposed,
     turn,
 )
+from cutjoint.description.model import JointType
 
 
 class StepKind(Enum):
@@ -64,21 +65,16 @@ class StepKind(Enum):
         return self.coordinates == 1
 
 
-JOINTS: Mapping[str, tuple[StepKind, ...]] = {
-    "JointModelRX": (StepKind.TURN,),
-    "JointModelRY": (StepKind.TURN,),
-    "JointModelRZ": (StepKind.TURN,),
-    "JointModelRevoluteUnaligned": (StepKind.TURN,),
-    "JointModelPX": (StepKind.SLIDE,),
-    "JointModelPY": (StepKind.SLIDE,),
-    "JointModelPZ": (StepKind.SLIDE,),
-    "JointModelPrismaticUnaligned": (StepKind.SLIDE,),
-    "JointModelUniversal": (StepKind.TURN, StepKind.TURN),
-    "JointModelSpherical": (StepKind.BALL,),
-    "JointModelPlanar": (StepKind.FLAT, StepKind.SPIN),
-    "JointModelFreeFlyer": (StepKind.SHIFT, StepKind.BALL),
+JOINTS: Mapping[JointType, tuple[StepKind, ...]] = {
+    JointType.REVOLUTE: (StepKind.TURN,),
+    JointType.CONTINUOUS: (StepKind.TURN,),
+    JointType.PRISMATIC: (StepKind.SLIDE,),
+    JointType.UNIVERSAL: (StepKind.TURN, StepKind.TURN),
+    JointType.SPHERICAL: (StepKind.BALL,),
+    JointType.PLANAR: (StepKind.FLAT, StepKind.SPIN),
+    JointType.FLOATING: (StepKind.SHIFT, StepKind.BALL),
 }
-"""Pinocchio's name of a type -> its elementary joints, which share its coordinates and rates in this order."""
+"""A type -> its elementary joints, which share its coordinates and rates in this order."""
 
 
 @dataclass(frozen=True, eq=False)

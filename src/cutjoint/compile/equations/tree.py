@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
+from cutjoint.chain.joints import type_of
 from cutjoint.compile.equations.inertia import BodyInertia, Moments, body_inertia, regrouped
 from cutjoint.compile.equations.joints import JOINTS, StepKind, TreeStep
 from cutjoint.compile.expressions.graph import Number
@@ -61,17 +62,19 @@ class JointTree:
 
     def _add(self, model: pin.Model, joint: int) -> None:
         """The elementary joints of a joint; the second and later ones stand where the one before has its origin."""
-        name = str(model.joints[joint].shortname())
-        if name not in JOINTS:
+        kind_of_joint = type_of(model, joint)
+        if kind_of_joint not in JOINTS:
             raise InputError(
-                f"joint '{model.names[joint]}' of type {name} cannot be compiled; types that can: {', '.join(JOINTS)}"
+                f"joint '{model.names[joint]}' of type {kind_of_joint} cannot be compiled; types that can: "
+                f"{', '.join(JOINTS)}"
             )
+        kinds = JOINTS[kind_of_joint]
         mount, placement = self.mounts[model.parents[joint]], model.jointPlacements[joint]
         parent, rotation = mount.step, mount.rotation @ np.asarray(placement.rotation)
         translation = mount.rotation @ np.asarray(placement.translation)
-        q, u, body = int(model.idx_qs[joint]), int(model.idx_vs[joint]), len(self.steps) + len(JOINTS[name]) - 1
+        q, u, body = int(model.idx_qs[joint]), int(model.idx_vs[joint]), len(self.steps) + len(kinds) - 1
         twists = motion_subspace(model, joint).T
-        for kind in JOINTS[name]:
+        for kind in kinds:
             own, axis = np.eye(3), 2
             if kind.has_axis:
                 own, axis = frame_along(twists[u - int(model.idx_vs[joint])].reshape(2, 3)[0 if kind.slides else 1])

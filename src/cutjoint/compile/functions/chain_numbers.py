@@ -34,8 +34,7 @@ class ChainNumbers:
         self.model = source.model
         self._own = threading.local()
         self.rates = list(source.actuated_rates)
-        self.scale = np.array(source.rate_scale)
-        self.row_scale = np.array([1.0 / self.chain.length if is_length else 1.0 for is_length in source.row_is_length])
+        self.scale, self.row_scale = source.rate_scale, source.row_scale
         self.source = source
         self.total_mass = sum(float(inertia.mass) for inertia in list(self.model.inertias)[1:])
 

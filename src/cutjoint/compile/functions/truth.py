@@ -93,7 +93,7 @@ class ChainSample(RobotSample):
         far = float(np.abs(np.array(source.origin) / units.length).max()) + 1.0
         super().__init__(units, q, np.array(source.chain.actuated(q)), v, a, far)
         self.source, self.numbers, self.weight = source, numbers, truth.weight
-        self.axes.update(x=np.array(source.position_scale), u=numbers.scale)
+        self.axes.update(x=source.position_scale, u=numbers.scale)
         self.potential = numbers.potential(q)
         motions = null_space(numbers.jacobian(q))
         self.v_full = np.asarray(units.rate * numbers.scale * (motions @ chance.normal(size=motions.shape[1])))

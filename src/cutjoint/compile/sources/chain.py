@@ -33,11 +33,6 @@ class ChainSource(ChainPlan):
     def __reduce__(self) -> tuple[object, ...]:
         return ChainSource, (self.chain, self.parameters)
 
-    @property
-    def rows(self) -> int:
-        """Number of equations of the loops."""
-        return len(self.row_is_length)
-
     def lacks(self, need: Need) -> CutjointError | None:
         """See `Source`."""
         if need is Need.ACTUATED and not self.determined:

@@ -41,9 +41,14 @@ class ChainPlan(ChainTree):
         return Loops(self.tree, self.closure.cuts, self.closure.couplings)
 
     @property
-    def row_is_length(self) -> tuple[bool, ...]:
-        """Whether a row of the constraints is a length (else an angle)."""
-        return tuple(bool(x) for x in self.closure.is_length)
+    def row_scale(self) -> Array:
+        """Factor per row of the constraints that makes it dimensionless, shape (rows,)."""
+        return np.where(self.closure.is_length, 1.0 / self.chain.length, 1.0)
+
+    @property
+    def rows(self) -> int:
+        """Number of equations of the loops."""
+        return self.closure.rows
 
     @once
     def n(self) -> int:
@@ -149,7 +154,7 @@ class ChainPlan(ChainTree):
     @once
     def _survey(self) -> Survey:
         self.need_all_rows()
-        return Survey(self.tree, self.loops, self.chain.length)
+        return Survey(self.tree, self.loops, self.row_scale, self.rate_scale)
 
     def need_all_rows(self) -> None:
         """Check that there is something to compile.
@@ -159,7 +164,7 @@ class ChainPlan(ChainTree):
         """
         if self.nv == 0:
             raise CompileError(f"{self.name} has no joint that moves: there is nothing to compile")
-        if len(self.chain.constraint_jacobian(self.chain.home.q_full)) != len(self.row_is_length):
+        if len(self.chain.constraint_jacobian(self.chain.home.q_full)) != self.rows:
             raise CompileError(
                 f"{self.name} cannot be compiled: its loops close only when some of their rows are left out, and what "
                 "those are open by differs from posture to posture. Give its frames more digits"

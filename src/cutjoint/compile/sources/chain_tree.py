@@ -8,9 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
+from cutjoint.arrays import Array, readonly
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.build import bind_frame
-from cutjoint.compile.equations.cloud import rate_scale
+from cutjoint.chain.joints import velocity_scale
 from cutjoint.compile.equations.inertia import BodyInertia, PointMass
 from cutjoint.compile.equations.pose import Pose
 from cutjoint.compile.equations.tree import JointTree
@@ -33,6 +34,7 @@ class ChainTree:
         origin: where the local model stands (3,) [m]; it is added to tool positions and to the height of the masses,
             not carried through the arithmetic.
         positions, nv: sizes of configuration and velocity.
+        rate_scale: factor per rate that makes it dimensionless, shape (nv,).
         actuated, actuated_rates: where the actuated coordinates stand in them.
     """
 
@@ -43,6 +45,7 @@ class ChainTree:
         self.origin = vectors.constant_vector(chain.origin)
         self.name, self.parameters = chain.name, tuple(parameters)
         self.positions, self.nv = chain.nq, chain.nv
+        self.rate_scale = velocity_scale(self.model, chain.length)
         self.actuated = tuple(int(i) for i in chain.actuated(np.arange(float(chain.nq))))
         self.actuated_rates = tuple(int(i) for i in chain.actuated_velocity(np.arange(float(chain.nv))))
         known = [link.name for link in chain.description.links]
@@ -116,14 +119,9 @@ class ChainTree:
         return 0.0 if inertial is None else float(inertial.mass)
 
     @once
-    def rate_scale(self) -> tuple[float, ...]:
-        """Factor per rate that makes it dimensionless, length nv."""
-        return tuple(rate_scale(self.tree, self.chain.length).tolist())
-
-    @once
-    def position_scale(self) -> tuple[float, ...]:
-        """Robot's length for configuration coordinates that are lengths, 1 for the others, length nq."""
-        scale = [1.0] * self.positions
+    def position_scale(self) -> Array:
+        """Robot's length for configuration coordinates that are lengths, 1 for the others, shape (nq,)."""
+        scale = np.ones(self.positions)
         for step in self.tree.steps[1:]:
-            scale[step.q : step.q + step.kind.lengths] = [float(self.chain.length)] * step.kind.lengths
-        return tuple(scale)
+            scale[step.q : step.q + step.kind.lengths] = self.chain.length
+        return readonly(scale)
