@@ -240,6 +240,15 @@ class Away:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._chain, name)
 
+    def tool(self, at: Any, v: Any = None) -> Any:
+        found = self._chain.tool(at, v)
+        return replace(found, position=found.position + self.origin)
+
+    def potential_energy(self, at: Any) -> float:
+        mass = sum(inertia.mass for inertia in list(self._chain.model.inertias)[1:])
+        gravity = np.array(self._chain.model.gravity.linear)
+        return float(self._chain.potential_energy(at) - mass * gravity @ self.origin)
+
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["fourbar", "cpm", "stewart"])

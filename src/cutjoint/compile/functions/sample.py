@@ -1,7 +1,9 @@
-"""A robot at one state, known by another way than the compiled one: what its compiled functions are compared with.
+"""A robot at one state, by its model that is not compiled: what its compiled functions are compared with.
 
-States are drawn in the robot's own units (its length; the rate of a pendulum of that length under its gravity), and
-what must agree is compared in them, against the size of the terms it is made of.
+No expression, no order of elimination and no regrouped inertia is in it: chains answer by Pinocchio's recursions and
+the singular values of their loops, published models by their own equations.  States are drawn in the robot's own units
+(its length; the rate of a pendulum of that length under its gravity), and what must agree is compared in them, against
+the size of the terms it is made of.
 """
 
 from __future__ import annotations
@@ -9,16 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
+import pinocchio as pin
 
 from cutjoint.arrays import Array
-from cutjoint.errors import CutjointError
-from cutjoint.mechanism import Actuator, Posture, Terms, Tool
+from cutjoint.chain.rank import null_space
+from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.mechanism import Actuator, Mechanism, Posture, Terms, Tool
 
-BESIDE = 0.02
-"""How far from home the second state is, in the robot's units."""
 DIFFERENCE = 1e-5
 """Step of differences, in the robot's units."""
 
@@ -47,68 +48,50 @@ class RobotUnits:
         return RobotUnits(coordinate, turning, length, float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0)
 
 
-@dataclass(frozen=True, eq=False)
-class JointTerms(Terms):
-    """The equation of motion at one state, and how all joints move.
-
-    Attributes:
-        tangent: T~, shape (nv, n).
-        drift: accelerations of all joints at constant actuated rates, shape (nv,).
-    """
-
-    tangent: Array
-    drift: Array
-
-
 class RobotSample:
-    """A robot at one state.  Arguments and right values of compiled functions by name.
+    """A robot at one state, with a random velocity and acceleration of its actuators.  Arguments and right values of
+    compiled functions by name; worked out when asked for.
 
     Args:
+        model: the robot, not compiled.
         units: of the robot.
+        at: where.
+        chance: what is random.
+
+    Attributes:
         q: position variables.
-        target: actuated coordinates, shape (n,).
-        v, a: their velocity and acceleration.
         far: how far the world's origin is from the robot's, in its lengths, plus 1.
-
-    Attributes that every robot adds, known by another way than the compiled one:
-        potential: potential energy [J].
-        weight: size of the weights that may cancel in the gravity vector, as an energy [J].
-
-    Attributes of robots that have joints beside the actuated ones:
-        v_full, effort_full: a random motion of all joints and random forces on them, shape (nv,).
+        axes: units of the axes of results by name, see `ResultPart`.
+        v_full, effort_full: where there are further joints, a random motion of all and random forces, shape (nv,).
     """
 
-    potential: float
-    weight: float
     v_full: Array
     effort_full: Array
 
-    def __init__(self, units: RobotUnits, q: Array, target: Array, v: Array, a: Array, far: float) -> None:
-        self.units, self.q, self.target, self.v, self.a, self.far = units, q, target, v, a, far
-        unit = units.coordinate
+    def __init__(self, model: Mechanism, units: RobotUnits, at: Posture, chance: np.random.Generator) -> None:
+        self.model, self.units, self.at, self.far = model, units, at, 1.0
+        self.q, self.target, unit = at.q, at.q, units.coordinate
+        self.v = units.rate * unit * chance.normal(size=len(unit))
+        self.a = units.rate**2 * unit * chance.normal(size=len(unit))
         self.axes = {"q": unit, "1/q": 1.0 / unit, "1/v": 1.0 / (units.rate * unit), "m": np.full(3, units.length)}
-        self.axes["J"] = np.ones(1)
-
-    def beside(self, k: int, step: float, v: Array) -> JointTerms:
-        """The equation of motion with actuated coordinate `k` moved by a small step, at the velocity `v`."""
-        raise NotImplementedError
-
-    @cached_property
-    def tool(self) -> Tool:
-        """The tool point."""
-        raise NotImplementedError
-
-    @cached_property
-    def a_full(self) -> Array:
-        """Acceleration of all joints that `effort_full` gives, shape (nv,)."""
-        raise NotImplementedError
+        self.axes.update(J=np.ones(1), x=unit, u=unit)
 
     # -- arguments and right values ----------------------------------------------------------------------------------
 
     @cached_property
-    def terms(self) -> JointTerms:
+    def terms(self) -> Terms:
         """The equation of motion here."""
-        return self.beside(0, 0.0, self.v)
+        return self.model.terms(self.at, self.v)
+
+    @cached_property
+    def tool(self) -> Tool:
+        """The tool point."""
+        return self.model.tool(self.at, self.v)
+
+    @property
+    def p(self) -> Array:
+        """Where the tool is."""
+        return self.tool.position
 
     @cached_property
     def effort(self) -> Array:
@@ -116,32 +99,57 @@ class RobotSample:
         return effort_for(self.terms, self.a)
 
     @property
-    def p(self) -> Array:
-        """Where the tool is."""
-        return self.tool.position
-
-    @property
     def kinetic(self) -> float:
         """Kinetic energy [J]."""
         return 0.5 * float(self.v @ self.terms.mass @ self.v)
+
+    @property
+    def potential(self) -> float:
+        """Potential energy [J]."""
+        return self.model.potential_energy(self.at)
+
+    @cached_property
+    def tangent(self) -> Array:
+        """T, shape (nv, n)."""
+        return np.eye(len(self.v))
+
+    @property
+    def drift(self) -> Array:
+        """Accelerations of all joints at constant actuated rates, shape (nv,)."""
+        return np.zeros(len(self.v))
+
+    @property
+    def a_full(self) -> Array:
+        """Acceleration of all joints that `effort_full` gives, shape (nv,)."""
+        raise NotImplementedError
+
+    def aside(self, k: int, step: float) -> Posture:
+        """A posture with actuated coordinate `k` moved by a small step."""
+        return self.model.close(self.at.q + step * np.eye(len(self.v))[k], self.at)
 
     def slopes(self, value: Callable[[Terms], Array]) -> dict[str, Array]:
         """Derivatives of a value of the equation of motion, by central differences along the tangent of the loops."""
         by_q, by_v = [], []
         for k, unit in enumerate(self.units.coordinate):
             step = float(DIFFERENCE * unit)
+            ahead, behind = (value(self.model.terms(self.aside(k, s), self.v)) for s in (step, -step))
+            by_q.append((ahead - behind) / (2 * step))
             faster = self.units.rate * step * np.eye(len(self.v))[k]
-            by_q.append((value(self.beside(k, step, self.v)) - value(self.beside(k, -step, self.v))) / (2 * step))
-            change = value(self.beside(0, 0.0, self.v + faster)) - value(self.beside(0, 0.0, self.v - faster))
-            by_v.append(change / (2 * faster[k]))
+            ahead, behind = (value(self.model.terms(self.at, self.v + change)) for change in (faster, -faster))
+            by_v.append((ahead - behind) / (2 * faster[k]))
         return {"by_q": np.stack(by_q, axis=1), "by_v": np.stack(by_v, axis=1)}
 
     # -- sizes of the terms that results are sums of, in the robot's units ---------------------------------------------
 
+    @cached_property
+    def weight(self) -> float:
+        """Of the weights that may cancel in the gravity vector, an energy [J]."""
+        return float(np.abs(self.units.coordinate * self.terms.gravity).max())
+
     @property
     def speed(self) -> float:
         """The fastest motion that `v` makes."""
-        return float(np.abs(self.terms.tangent @ self.v / self.axes["u"]).max())
+        return float(np.abs(self.tangent @ self.v / self.axes["u"]).max())
 
     @property
     def bending(self) -> float:
@@ -172,28 +180,42 @@ class RobotSample:
         return float((np.abs(self.inertia) @ rate).max() * rate.max())
 
 
-class Truth(Protocol):
-    """One robot, known by another way than the compiled one."""
+class ChainSample(RobotSample):
+    """A closed chain at one state, of which all joints are known; `source` is what is traced."""
 
-    def samples(self, chance: np.random.Generator) -> list[RobotSample]:
-        """The robot at a few states, random in velocity and acceleration."""
+    def __init__(self, source: ChainSource, units: RobotUnits, at: Posture, chance: np.random.Generator) -> None:
+        super().__init__(source.chain, units, at, chance)
+        self.source, self.chain, self.q, scale = source, source.chain, at.q_full, source.rate_scale
+        self.far = float(np.abs(np.array(source.origin) / units.length).max()) + 1.0
+        self.axes.update(x=source.position_scale, u=scale)
+        self.mass = sum(float(inertia.mass) for inertia in list(source.model.inertias)[1:])
+        motions = null_space(source.scaled_jacobian(self.q))
+        self.v_full = np.asarray(units.rate * scale * (motions @ chance.normal(size=motions.shape[1])))
+        energy = self.mass * units.length**2 * units.rate**2
+        self.effort_full = np.asarray(energy / scale * chance.normal(size=source.nv))
 
+    @cached_property
+    def tangent(self) -> Array:
+        return self.chain.tangent(self.at)
 
-def near_home(home: Posture, unit: Array, close: Callable[[Array], Posture]) -> list[Posture]:
-    """Home and a posture beside it, where one can be closed."""
-    for sign in (1.0, -1.0):
-        try:
-            return [home, close(home.q + sign * BESIDE * unit * (1.0 + np.abs(home.q / unit)))]
-        except CutjointError:
-            continue
-    return [home]
+    @property
+    def drift(self) -> Array:
+        return self.chain.drift(self.at, self.v)
 
+    @property
+    def a_full(self) -> Array:
+        return self.chain.full_forward_dynamics(self.q, self.v_full, self.effort_full).acceleration
 
-def drawn(units: RobotUnits, chance: np.random.Generator) -> tuple[Array, Array]:
-    """A random velocity and acceleration of the actuators, in the robot's units."""
-    n = len(units.coordinate)
-    v = units.rate * units.coordinate * chance.normal(size=n)
-    return v, units.rate**2 * units.coordinate * chance.normal(size=n)
+    def aside(self, k: int, step: float) -> Posture:
+        return self.chain.assemble(pin.integrate(self.source.model, self.q, step * self.tangent[:, k]))
+
+    @cached_property
+    def weight(self) -> float:
+        return self.mass * float(np.linalg.norm(self.source.model.gravity.linear)) * self.units.length
+
+    @property
+    def bending(self) -> float:
+        return max(super().bending, self.units.rate**2 if self.source.idle else 0.0)
 
 
 def effort_for(terms: Terms, a: Array) -> Array:

@@ -198,7 +198,7 @@ FUNCTIONS: dict[str, Function] = {
             ("q", "parameters"),
             (ResultPart("tangent", "nv,n", "u,1/q", lambda s: 1.0),),
             tracing.tangent,
-            lambda s: {"tangent": s.terms.tangent},
+            lambda s: {"tangent": s.tangent},
             (Need.JOINTS, Need.ACTUATED),
         ),
         Function(
@@ -207,7 +207,7 @@ FUNCTIONS: dict[str, Function] = {
             _RIGID,
             (ResultPart("drift", "nv", "u", lambda s: s.bending),),
             tracing.drift,
-            lambda s: {"drift": s.terms.drift},
+            lambda s: {"drift": s.drift},
             (Need.JOINTS, Need.ACTUATED),
         ),
         Function(

@@ -1,9 +1,8 @@
 """Compiled functions against the model they were made from, at a few states, before anybody uses them.
 
 This is what makes a stored program trustworthy beyond its digest, and a fresh one beyond the tracer: a function that
-does not reproduce the model is refused.  A chain is evaluated in numbers by another way
-(`cutjoint.compile.functions.chain_numbers`), a published model by itself; what is compared, in which units and how
-closely, stands in the function's row (`cutjoint.compile.functions.table`).
+does not reproduce the model is refused.  What is compared, in which units and how closely, stands in the function's row
+(`cutjoint.compile.functions.table`).
 """
 
 from __future__ import annotations
@@ -15,12 +14,17 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.functions.library import CompiledFunction
-from cutjoint.compile.functions.sample import RobotSample, Truth, nearest_turn
-from cutjoint.compile.functions.truth import ChainTruth, PaperTruth
+from cutjoint.compile.functions.sample import ChainSample, RobotSample, RobotUnits, nearest_turn
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.paper import PaperSource
-from cutjoint.mechanism import Mechanism
+from cutjoint.errors import CutjointError, DynamicsError, SingularError
+from cutjoint.mechanism import Mechanism, Posture
+
+BESIDE = 0.02
+"""How far from home the second state is, in the robot's units."""
+WELL_POSED = 1e-3
+"""Smallest singular value of the loops, against the largest, where they are compared."""
 
 
 class Checker:
@@ -40,21 +44,52 @@ class Checker:
         return Checker, (self.source, self.model, self.parameters)
 
     @once
-    def truth(self) -> Truth:
-        """The robot, known by another way than the compiled one."""
-        if isinstance(self.source, ChainSource):
-            return ChainTruth(self.source)
-        return PaperTruth(self.source, self.model)
+    def units(self) -> RobotUnits:
+        """The robot's own units."""
+        source = self.source
+        if isinstance(source, PaperSource):
+            return RobotUnits.of(self.model.actuators, source.model.length, source.model.parameters.g)
+        gravity = float(np.linalg.norm(source.model.gravity.linear))
+        return RobotUnits.of(self.model.actuators, source.chain.length, gravity)
+
+    @once
+    def postures(self) -> list[Posture]:
+        """Home and a posture beside it, where one can be closed; where home is singular, two near it that are not."""
+        source, home, unit = self.source, self.model.home, self.units.coordinate
+        if isinstance(source, ChainSource) and not well_posed(source):
+            return [Posture(source.chain.actuated(q), q) for q in source.cloud[:2]]
+        for sign in (1.0, -1.0):
+            try:
+                return [home, self.model.close(home.q + sign * BESIDE * unit * (1.0 + np.abs(home.q / unit)))]
+            except CutjointError:
+                continue
+        return [home]
 
     def __call__(self, function: CompiledFunction) -> str:
-        for sample in self.truth.samples(np.random.default_rng(len(function.row.name))):
+        chance, source = np.random.default_rng(len(function.row.name)), self.source
+        for at in self.postures:
+            if isinstance(source, ChainSource):
+                sample: RobotSample = ChainSample(source, self.units, at, chance)
+            else:
+                sample = RobotSample(self.model, self.units, at, chance)
             try:
                 wrong = disagreement(function, sample, self.parameters)
-            except np.linalg.LinAlgError:
+            except (np.linalg.LinAlgError, SingularError, DynamicsError):
                 wrong = "the robot has a motion that moves no mass, or is singular near home"
             if wrong:
                 return wrong
         return ""
+
+
+def well_posed(source: ChainSource) -> bool:
+    """Whether the loops of a chain are far from singular at home."""
+    source.need_all_rows()
+    if source.idle is None:
+        return False
+    dependent = np.delete(source.scaled_jacobian(source.chain.home.q_full), list(source.actuated_rates), axis=1)
+    values = np.linalg.svd(dependent, compute_uv=False)
+    rank = dependent.shape[1] - source.idle
+    return rank == 0 or bool(rank <= values.size and values[rank - 1] > WELL_POSED * values[0])
 
 
 def disagreement(function: CompiledFunction, sample: RobotSample, parameters: Array) -> str:

@@ -45,6 +45,11 @@ class ChainPlan(ChainTree):
         """Factor per row of the constraints that makes it dimensionless, shape (rows,)."""
         return np.where(self.closure.is_length, 1.0 / self.chain.length, 1.0)
 
+    def scaled_jacobian(self, q: Array) -> Array:
+        """Dimensionless constraint Jacobian in numbers, by the chain itself, shape (rows, nv)."""
+        given = np.reshape(self.chain.constraint_jacobian(q), (self.rows, self.nv))
+        return np.asarray(self.row_scale[:, None] * given * self.rate_scale)
+
     @property
     def rows(self) -> int:
         """Number of equations of the loops."""
