@@ -24,8 +24,7 @@ from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.machine.backends import backend
 from cutjoint.compile.machine.kernel import Runs
 from cutjoint.compile.many_loop import TimeGrid, traced_loop
-from cutjoint.compile.many_results import Many, Outcome
-from cutjoint.compile.many_variations import Variation
+from cutjoint.compile.many_results import Many, Outcome, Variation
 from cutjoint.compile.once import once
 from cutjoint.control import Law
 from cutjoint.errors import InputError

@@ -34,7 +34,6 @@ class ChainSource(ChainPlan):
         return ChainSource, (self.chain, self.parameters)
 
     def lacks(self, need: Need) -> CutjointError | None:
-        """See `Source`."""
         if need is Need.ACTUATED and not self.determined:
             return self._not_determined()
         if need is Need.TOOL and self.chain.description.tool is None:

@@ -34,33 +34,26 @@ class ChainState:
 
     @property
     def actuated(self) -> list[Number]:
-        """See `TracedState`."""
         return [self.q[i] for i in self.source.actuated]
 
     def position_rate(self, v: Sequence[Number]) -> list[Number]:
-        """See `TracedState`."""
         return configuration_rate(self.pose, self.reduction.rates(v))
 
     def mass(self) -> list[list[Number]]:
-        """See `TracedState`."""
         return self.reduction.mass()
 
     def gravity(self) -> list[Number]:
-        """See `TracedState`."""
         return self.reduction.gravity()
 
     def coriolis(self, v: Sequence[Number]) -> list[Number]:
-        """See `TracedState`."""
         u, motion, drift = self.moving(v)
         return self.reduction.effort(u, motion, drift, weight=False)
 
     def bias(self, v: Sequence[Number]) -> list[Number]:
-        """See `TracedState`."""
         u, motion, drift = self.moving(v)
         return self.reduction.effort(u, motion, drift)
 
     def inverse(self, v: Sequence[Number], a: Sequence[Number]) -> list[Number]:
-        """See `TracedState`."""
         u, motion, drift = self.moving(v)
         du = [x + y for x, y in zip(self.reduction.rates(a), drift, strict=True)]
         return self.reduction.effort(u, motion, du)
@@ -72,11 +65,9 @@ class ChainState:
         return u, motion, self.reduction.drift(u, motion)
 
     def potential(self) -> Number:
-        """See `TracedState`."""
         return potential_energy(self.pose, self.source.origin)
 
     def tool(self, v: Sequence[Number]) -> tuple[list[Number], list[list[Number]], list[Number]]:
-        """See `TracedState`."""
         step, lever = self.source.tool_point
         arm = self.pose.lever(step, lever)
         position = vectors.add(self.source.origin, vectors.add(self.pose.origin(step), arm))

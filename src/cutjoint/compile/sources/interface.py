@@ -44,91 +44,69 @@ class TracedState(Protocol):
     @property
     def actuated(self) -> list[Number]:
         """Actuated coordinates, length n."""
-        ...
 
     def position_rate(self, v: Sequence[Number]) -> list[Number]:
         """Time derivative of the position variables."""
-        ...
 
     def mass(self) -> list[list[Number]]:
         """Mass matrix, (n, n)."""
-        ...
 
     def gravity(self) -> list[Number]:
         """Effort that holds the posture."""
-        ...
 
     def coriolis(self, v: Sequence[Number]) -> list[Number]:
         """Coriolis vector."""
-        ...
 
     def bias(self, v: Sequence[Number]) -> list[Number]:
         """Coriolis vector plus gravity."""
-        ...
 
     def inverse(self, v: Sequence[Number], a: Sequence[Number]) -> list[Number]:
         """Effort for the acceleration `a`."""
-        ...
 
     def potential(self) -> Number:
         """Potential energy [J]."""
-        ...
 
     def tool(self, v: Sequence[Number]) -> tuple[list[Number], list[list[Number]], list[Number]]:
         """Position (3), Jacobian (3, n) and drift (3) of the tool point."""
-        ...
 
     def settled(self, target: Sequence[Number] | None) -> tuple[list[Number], list[Number]]:
         """Position variables after one Newton step towards closed loops with the actuators at `target` (None: where
         they are), and what the loops are open by now."""
-        ...
 
 
 class Source(Protocol):
-    """A model that can be traced, with its arguments."""
+    """A model that can be traced, with its arguments.
+
+    Attributes:
+        name: of the model.
+        n: number of independent velocities.
+        positions: number of position variables.
+        nv: number of velocities of all joints that the model has.
+        rows: number of equations of its loops.
+        parameters: names of inertial parameters that stay arguments.
+        content: all that the traced expressions depend on, as text; sources with the same text trace the same.
+    """
 
     @property
-    def name(self) -> str:
-        """Of the model."""
-        ...
-
+    def name(self) -> str: ...
     @property
-    def n(self) -> int:
-        """Number of independent velocities."""
-        ...
-
+    def n(self) -> int: ...
     @property
-    def positions(self) -> int:
-        """Number of position variables."""
-        ...
-
+    def positions(self) -> int: ...
     @property
-    def nv(self) -> int:
-        """Number of velocities of all joints that the model has."""
-        ...
-
+    def nv(self) -> int: ...
     @property
-    def rows(self) -> int:
-        """Number of equations of its loops."""
-        ...
-
+    def rows(self) -> int: ...
     @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of inertial parameters that stay arguments."""
-        ...
-
+    def parameters(self) -> tuple[str, ...]: ...
     @property
-    def content(self) -> str:
-        """Everything that the traced expressions depend on, as text; sources with the same text trace the same."""
-        ...
+    def content(self) -> str: ...
 
     def state(self, graph: Graph, q: Sequence[Expression], parameters: Sequence[Expression]) -> TracedState:
         """The state at the position variables `q`."""
-        ...
 
     def lacks(self, need: Need) -> CutjointError | None:
         """What to raise where the model does not have what a function needs, or None."""
-        ...
 
 
 def size(source: Source, symbol: str) -> int:

@@ -55,7 +55,6 @@ class PaperSource:
         return PaperSource, (self.model, self.parameters, self.branch)
 
     def lacks(self, need: Need) -> CutjointError | None:
-        """See `Source`."""
         if need is Need.JOINTS:
             return InputError(f"{self.name} is a reduced model; it has no joints beside the actuated ones")
         return None
@@ -100,11 +99,9 @@ class PaperState:
 
     @property
     def actuated(self) -> list[Number]:
-        """See `TracedState`."""
         return list(self.q)
 
     def position_rate(self, v: Sequence[Number]) -> list[Number]:
-        """See `TracedState`."""
         return list(v)
 
     def settled(self, target: Sequence[Number] | None) -> tuple[list[Number], list[Number]]:
@@ -112,32 +109,25 @@ class PaperState:
         return list(self.q if target is None else target), []
 
     def mass(self) -> list[list[Number]]:
-        """See `TracedState`."""
         return [list(row) for row in self._own.mass()]
 
     def gravity(self) -> list[Number]:
-        """See `TracedState`."""
         return list(self._own.gravity())
 
     def coriolis(self, v: Sequence[Number]) -> list[Number]:
-        """See `TracedState`."""
         return list(self._own.coriolis(tuple(v)))
 
     def bias(self, v: Sequence[Number]) -> list[Number]:
-        """See `TracedState`."""
         return [x + y for x, y in zip(self.coriolis(v), self.gravity(), strict=True)]
 
     def inverse(self, v: Sequence[Number], a: Sequence[Number]) -> list[Number]:
-        """See `TracedState`."""
         pushed = [reduce(add, map(mul, row, a)) for row in self.mass()]
         return [f + h for f, h in zip(pushed, self.bias(v), strict=True)]
 
     def potential(self) -> Number:
-        """See `TracedState`."""
         value: Number = self._own.potential_energy()
         return value
 
     def tool(self, v: Sequence[Number]) -> tuple[list[Number], list[list[Number]], list[Number]]:
-        """See `TracedState`."""
         position, jacobian, drift = self._own.tool(tuple(v))
         return list(position), [list(row) for row in jacobian], list(drift)
