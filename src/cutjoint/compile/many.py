@@ -81,7 +81,7 @@ class ClosedLoop:
         rows = np.empty((2 * steps + 1, self.sizes.columns))
         for k in range(len(rows)):
             desired: Desired = reference.at(0.5 * step * k)
-            rows[k] = np.concatenate([np.ravel(filler(desired)) for filler in self.traced.table.fillers])
+            rows[k] = np.concatenate([np.ravel(filler(desired)) for filler in self.traced.desired.fillers])
         return rows
 
     def run(

@@ -20,7 +20,7 @@ from cutjoint.compile.machine.schedule import scheduled
 from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.interface import Need, TracedState
-from cutjoint.compile.sources.law import ReferenceTable, TracedDesired, trace_law
+from cutjoint.compile.sources.law import TracedDesired, trace_law
 from cutjoint.compile.sources.paper import PaperSource
 from cutjoint.control import Law
 from cutjoint.mechanism import Mechanism
@@ -55,7 +55,7 @@ class TracedLoop:
         plant, law, limits: what it is made of.
         gains: names of the law's gains that are arguments.
         memory: states of the law.
-        table: what is read of the reference.
+        desired: what is read of the reference.
         rate: program of the rates of the state and of what is watched (efforts and errors).
         settle: program of the Newton step onto the loops, where the plant has any.
         sizes: of what the loop reads and writes.
@@ -66,7 +66,7 @@ class TracedLoop:
     gains: tuple[str, ...]
     limits: Array | None
     memory: int
-    table: ReferenceTable
+    desired: TracedDesired
     rate: Program
     settle: Program | None
     sizes: Sizes
@@ -90,27 +90,26 @@ def traced_loop(
     state = graph.symbols(positions + n + memory)
     given = {name: graph.symbols(n) for name in gains}
     parameters = graph.symbols(len(plant.options.parameters))
-    table = ReferenceTable(graph)
     v = state[positions : positions + n]
     traced = source.state(graph, state[:positions], parameters)
-    desired = TracedDesired(table, n, mechanism)
+    desired = TracedDesired(graph, n, mechanism)
 
     def seen_by(model: Mechanism) -> TracedState | None:
         return measured_state(model, plant, traced, graph)
 
-    asked = trace_law(law, table, desired, traced, v, state[positions + n :], given, top, seen_by)
-    a, factor = accelerations(traced, v, asked.effort)
+    effort, memory_rate = trace_law(law, desired, traced, v, state[positions + n :], given, top, seen_by)
+    a, factor = accelerations(traced, v, effort)
     errors = [x - y for x, y in zip(desired.q, traced.actuated, strict=True)]
     own = [*(x for xs in given.values() for x in xs), *parameters]
-    arguments = {"state": state, "row": table.symbols, "given": own}
+    arguments = {"state": state, "row": desired.symbols, "given": own}
 
     fused = backend(plant.options.backend).fused()
 
     def program(name: str, results: dict[str, list[Number]]) -> Program:
         return scheduled(assemble(graph, name, arguments, results, fused=fused))
 
-    rates = [*traced.position_rate(v), *a, *asked.memory_rate]
-    watched = [*asked.effort, *errors]
+    rates = [*traced.position_rate(v), *a, *memory_rate]
+    watched = [*effort, *errors]
     rate = program("rate", {"rate": rates, "watched": watched, "strain": [factor.strain]})
     settled, residuals = traced.settled(None)
     settle = None
@@ -120,8 +119,8 @@ def traced_loop(
             gaps[is_length] = maximum(absolute(residual), gaps[is_length])
         open_by = maximum(gaps[True] * (1.0 / source.chain.length), gaps[False])
         settle = program("settle", {"state": settled, "residual": [open_by], "strain": [traced.strain]})
-    sizes = Sizes(len(state), len(table.symbols), len(own), 2 * n, positions if settle else 0)
-    return TracedLoop(plant, law, gains, top, memory, table, rate, settle, sizes)
+    sizes = Sizes(len(state), len(desired.symbols), len(own), 2 * n, positions if settle else 0)
+    return TracedLoop(plant, law, gains, top, memory, desired, rate, settle, sizes)
 
 
 def measured_state(model: Mechanism, plant: Compiled, state: TracedState, graph: Graph) -> TracedState | None:

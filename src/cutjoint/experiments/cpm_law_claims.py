@@ -14,7 +14,7 @@ from cutjoint.compile import CompiledPaper
 from cutjoint.compile.expressions.graph import Graph
 from cutjoint.compile.expressions.operations import Op
 from cutjoint.compile.many_loop import measured_state
-from cutjoint.compile.sources.law import ReferenceTable, TracedDesired, trace_law
+from cutjoint.compile.sources.law import TracedDesired, trace_law
 from cutjoint.compile.sources.paper import PaperModel
 from cutjoint.control import Law
 from cutjoint.experiments import cpm, cpm_laws
@@ -274,11 +274,8 @@ def operations(law: Law, model: PaperModel) -> int:
     graph = Graph()
     state = graph.symbols(plant.source.positions + n)
     measured, v = state[:-n], state[-n:]
-    table = ReferenceTable(graph)
     traced = plant.source.state(graph, measured, [])
-    desired = TracedDesired(table, n, model)
-    made = trace_law(
-        law, table, desired, traced, v, [], {}, None, lambda one: measured_state(one, plant, traced, graph)
-    )
-    needed = graph.ancestors([graph.reference(one) for one in made.effort])
+    desired = TracedDesired(graph, n, model)
+    effort, _ = trace_law(law, desired, traced, v, [], {}, None, lambda one: measured_state(one, plant, traced, graph))
+    needed = graph.ancestors([graph.reference(one) for one in effort])
     return sum(graph.op[node] not in (Op.CONST, Op.INPUT) for node in needed)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol, cast
 
 import numpy as np
@@ -26,30 +26,10 @@ from cutjoint.compile.sources.interface import TracedState
 from cutjoint.control import Law
 from cutjoint.control.law import Gain
 from cutjoint.errors import InputError
-from cutjoint.mechanism import Mechanism
+from cutjoint.mechanism import Mechanism, Terms
 from cutjoint.motion import Desired
 
 Objects = npt.NDArray[np.object_]
-
-
-@dataclass
-class ReferenceTable:
-    """Columns of the reference table: their symbols, and what fills them."""
-
-    graph: Graph
-    symbols: list[Expression] = field(default_factory=list)
-    fillers: list[Callable[[Desired], Array]] = field(default_factory=list)
-    _known: dict[tuple[str, int], Objects] = field(default_factory=dict)
-
-    def columns(self, name: str, size: int, filler: Callable[[Desired], Array], owner: int = 0) -> Objects:
-        """Symbols of `size` columns that `filler` computes; asked again, the same ones."""
-        key = (name, owner)
-        if key not in self._known:
-            made = self.graph.symbols(size)
-            self.symbols += made
-            self.fillers.append(filler)
-            self._known[key] = _objects(made)
-        return self._known[key]
 
 
 class _Place:
@@ -60,15 +40,32 @@ class _Place:
 
 
 class TracedDesired:
-    """The desired motion, as columns of the table."""
+    """The desired motion, as columns of the reference table.
 
-    def __init__(self, table: ReferenceTable, n: int, mechanism: Mechanism) -> None:
-        self.t = table.columns("t", 1, lambda desired: np.array([desired.t]))[0]
-        self.q = table.columns("q", n, lambda desired: desired.q)
-        self.v = table.columns("v", n, lambda desired: desired.v)
-        self.a = table.columns("a", n, lambda desired: desired.a)
+    Attributes:
+        symbols, fillers: of the columns, and what fills them.
+    """
+
+    def __init__(self, graph: Graph, n: int, mechanism: Mechanism) -> None:
+        self.symbols: list[Expression] = []
+        self.fillers: list[Callable[[Desired], Array]] = []
+        self._graph, self._known = graph, dict[tuple[str, int], Objects]()
+        self.t = self.columns("t", 1, lambda desired: np.array([desired.t]))[0]
+        self.q = self.columns("q", n, lambda desired: desired.q)
+        self.v = self.columns("v", n, lambda desired: desired.v)
+        self.a = self.columns("a", n, lambda desired: desired.a)
         self.mechanism = mechanism
         self.posture = _Place(self.q)
+
+    def columns(self, name: str, size: int, filler: Callable[[Desired], Array], owner: int = 0) -> Objects:
+        """Symbols of `size` columns that `filler` computes; asked again, the same ones."""
+        key = (name, owner)
+        if key not in self._known:
+            made = self._graph.symbols(size)
+            self.symbols += made
+            self.fillers.append(filler)
+            self._known[key] = _objects(made)
+        return self._known[key]
 
     def posture_of(self, model: object) -> _Place:
         """The desired posture."""
@@ -78,10 +75,8 @@ class TracedDesired:
 class TracedModel:
     """A law's model while tracing."""
 
-    def __init__(
-        self, model: Mechanism, table: ReferenceTable, desired: TracedDesired, state: TracedState | None
-    ) -> None:
-        self._model, self._table, self._desired, self._state = model, table, desired, state
+    def __init__(self, model: Mechanism, desired: TracedDesired, state: TracedState | None) -> None:
+        self._model, self._desired, self._state = model, desired, state
         self.n, self.name = model.n, model.name
 
     def close(self, q: Objects, near: object = None) -> _Place:
@@ -92,11 +87,11 @@ class TracedModel:
 
     def terms(self, at: _Place, v: Objects | None = None) -> _DesiredTerms | _MeasuredTerms:
         """Mass, Coriolis and gravity."""
-        n, model = self.n, self._model
+        n = self.n
         if at is self._desired.posture:
             if v is not None and v is not self._desired.v:
                 raise InputError("a traced law may ask for terms of the desired posture at the desired velocity only")
-            return _DesiredTerms(model, self._table, n)
+            return _DesiredTerms(self._model, self._desired)
         state = self._measured()
         gravity_now = state.gravity()
         still: Objects = _objects([0.0] * n)
@@ -112,7 +107,7 @@ class TracedModel:
                 raise InputError(
                     "a traced law may ask for inverse dynamics of the desired motion or of the measured one"
                 )
-            return self._table.columns(
+            return desired.columns(
                 "inverse_dynamics",
                 self.n,
                 lambda one: model.inverse_dynamics(one.posture_of(model), one.v, one.a),
@@ -132,33 +127,28 @@ class TracedModel:
 class _DesiredTerms:
     """Terms of the desired motion; only those that are read become columns."""
 
-    def __init__(self, model: Mechanism, table: ReferenceTable, n: int) -> None:
-        self._model, self._table, self._n = model, table, n
+    def __init__(self, model: Mechanism, desired: TracedDesired) -> None:
+        self._model, self._desired, self._n = model, desired, model.n
+
+    def _columns(self, name: str, size: int, ask: Callable[[Terms], Array]) -> Objects:
+        model = self._model
+        return self._desired.columns(name, size, lambda one: ask(model.terms(one.posture_of(model), one.v)), id(model))
 
     @property
     def mass(self) -> Objects:
         """(n, n)."""
-        n, model = self._n, self._model
-        made = self._table.columns(
-            "mass", n * n, lambda one: np.ravel(model.terms(one.posture_of(model)).mass), id(model)
-        )
-        return made.reshape(n, n)
+        n = self._n
+        return self._columns("mass", n * n, lambda terms: terms.mass.ravel()).reshape(n, n)
 
     @property
     def coriolis(self) -> Objects:
         """(n,)."""
-        model = self._model
-        return self._table.columns(
-            "coriolis", self._n, lambda one: model.terms(one.posture_of(model), one.v).coriolis, id(model)
-        )
+        return self._columns("coriolis", self._n, lambda terms: terms.coriolis)
 
     @property
     def gravity(self) -> Objects:
         """(n,)."""
-        model = self._model
-        return self._table.columns(
-            "gravity", self._n, lambda one: model.terms(one.posture_of(model)).gravity, id(model)
-        )
+        return self._columns("gravity", self._n, lambda terms: terms.gravity)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,19 +156,6 @@ class _MeasuredTerms:
     mass: Objects
     coriolis: Objects
     gravity: Objects
-
-
-@dataclass(frozen=True, eq=False)
-class TracedLaw:
-    """A law as expressions.
-
-    Attributes:
-        effort: after saturation, length n.
-        memory_rate: rate of the law's memory.
-    """
-
-    effort: list[Number]
-    memory_rate: list[Number]
 
 
 class _SymbolicLaw(Protocol):
@@ -190,7 +167,6 @@ class _SymbolicLaw(Protocol):
 
 def trace_law(
     law: Law,
-    table: ReferenceTable,
     desired: TracedDesired,
     state: TracedState,
     v: Sequence[Expression],
@@ -198,12 +174,12 @@ def trace_law(
     gains: Mapping[str, Sequence[Expression]],
     limits: Array | None,
     measured: Callable[[Mechanism], TracedState | None],
-) -> TracedLaw:
-    """Run a law on symbols.
+) -> tuple[list[Number], list[Number]]:
+    """Run a law on symbols: its effort after saturation, length n, and the rate of its memory.
 
     Args:
         law: the law.
-        table, desired: the reference.
+        desired: the reference.
         state, v: the plant's state.
         memory: the law's own.
         gains: gains that are arguments, one number an actuator each; the others are constants.
@@ -218,7 +194,7 @@ def trace_law(
         if isinstance(value, Gain):
             setattr(twin, name, _gain(gains.get(name), value))
         elif isinstance(value, Mechanism):
-            setattr(twin, name, TracedModel(value, table, desired, measured(value)))
+            setattr(twin, name, TracedModel(value, desired, measured(value)))
     known = [name for name, value in vars(law).items() if isinstance(value, Gain)]
     for name in gains:
         if name not in known:
@@ -233,7 +209,7 @@ def trace_law(
         rate = np.asarray(twin.memory_rate(desired, q, speed, asked, given), dtype=object)
     except (TypeError, AttributeError, ValueError) as error:
         raise InputError(f"controller '{law.name}' cannot be compiled: {error}") from error
-    return TracedLaw(list(given), list(rate))
+    return list(given), list(rate)
 
 
 def _gain(symbols: Sequence[Expression] | None, gain: Gain) -> Gain | Callable[[Objects], Objects]:
