@@ -46,17 +46,14 @@ class CompiledPaper(CompiledMechanism[PaperModel]):
     def library(self, at: Posture | None = None) -> Library:
         """The compiled functions for the branch of `at` (default: of home)."""
         branch = self.source.branch if at is None else self.paper.branch(at)
-        found = self._libraries.get(branch)
-        if found is not None:
-            return found
-        with self._making:
-            found = self._libraries.get(branch)
-            if found is not None:
-                return found
-            source = PaperSource(self.paper, self.options.parameters, branch)
-            on_branch = self.paper if branch == self.source.branch else self.paper.on_branch(branch)
-            found = self._libraries[branch] = Library(source, Checker(source, on_branch, self._nominal), self.options)
-        return found
+        if branch not in self._libraries:
+            with self._making:
+                if branch not in self._libraries:
+                    source = PaperSource(self.paper, self.options.parameters, branch)
+                    on_branch = self.paper if branch == self.source.branch else self.paper.on_branch(branch)
+                    check = Checker(source, on_branch, self._nominal)
+                    self._libraries[branch] = Library(source, check, self.options)
+        return self._libraries[branch]
 
     def positions(self, at: Posture) -> Array:
         """The actuated coordinates."""

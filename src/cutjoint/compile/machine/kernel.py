@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -31,7 +32,7 @@ class Kernel:
 
     def __reduce__(self) -> tuple[object, ...]:
         # what was made for this process and processor does not travel: it is made anew by whoever unpickles
-        return _again, (type(self), self.program, self.fast)
+        return partial(type(self), fast=self.fast), (self.program,)
 
     def __call__(self, *arguments: Array) -> Array:
         """One evaluation: arguments of the program's lengths in, all results one after another out."""
@@ -76,10 +77,6 @@ class Kernel:
             y = self(*(x if x.ndim == 1 else x[row] for x in given))
             for result, part in zip(results, np.split(y, ends[:-1]), strict=True):
                 result[row] = part
-
-
-def _again(kind: type[Kernel], program: Program, fast: bool) -> Kernel:
-    return kind(program, fast=fast)
 
 
 @dataclass(frozen=True)
