@@ -12,7 +12,6 @@ import pytest
 
 from cutjoint import tolerances
 from cutjoint.arrays import readonly
-from cutjoint.chain.actuated import Actuated
 from cutjoint.chain.bound import BoundCoupling
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
@@ -21,8 +20,7 @@ from cutjoint.chain.closing.equations import SMALL, WELL, System
 from cutjoint.chain.joints import JOINTS, angles, coordinates_to_q, travelling, type_of, velocity_scale
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.mobility import Mobility
-from cutjoint.chain.placements import Placements
-from cutjoint.chain.postures import Postures
+from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description import load_description
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Link, RobotDescription
@@ -57,7 +55,7 @@ def test_a_row_is_right_about_its_joint(kind: JointType, axis: tuple[float, ...]
     anywhere, middle = JOINTS[kind].anywhere, np.array([3.0, -2.0, 1.0])
     if anywhere is not None:
         starts += [anywhere(random, middle, 0.5) for _ in range(20)]
-    placements = Placements(Kinematics(description))
+    placements = Kinematics(description)
     for q in starts:
         assert q.shape == (model.nq,)
         np.testing.assert_allclose(Kinematics(description).tree.normalised(q), q, atol=1e-14)
@@ -113,8 +111,8 @@ def test_parts_make_a_chain_without_its_face() -> None:
     rough, _ = rough_home(k.model, description, None)
     at_home = assembled(k, rough, actuated.hold(rough))
     postures = Postures(k, actuated, at_home)
-    mobility = Mobility(k, actuated, at_home)
-    closing, reduced = (part(k, actuated, postures, mobility) for part in (Closing, ReducedDynamics))
+    mobility = Mobility(postures)
+    closing, reduced = Closing(mobility), ReducedDynamics(mobility)
     np.testing.assert_array_equal(postures.home.q_full, robot.home.q_full)
     target = robot.home.q + 0.1
     at = closing.close(target, None)

@@ -14,7 +14,6 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from cutjoint.arrays import Array, as_vector
-from cutjoint.chain.actuated import Actuated
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
@@ -25,8 +24,7 @@ from cutjoint.chain.joints import limit_violations
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.mobility import Mobility, MobilityReport
 from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
-from cutjoint.chain.placements import Placements
-from cutjoint.chain.postures import Postures
+from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.model import RobotDescription
 from cutjoint.mechanism import Actuator, Posture, Terms, Tool
@@ -60,11 +58,9 @@ class ClosedChain:
         at_home = assembled(k, k.tree.normalised(rough), driver)
         check_rounding(k, at_home)
         self._postures = Postures(k, self._actuated, at_home)
-        self._mobility = Mobility(k, self._actuated, at_home)
-        self._closing = Closing(k, self._actuated, self._postures, self._mobility)
-        self._reduced = ReducedDynamics(k, self._actuated, self._postures, self._mobility)
+        self._mobility = Mobility(self._postures)
+        self._closing, self._reduced = Closing(self._mobility), ReducedDynamics(self._mobility)
         self._dynamics = FullDynamics(k, at_home.q)
-        self._placements = Placements(k)
 
     def __reduce__(self) -> tuple[Callable[..., ClosedChain], tuple[RobotDescription, str | None]]:
         """Built anew from its description, in another process too."""
@@ -191,7 +187,7 @@ class ClosedChain:
             InputError: the robot has no tool or no cuts, `hold` is neither, or `starts` not a whole number above 0.
             ActuationError: holding the tool leaves the robot movable, so the modes are not discrete.
         """
-        return self._seeker.working_modes(self._postures.placed(at), hold, starts)
+        return ModeSeeker(self._postures).working_modes(self._postures.placed(at), hold, starts)
 
     def assembly_modes(self, at: Posture | None = None, limbs: bool = False, starts: int = MOST_STARTS) -> Modes:
         """Solutions of forward kinematics: closed postures with the actuated coordinates of `at` (default home), `at`
@@ -206,7 +202,7 @@ class ClosedChain:
             InputError: `starts` is not a whole number above 0.
             ActuationError: with its actuators held the robot can still move, so the modes are not discrete.
         """
-        return self._seeker.assembly_modes(self._postures.placed(at), limbs, starts)
+        return ModeSeeker(self._postures).assembly_modes(self._postures.placed(at), limbs, starts)
 
     # ---- mobility --------------------------------------------------------------------------------------------------
 
@@ -268,7 +264,7 @@ class ClosedChain:
 
     def potential_energy(self, at: Posture) -> float:
         """Potential energy of gravity [J], zero at the world origin."""
-        return self._placements.potential_energy(self._postures.placed(at).q)
+        return self._k.potential_energy(self._postures.placed(at).q)
 
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Effort that gives the acceleration `a`, shape (n,): T' rnea(q, T v, T a + d).
@@ -371,11 +367,11 @@ class ClosedChain:
 
     def link_placements(self, q_full: Array) -> dict[str, Array]:
         """World placement (4, 4) of every link."""
-        return self._placements.links(self._whole(q_full))
+        return self._k.links(self._whole(q_full))
 
     def cut_placements(self, q_full: Array) -> list[tuple[str, Array, Array]]:
         """Name and world placements (4, 4) of both frames of every cut."""
-        return self._placements.cuts(self._whole(q_full))
+        return self._k.cuts(self._whole(q_full))
 
     def centre_of_mass(self, q_full: Array) -> Array:
         """Centre of mass of all moving links, shape (3,) [m].
@@ -383,13 +379,9 @@ class ClosedChain:
         Raises:
             InputError: none of them has mass.
         """
-        return self._placements.centre_of_mass(self._whole(q_full))
+        return self._k.centre_of_mass(self._whole(q_full))
 
     # ---- inside ----------------------------------------------------------------------------------------------------
-
-    @property
-    def _seeker(self) -> ModeSeeker:
-        return ModeSeeker(self._k, self._actuated, self._postures)
 
     def _whole(self, q_full: npt.ArrayLike) -> Array:
         return as_vector("q_full", q_full, self.nq)

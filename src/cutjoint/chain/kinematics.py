@@ -173,6 +173,11 @@ class Kinematics:
         self._joints = sorted({joint for joint, _ in sides})
         self._frame_joint = np.array([self._joints.index(joint) for joint, _ in sides])
         self._frame_place = np.array([place.homogeneous for _, place in sides])
+        self._links = [
+            (frame.name, frame.parentJoint, pin.SE3(frame.placement))
+            for frame in self.model.frames
+            if frame.type == pin.FrameType.BODY and frame.name != "universe"
+        ]
         self._travelling = travelling(self.model)
         self.travels = bool(len(self._travelling))
         self.closed_length = tolerances.CLOSURE.value * self.reach
@@ -227,6 +232,45 @@ class Kinematics:
         if not self.travels:
             return self.closed_length
         return self.closed_length + tolerances.CLOSURE.value * float(np.abs(q[self._travelling]).max())
+
+    # ---- in the world ----------------------------------------------------------------------------------------------
+
+    def links(self, q: Array) -> dict[str, Array]:
+        """World placement (4, 4) of every link."""
+        joints = [pin.SE3(*one) for one in zip(*self.tree.bodies(q), strict=True)]
+        return {name: self._in_world(joints[joint] * place) for name, joint, place in self._links}
+
+    def cuts(self, q: Array) -> list[tuple[str, Array, Array]]:
+        """Name and world placements (4, 4) of both frames of every cut."""
+        frames = self.at(q).frames
+        a = [self._in_world(pin.SE3(*one)) for one in zip(frames.axes_a, frames.at_a, strict=True)]
+        b = [self._in_world(pin.SE3(*one)) for one in zip(frames.axes_b, frames.at_b, strict=True)]
+        return list(zip([cut.name for cut in self.closure.cuts], a, b, strict=True))
+
+    def centre_of_mass(self, q: Array) -> Array:
+        """Of all links that move, shape (3,) [m].
+
+        Raises:
+            InputError: none of them has mass.
+        """
+        if not self.tree.mass > 0.0:
+            raise InputError(f"{self.name} has no moving link with mass, so no centre of mass")
+        return self.tree.centre_of_mass(q) + self.origin
+
+    def potential_energy(self, q: Array) -> float:
+        """Of gravity [J], zero at the world origin."""
+        near = self.tree.potential_energy(q)
+        if not self.origin.any():
+            return near
+        return near - float(self.tree.mass * np.array(self.model.gravity.linear) @ self.origin)
+
+    def _in_world(self, placement: pin.SE3) -> Array:
+        """A placement in the model that is computed with as one in the world, shape (4, 4)."""
+        found = np.array(placement.homogeneous)
+        found[:3, 3] += self.origin
+        return found
+
+    # ---- inside ----------------------------------------------------------------------------------------------------
 
     def _refuse_far(self, q: Array) -> None:
         """Bodies so far away that the rounding of their place is not small against RANK have no rank.

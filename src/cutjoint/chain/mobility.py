@@ -9,9 +9,13 @@ Jacobian, split into actuated and passive columns K_a and K_p:
 - type-1 (serial) singularity: the tool's Jacobian loses rank, so the tool cannot move in some direction.
 
 Idle motions, such as a rod between two balls that spins about itself, are counted in the mobility; the actuators need
-not determine them.
+not determine them.  In actuated coordinates they are given no momentum (`cutjoint.chain.tangent`), at every single
+state exactly.  That it stays so while the robot moves needs more: neither the reduced mass matrix nor gravity may
+depend on where the idle motions are, as for a round rod between two balls; their coordinates are then cyclic.  A bent
+rod that spins gains momentum from the motion of the others, and a link that merely hangs is a pendulum.
 
-After Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains, IEEE T. Robot. Autom. 6(3), 1990.
+After Gosselin and Angeles, Singularity analysis of closed-loop kinematic chains, IEEE T. Robot. Autom. 6(3), 1990; and
+Routh's elimination of cyclic coordinates, Stability of Motion, 1877.
 """
 
 from __future__ import annotations
@@ -22,16 +26,19 @@ from functools import cached_property
 import numpy as np
 
 from cutjoint import tolerances
-from cutjoint.chain.actuated import Actuated
+from cutjoint.arrays import Array
 from cutjoint.chain.closing.assembling import around
 from cutjoint.chain.closing.newton import settle
-from cutjoint.chain.idle import is_cyclic
 from cutjoint.chain.joints import joints_of
-from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.kinematics import Placed
+from cutjoint.chain.postures import Postures
 from cutjoint.chain.rank import dependent_rows, rank_of, smallest
 from cutjoint.chain.structure import AROUND, SHIFT, Structure, idle_motions, is_steady, locked_motions, scaled_tool
 from cutjoint.chain.tangent import QuickTangent, QuickTangents, TangentMap, tangent_map
 from cutjoint.errors import ActuationError, SingularError
+
+TURN = 0.3
+"""By how much the robot is moved along its idle motions, in radians or characteristic lengths."""
 
 
 @dataclass(frozen=True)
@@ -73,14 +80,10 @@ class MobilityReport:
 
 
 class Mobility:
-    """Mobility of one robot: what is true of it at nearly every posture of its branch, and at single ones.
+    """Mobility of one robot: what is true of it at nearly every posture of its branch, and at single ones."""
 
-    Args:
-        at_home: the tree at its closed home posture.
-    """
-
-    def __init__(self, kinematics: Kinematics, actuated: Actuated, at_home: Placed) -> None:
-        self._k, self._actuated, self._at_home = kinematics, actuated, at_home
+    def __init__(self, postures: Postures) -> None:
+        self.postures, self._k, self._actuated = postures, postures.k, postures.actuated
 
     def report(self, placed: Placed) -> MobilityReport:
         """Mobility at one closed configuration."""
@@ -124,8 +127,8 @@ class Mobility:
     @cached_property
     def regular(self) -> tuple[Placed, ...]:
         """Home and closed postures around it, home first."""
-        found = [self._at_home]
-        for start in around(self._k, self._at_home.q, np.full(2 * AROUND, SHIFT)):
+        found = [self.postures.at_home]
+        for start in around(self._k, found[0].q, np.full(2 * AROUND, SHIFT)):
             closed = settle(self._k, start, None, 3.0 * SHIFT) if len(found) <= AROUND else None
             if closed is not None:
                 found.append(closed)
@@ -144,15 +147,35 @@ class Mobility:
 
     @cached_property
     def idle_is_cyclic(self) -> bool:
-        """Whether idle motions that start without momentum stay without.
-
-        Raises:
-            ActuationError: the actuators do not determine the motion.
-        """
+        """Whether mass matrix and gravity in actuated coordinates are the same after a motion along any idle direction,
+        at those of the regular postures that are not singular."""
         if not self.structure.idle:
             return True
-        hold = self._actuated.hold
-        return is_cyclic(self._k, self.regular, self.tangent, lambda q: settle(self._k, q, hold(q), 1.0))
+        k, looked = self._k, False
+        for placed in self.regular:
+            try:
+                here = self.tangent(placed)
+            except SingularError:
+                continue
+            looked = True
+            mass, gravity, weights = self._reduced(here, here, placed)
+            for motion in here.idle.T:
+                q = k.tree.integrate(placed.q, motion * (TURN / float(np.abs(motion / k.column_scale).max())))
+                moved = settle(k, q, self._actuated.hold(q), 1.0)
+                if moved is None:
+                    return False
+                mass_there, gravity_there, weights_there = self._reduced(self.tangent(moved), here, moved)
+                size = np.sqrt(np.outer(np.diag(mass), np.diag(mass)))
+                heavier = np.abs(mass_there - mass) > tolerances.DYNAMICS.value * size
+                largest = np.maximum(weights, weights_there)
+                if heavier.any() or (np.abs(gravity_there - gravity) > tolerances.DYNAMICS.value * largest).any():
+                    return False
+        return looked
+
+    def _reduced(self, tangent: TangentMap, home: TangentMap, placed: Placed) -> tuple[Array, Array, Array]:
+        """Mass matrix (n, n) and gravity (n,) in actuated coordinates, and of what size the terms of gravity are."""
+        mass, gravity = self._k.tree.mass_matrix(placed.q), self._k.tree.gravity(placed.q)
+        return tangent.map.T @ mass @ tangent.map, tangent.map.T @ gravity, np.abs(home.map.T) @ np.abs(gravity)
 
     # ---- tangent maps ----------------------------------------------------------------------------------------------
 

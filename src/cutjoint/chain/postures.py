@@ -1,31 +1,75 @@
-"""From closed configurations to the postures that users hold, and back."""
+"""Which joints of a robot are actuated, and the postures that users hold: from closed configurations, and back."""
 
 from __future__ import annotations
 
-from cutjoint.chain.actuated import Actuated
+import numpy as np
+import pinocchio as pin
+
+from cutjoint.arrays import Array
+from cutjoint.chain.closing.drivers import ActuatedDriver
 from cutjoint.chain.closing.equations import System
 from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.description.model import RobotDescription
 from cutjoint.errors import InputError
-from cutjoint.mechanism import Posture
+from cutjoint.mechanism import Actuator, Posture
+
+
+class Actuated:
+    """The actuated joints of one robot.
+
+    Attributes:
+        joints: in the order of the coordinates.
+        n: how many.
+        q_index, v_index: of them in a configuration and in a velocity, shape (n,).
+        passive: indices of all other velocities, shape (nv - n,).
+        selection: rows of the unit matrix, shape (n, nv).
+        lengths: whether each coordinate is a length, shape (n,).
+    """
+
+    def __init__(self, model: pin.Model, description: RobotDescription) -> None:
+        types = {joint.name: joint.type for joint in description.joints}
+        self.joints = tuple(
+            Actuator(name, "translation" if types[name].slides else "rotation") for name in description.actuators
+        )
+        self.n = len(self.joints)
+        ids = [model.getJointId(name) for name in description.actuators]
+        self.q_index = np.array([model.idx_qs[i] for i in ids], dtype=int)
+        self.v_index = np.array([model.idx_vs[i] for i in ids], dtype=int)
+        self.passive = np.setdiff1d(np.arange(model.nv), self.v_index)
+        self.selection = np.eye(model.nv)[self.v_index]
+        self.lengths = np.array([actuator.kind == "translation" for actuator in self.joints], dtype=bool)
+
+    def of(self, q: Array) -> Array:
+        """Actuated coordinates of a full configuration, shape (n,)."""
+        return np.asarray(q[self.q_index])
+
+    def lead(self, origin: Array, goal: Array) -> ActuatedDriver:
+        """Leads the actuated coordinates from `origin` to `goal`, shape (n,)."""
+        return ActuatedDriver(self.q_index, self.selection, self.lengths, origin, goal)
+
+    def hold(self, q: Array) -> ActuatedDriver:
+        """Keeps the actuated coordinates as a configuration (nq,) has them."""
+        values = q[self.q_index]
+        return self.lead(values, values)
+
+    def show(self, values: Array) -> str:
+        """Actuated coordinates (n,) in words."""
+        pairs = zip(self.joints, values, strict=True)
+        return ", ".join(f"{actuator.name} {value:.6g} {actuator.unit}" for actuator, value in pairs)
 
 
 class Postures:
-    """Postures of one robot, and the tree at them.
-
-    Attributes:
-        home: the home posture.
-        at_home: the tree there.
-    """
+    """Postures of one robot, and the tree at them; `home` is the home posture, `at_home` the tree there."""
 
     def __init__(self, kinematics: Kinematics, actuated: Actuated, at_home: Placed) -> None:
-        self._k, self._actuated = kinematics, actuated
+        self.k, self.actuated = kinematics, actuated
         self.home, self.at_home = self.make(at_home), at_home
 
     def make(self, placed: Placed) -> Posture:
         """A closed configuration as a posture."""
         distance, angle, _ = placed.gap
-        posture = Posture(self._actuated.of(placed.q), placed.q, (distance, angle))
-        self._known = posture, placed
+        posture = Posture(self.actuated.of(placed.q), placed.q, (distance, angle))
+        self.known = posture, placed
         return posture
 
     def placed(self, at: Posture | None) -> Placed:
@@ -38,23 +82,23 @@ class Postures:
         """
         if at is None or at is self.home:
             return self.at_home
-        known, placed = self._known
+        known, placed = self.known
         if at is known:
             return placed
         if not isinstance(at, Posture):
-            raise InputError(f"a posture is wanted, such as {self._k.name} makes by close() or reach(); found {at!r}")
+            raise InputError(f"a posture is wanted, such as {self.k.name} makes by close() or reach(); found {at!r}")
         size = len(self.at_home.q)
         if at.q_full.shape != (size,):
             raise InputError(
-                f"this posture has {at.q_full.size} coordinates, {self._k.name} has {size}; make it with this robot's "
+                f"this posture has {at.q_full.size} coordinates, {self.k.name} has {size}; make it with this robot's "
                 "close() or reach()"
             )
-        placed = self._k.at(at.q_full)
-        if not System(self._k, None).at(placed).openness < 10.0:
+        placed = self.k.at(at.q_full)
+        if not System(self.k, None).at(placed).openness < 10.0:
             distance, angle, cut = placed.gap
             raise InputError(
-                f"this posture leaves cut '{cut}' of {self._k.name} open by {distance:.3g} m, {angle:.3g} rad; make it "
+                f"this posture leaves cut '{cut}' of {self.k.name} open by {distance:.3g} m, {angle:.3g} rad; make it "
                 "with this robot's close() or reach()"
             )
-        self._known = at, placed
+        self.known = at, placed
         return placed

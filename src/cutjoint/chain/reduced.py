@@ -25,12 +25,10 @@ import numpy.typing as npt
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
-from cutjoint.chain.actuated import Actuated
 from cutjoint.chain.closure import cross
 from cutjoint.chain.dynamics import Motions
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.mobility import Mobility
-from cutjoint.chain.postures import Postures
 from cutjoint.chain.tangent import QuickTangent, TangentMap
 from cutjoint.errors import DynamicsError, SingularError
 from cutjoint.mechanism import Posture, Terms, Tool
@@ -155,9 +153,9 @@ class AtPosture:
 class ReducedDynamics:
     """Kinematics and dynamics of one robot by its actuated coordinates.  All raise what `Mobility.tangent` does."""
 
-    def __init__(self, kinematics: Kinematics, actuated: Actuated, postures: Postures, mobility: Mobility) -> None:
-        self._k, self._actuated, self._postures, self._mobility = kinematics, actuated, postures, mobility
-        self._n, self._tree = actuated.n, kinematics.tree
+    def __init__(self, mobility: Mobility) -> None:
+        self._mobility, self._postures, self._actuated = mobility, mobility.postures, mobility.postures.actuated
+        self._k, self._tree, self._n = mobility.postures.k, mobility.postures.k.tree, self._actuated.n
         self._last: AtPosture | None = None
 
     def at(self, at: Posture) -> AtPosture:

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 import numpy.typing as npt
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
-from cutjoint.chain.actuated import Actuated
 from cutjoint.chain.closing.assembling import assembled
 from cutjoint.chain.closing.continuation import Stopped
 from cutjoint.chain.closing.drivers import Driver, ToolDriver
 from cutjoint.chain.closing.equations import System
 from cutjoint.chain.closing.newton import settled
-from cutjoint.chain.closing.short_steps import ShortSteps
+from cutjoint.chain.closing.short_steps import short_way
 from cutjoint.chain.closing.walking import Walker
-from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.kinematics import Placed
 from cutjoint.chain.mobility import Mobility
-from cutjoint.chain.postures import Postures
 from cutjoint.chain.rank import null_space
 from cutjoint.errors import ClosureError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture
@@ -28,8 +24,9 @@ from cutjoint.mechanism import Posture
 class Closing:
     """The ways to closed postures of one robot; what they raise is said in `ClosedChain`."""
 
-    def __init__(self, kinematics: Kinematics, actuated: Actuated, postures: Postures, mobility: Mobility) -> None:
-        self._k, self._actuated, self._postures, self._mobility = kinematics, actuated, postures, mobility
+    def __init__(self, mobility: Mobility) -> None:
+        self._mobility, self._postures, self._walker = mobility, mobility.postures, Walker(mobility)
+        self._k, self._actuated = mobility.postures.k, mobility.postures.actuated
 
     def posture(self, q_full: npt.ArrayLike) -> Posture:
         """A configuration (nq,) that is closed already."""
@@ -105,18 +102,10 @@ class Closing:
             raise self._not_reached(found, target)
         return self._postures.make(found)
 
-    @cached_property
-    def _short_steps(self) -> ShortSteps | None:
-        quick = self._mobility.quick
-        return ShortSteps(quick) if quick is not None else None
-
     def _short(self, start: Placed, driver: Driver) -> Placed | None:
         """A short way in one go, where that is plainly on the same branch."""
-        return self._short_steps.follow(start, driver) if self._short_steps is not None else None
-
-    @cached_property
-    def _walker(self) -> Walker:
-        return Walker(self._k, self._actuated, self._mobility)
+        quick = self._mobility.quick
+        return short_way(quick, start, driver) if quick is not None else None
 
     def _lead_tool(self, start: Placed, origin: Array, goal: Array) -> Placed | Stopped:
         """Walk the tool from `origin` to `goal` in the model: straight, else along what it can reach at all."""

@@ -30,40 +30,30 @@ LARGEST_CHANGE = 2.0
 STEPS = 6
 
 
-class ShortSteps:
-    """Short ways of one robot.
+def short_way(quick: QuickTangents, start: Placed, driver: Driver) -> Placed | None:
+    """The closed configuration next to a closed one that meets the driver at the end of its way."""
+    system = System(quick.kinematics, driver)
+    extra = _rows_of(quick, system, driver)
+    if extra is None:
+        return None
+    here = system.at(start)
+    if here.is_closed(motion=0.0) and not here.driven.any():
+        return start
+    steps = _ChosenSteps(np.concatenate([quick.rows, quick.kinematics.closure.rows + extra]))
+    return newton(here, steps, most=STEPS) or steps.best
 
-    Args:
-        quick: quick tangent maps of it, whose rows are used.
-    """
 
-    def __init__(self, quick: QuickTangents) -> None:
-        self._quick, self._k = quick, quick.kinematics
-
-    def follow(self, start: Placed, driver: Driver) -> Placed | None:
-        """The closed configuration next to a closed one that meets the driver at the end of its way."""
-        system = System(self._k, driver)
-        extra = self._rows_of(system, driver)
-        if extra is None:
-            return None
-        here = system.at(start)
-        if here.is_closed(motion=0.0) and not here.driven.any():
-            return start
-        rows = np.concatenate([self._quick.rows, self._k.closure.rows + extra])
-        steps = _ChosenSteps(rows)
-        return newton(here, steps, most=STEPS) or steps.best
-
-    def _rows_of(self, system: System, driver: Driver) -> npt.NDArray[np.intp] | None:
-        """As many independent rows of a driver as there are actuators, or None where it has not as many."""
-        wanted, regular = self._quick.n, self._quick.regular
-        if len(driver.is_length) <= wanted:
-            return np.arange(wanted) if len(driver.is_length) == wanted else None
-        tangent = self._quick.at(regular)
-        if tangent is None:
-            return None
-        driven = system.scales.driven * driver.jacobian(regular) / self._k.column_scale
-        order = qr((driven @ tangent.map).T, mode="r", pivoting=True)[1]
-        return np.sort(order[:wanted])
+def _rows_of(quick: QuickTangents, system: System, driver: Driver) -> npt.NDArray[np.intp] | None:
+    """As many independent rows of a driver as there are actuators, or None where it has not as many."""
+    wanted, regular = quick.n, quick.regular
+    if len(driver.is_length) <= wanted:
+        return np.arange(wanted) if len(driver.is_length) == wanted else None
+    tangent = quick.at(regular)
+    if tangent is None:
+        return None
+    driven = system.scales.driven * driver.jacobian(regular) / system.k.column_scale
+    order = qr((driven @ tangent.map).T, mode="r", pivoting=True)[1]
+    return np.sort(order[:wanted])
 
 
 class _ChosenSteps:

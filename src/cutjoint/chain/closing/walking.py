@@ -13,12 +13,11 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.actuated import Actuated
 from cutjoint.chain.closing.assembling import assemble
 from cutjoint.chain.closing.continuation import UNBOUND, Stopped, follow
 from cutjoint.chain.closing.drivers import Driver, ToolDriver
 from cutjoint.chain.closing.equations import System, freedom
-from cutjoint.chain.kinematics import Kinematics, Placed
+from cutjoint.chain.kinematics import Placed
 from cutjoint.chain.mobility import Mobility
 from cutjoint.chain.rank import Split
 
@@ -34,8 +33,8 @@ SURFACE_STEPS = 100
 class Walker:
     """Walks of one robot."""
 
-    def __init__(self, kinematics: Kinematics, actuated: Actuated, mobility: Mobility) -> None:
-        self._k, self._actuated, self._mobility = kinematics, actuated, mobility
+    def __init__(self, mobility: Mobility) -> None:
+        self._mobility, self._k, self._actuated = mobility, mobility.postures.k, mobility.postures.actuated
 
     def walk(
         self, start: Placed, origin: Array, target: Array, driver: Callable[[Array, Array], Driver]

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.chain.actuated import Actuated
 from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.kinematics import Kinematics, Placed
@@ -30,8 +29,8 @@ MOST_STARTS = 2000
 class ModeSeeker:
     """Seeks the modes of one robot."""
 
-    def __init__(self, kinematics: Kinematics, actuated: Actuated, postures: Postures) -> None:
-        self._k, self._actuated, self._postures = kinematics, actuated, postures
+    def __init__(self, postures: Postures) -> None:
+        self._postures, self._k, self._actuated = postures, postures.k, postures.actuated
 
     def working_modes(self, at: Placed, hold: Held | None, starts: int) -> Modes:
         """Postures that hold the tool as it is at a closed one; what of it is held is decided at home, if as regular.
