@@ -14,10 +14,9 @@ import pytest
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain, Modes
-from cutjoint.chain.modes import starts as starts_module
-from cutjoint.chain.modes.limits import JointLimits
-from cutjoint.chain.modes.parts import independent_parts
-from cutjoint.chain.modes.starts import Starts
+from cutjoint.chain.modes import limits as starts_module
+from cutjoint.chain.modes.limits import JointLimits, Starts
+from cutjoint.chain.modes.search import independent_parts
 from cutjoint.chain.modes.tally import TIMES, Tally
 from cutjoint.description.model import (
     Coupling,
@@ -371,7 +370,7 @@ def test_parts_are_the_limbs(kit: Any) -> None:
     for name, sizes in (("cpm", [4, 4, 4]), ("omega3", [1, 4, 4, 4]), ("stewart", [1, 3, 3, 3, 3, 3, 3])):
         chain = kit.robot(name)
         place = chain._postures.at_home.tool
-        parts = independent_parts(chain._k, PoseDriver(place, place), chain._k.tool_support, [], chain.home.q_full)
+        parts = independent_parts(chain._k, PoseDriver(place), chain._k.tool_support, [], chain.home.q_full)
         assert sorted(len(part) for part in parts) == sizes
         assert sorted(joint for part in parts for joint in part) == list(range(1, chain.model.njoints))
 

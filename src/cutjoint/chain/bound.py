@@ -1,4 +1,5 @@
-"""Cut joints and couplings bound to a model: joint indices and placements in place of the names of links and joints."""
+"""Cut joints and couplings bound to a model: joint indices and placements in place of the names of links and joints,
+and which rows of the closure are of which kind, read from the equations of the cut types."""
 
 from __future__ import annotations
 
@@ -10,7 +11,11 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain.build import bind_frame
 from cutjoint.chain.joints import support, type_of
+from cutjoint.description.cuts import Kind
 from cutjoint.description.model import Coupling, CutJoint, CutType
+
+_TILTS = ((0, 2), (1, 2))
+"""The axes of A that a hinge keeps perpendicular to which axis of B."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,3 +84,60 @@ class BoundCoupling:
         row = np.zeros(nv)
         np.add.at(row, list(self.v_index), self.weights)
         return row
+
+
+class Rows:
+    """The rows of all cuts, one cut after another, and the entries of G that are the same in every posture.
+
+    Attributes:
+        starts: first row of every cut.
+        points, locks, hinges: cut and first row of each such equation.
+        slides: cut, row and axis of A.
+        dots: cut, row, axis of A, axis of B; and whether it is of a hinge.
+        names, is_length, is_sine: of every row; whether it is a length, or the sine of an angle.
+    """
+
+    def __init__(self, cuts: tuple[BoundCut, ...]) -> None:
+        counts = [0, *(cut.type.rows for cut in cuts)]
+        self.starts = np.cumsum(counts)[:-1].tolist()
+        self.names = tuple(f"{cut.name}.{label}" for cut in cuts for label in cut.type.labels)
+        equations = [(index, equation) for index, cut in enumerate(cuts) for equation in cut.type.equations]
+        *first, self.count = np.cumsum([0, *(equation.rows for _, equation in equations)]).tolist()
+        self.is_length = [equation.is_length for _, equation in equations for _ in equation.labels]
+        self.is_sine = [equation.kind is Kind.DOT for _, equation in equations for _ in equation.labels]
+        at = [(cut, row, equation) for (cut, equation), row in zip(equations, first, strict=True)]
+        self.points, self.locks, self.hinges = (
+            [(cut, row) for cut, row, equation in at if equation.kind is kind]
+            for kind in (Kind.POINT, Kind.LOCK, Kind.HINGE)
+        )
+        self.slides = [(cut, row, *one.axes) for cut, row, one in at if one.kind is Kind.SLIDE]
+        self.dots = [(cut, row + k, *tilt, True) for cut, row in self.hinges for k, tilt in enumerate(_TILTS)]
+        self.dots += [(cut, row, *one.axes, False) for cut, row, one in at if one.kind is Kind.DOT]
+        self.point_cuts = np.array([cut for cut, _ in self.points], dtype=int)
+        self.all_points = self.point_cuts.tolist() == list(range(len(cuts)))
+        self.point_rows = np.array([row + k for _, row in self.points for k in range(3)], dtype=int)
+        self.lock_cuts = np.array([cut for cut, _ in self.locks], dtype=int)
+        self.lock_rows = np.array([row + k for _, row in self.locks for k in range(3)], dtype=int)
+        self._fill(len(cuts))
+
+    def _fill(self, cuts: int) -> None:
+        """The constant entries of G, and which entries are arms of points, of which coordinate, with which sign."""
+        width = 12 * cuts
+        self.constant = np.zeros((self.count, width))
+        for side, sign in ((0, -1.0), (6 * cuts, 1.0)):
+            for k in range(3):
+                for cut, row in self.points:
+                    self.constant[row + k, side + 6 * cut + k] = sign
+                for cut, row in self.locks:
+                    self.constant[row + k, side + 6 * cut + 3 + k] = sign
+        # row r of the point's velocity u + w x p has p[b] w[a] - p[a] w[b], (r, a, b) in cyclic order
+        arms = [
+            ((row + r) * width + 6 * (cut + half) + 3 + turn, 3 * (cut + half) + arm, sign * way)
+            for half, sign in ((0, -1.0), (cuts, 1.0))
+            for cut, row in self.points
+            for r in range(3)
+            for turn, arm, way in (((r + 1) % 3, (r + 2) % 3, 1.0), ((r + 2) % 3, (r + 1) % 3, -1.0))
+        ]
+        self.arm_entries = np.array([entry for entry, _, _ in arms], dtype=int)
+        self.arm_of = np.array([arm for _, arm, _ in arms], dtype=int)
+        self.arm_sign = np.array([sign for _, _, sign in arms])

@@ -24,8 +24,7 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
-from cutjoint.chain.bound import BoundCoupling, BoundCut
-from cutjoint.chain.rows import Rows
+from cutjoint.chain.bound import BoundCoupling, BoundCut, Rows
 from cutjoint.description.cuts import Kind
 from cutjoint.description.model import RobotDescription
 

@@ -25,12 +25,22 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
+from cutjoint.chain.bound import BoundCut
+from cutjoint.chain.closure import CutFrames
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.kinematics import Kinematics, Moving
-from cutjoint.chain.rank import Split, coordinates_of, null_space
+from cutjoint.chain.rank import Split, coordinates_of
 from cutjoint.chain.rigid import RigidConstraints, is_rigid
-from cutjoint.chain.wrenches import Wrench, wrenches
+from cutjoint.description.cuts import Equation, Kind
 from cutjoint.errors import DynamicsError
+
+
+@dataclass(frozen=True, eq=False)
+class Wrench(Values):
+    """What body A of a cut exerts on body B: force (3,) [N], moment (3,) [N m] at the origin of frame b, world axes."""
+
+    force: Array
+    moment: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +79,7 @@ class Motions:
     @staticmethod
     def of(allowed: Array, mass: Array) -> Motions:
         """From an orthonormal basis of the allowed motions and the mass matrix, both dimensionless in the motions."""
-        _, basis = coordinates_of(allowed)
+        basis = coordinates_of(allowed)
         energy = basis.T @ mass @ basis
         size = np.sqrt(np.maximum(np.diag(energy), 0.0))
         moves = size > MASSLESS * np.sqrt(np.abs(mass).max(initial=0.0))
@@ -96,10 +106,13 @@ class FullDynamics:
     """
 
     def __init__(self, kinematics: Kinematics, q: Array) -> None:
-        self._k = kinematics
-        closure = kinematics.closure
-        rigid = RigidConstraints(kinematics, q) if is_rigid(closure) and not has_massless_joint(kinematics) else None
-        self.rigid = rigid if rigid is not None and rigid.usable else None
+        self._k = k = kinematics
+        self.rigid: RigidConstraints | None = None
+        if is_rigid(k.closure):
+            bent, every = k.after(k.tree.neutral, np.linspace(0.3, 0.7, k.model.nv)), np.eye(k.model.nv)
+            # Pinocchio's constrained dynamics cannot stand motions of the open tree that move no mass
+            rigid = None if massless_motions(k, bent, every).size else RigidConstraints(k, q)
+            self.rigid = rigid if rigid is not None and rigid.usable else None
 
     def acceleration(self, q: Array, v: Array, effort: Array) -> Array:
         """Acceleration of all joints, shape (nv,), for inner loops: by Pinocchio where its iteration converged, else
@@ -205,21 +218,39 @@ class FullDynamics:
         return float(left.max(initial=0.0))
 
 
-def has_massless_joint(kinematics: Kinematics) -> bool:
-    """Whether some motion of the open tree moves no mass, which Pinocchio's constrained dynamics cannot stand."""
+def massless_motions(kinematics: Kinematics, q: Array, allowed: Array) -> Array:
+    """Basis of those of the allowed motions (nv, m), orthonormal and dimensionless, that move no mass at `q` (nq,)."""
     k = kinematics
-    if not k.model.nv:
-        return False
-    bent = k.after(k.tree.neutral, np.linspace(0.3, 0.7, k.model.nv))
-    mass = k.tree.mass_matrix(bent) * k.column_scale[:, None] * k.column_scale
-    return bool(Motions.of(np.eye(k.model.nv), mass).idle.size)
+    motions = Motions.of(allowed, k.tree.mass_matrix(q) * k.column_scale[:, None] * k.column_scale)
+    return np.asarray(motions.basis @ (motions.idle / motions.size[:, None]))
 
 
-def massless_motions(kinematics: Kinematics, q: Array) -> Array:
-    """Basis of the motions at the closed configuration `q` (nq,) that the loops allow and that move no mass, shape
-    (nv, k), dimensionless."""
-    k = kinematics
-    mass = k.tree.mass_matrix(q) * k.column_scale[:, None] * k.column_scale
-    motions = Motions.of(null_space(k.at(q).scaled), mass)
-    found: Array = motions.basis @ (motions.idle / motions.size[:, None])
+def wrenches(cuts: tuple[BoundCut, ...], frames: CutFrames, multipliers: Array) -> dict[str, Wrench]:
+    """Multipliers of all rows of the cuts, one after another, as wrenches on body B at frame b, world axes."""
+    found: dict[str, Wrench] = {}
+    row = 0
+    for index, cut in enumerate(cuts):
+        force, moment = np.zeros(3), np.zeros(3)
+        for equation in cut.type.equations:
+            pull, turn = _wrench(equation, frames.axes_a[index], frames.axes_b[index], multipliers[row:])
+            force, moment, row = force + pull, moment + turn, row + equation.rows
+        found[cut.name] = Wrench(readonly(force), readonly(moment))
     return found
+
+
+def _wrench(equation: Equation, a: Array, b: Array, f: Array) -> tuple[Array | float, Array | float]:
+    """Force and moment of one equation between frames with these axes (3, 3), from its multipliers, which `f` starts
+    with."""
+    match equation.kind:
+        case Kind.POINT:
+            return f[:3], 0.0
+        case Kind.LOCK:
+            return 0.0, f[:3]
+        case Kind.SLIDE:
+            return a[:, equation.axes[0]] * f[0], 0.0
+        case Kind.HINGE:
+            z = b[:, 2]
+            return 0.0, f[0] * np.cross(z, a[:, 0]) + f[1] * np.cross(z, a[:, 1])
+        case Kind.DOT:
+            i, j = equation.axes
+            return 0.0, f[0] * np.cross(b[:, j], a[:, i])

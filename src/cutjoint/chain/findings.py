@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
-
-import numpy as np
+from functools import partial
 
 from cutjoint.chain.closed_chain import ClosedChain
 from cutjoint.chain.dynamics import massless_motions
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.mobility import MobilityReport
-from cutjoint.chain.rank import rank_of
+from cutjoint.chain.rank import null_space, rank_of
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import ClosureError, Problem, RoundingWarning
 
@@ -45,6 +44,7 @@ def kinematic_problems(description: RobotDescription) -> tuple[tuple[Problem, ..
 def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
     description = chain.description
     file = str(description.path or "")
+    warning = partial(Problem, file=file, severity="warning")
     if report.mobility == 0:
         yield Problem(
             found=f"the robot cannot move: {report.velocities} joint velocities, {report.rank} independent constraints",
@@ -54,63 +54,54 @@ def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
         )
     if report.dropped_rows:
         distance, angle = report.gap
-        yield Problem(
+        yield warning(
             found=f"the loops close only up to rounding: {', '.join(report.dropped_rows)} dropped, which stay open by "
             f"{distance:.2g} m, {angle:.2g} rad",
             expected="lengths with which all rows can be closed",
             mend="export the frames with more digits",
-            file=file,
-            severity="warning",
         )
     for index, cut in enumerate(description.cuts):
         if _adds_nothing(chain, index):
-            yield Problem(
+            yield warning(
                 found=f"cut '{cut.name}' adds nothing: the tree and the other cuts already hold its frames together",
                 mend="leave it out, or check that it joins the frames that you mean",
                 file=cut.place.file or file,
                 line=cut.place.line,
-                severity="warning",
             )
     if report.mobility and report.actuators:
         yield from _actuation(report, file)
     if report.type2 < NEAR_SINGULAR:
-        yield Problem(
+        yield warning(
             found=f"home is near a type-2 singularity: distance {report.type2:.2g}, 0 is singular",
             mend="choose a home posture away from stretched or folded limbs",
-            file=file,
-            severity="warning",
         )
-    massless = massless_joints(chain)
+    home = chain._postures.at_home
+    massless = joints_of(chain.model, massless_motions(chain._k, home.q, null_space(home.scaled)))
     if massless:
-        yield Problem(
+        yield warning(
             found=f"these joints move no mass: {', '.join(massless)}; they rest, and a force on them has no answer",
             expected="an inertia on every link at the end of a limb",
             mend="add <inertial> to the links they move; kinematics works without",
-            file=file,
-            severity="warning",
         )
 
 
 def _actuation(report: MobilityReport, file: str) -> Iterator[Problem]:
+    warning = partial(Problem, file=file, severity="warning")
     moving = [joint for joint in report.free if joint not in report.idle]
     needed = report.mobility - report.idle_mobility
     if moving:
-        yield Problem(
+        yield warning(
             found=f"with all actuators locked these joints still move: {', '.join(moving)}",
             expected=f"as many independent actuators as the mobility, which is {needed} without idle motions"
             if report.idle
             else f"as many independent actuators as the mobility, which is {needed}",
             mend="name further actuators, or add the cut that is missing; full coordinates work all the same",
-            file=file,
-            severity="warning",
         )
     surplus = report.actuators - needed
     if surplus > 0 and not moving:
-        yield Problem(
+        yield warning(
             found=f"the actuators depend on each other: {report.actuators} of them for a mobility of {needed}",
             mend="that is redundant actuation if it is meant; efforts are then not unique",
-            file=file,
-            severity="warning",
         )
 
 
@@ -119,10 +110,5 @@ def _adds_nothing(chain: ClosedChain, index: int) -> bool:
     k, cuts = chain._k, chain.description.cuts
     start = sum(cut.type.rows for cut in cuts[:index])
     own = (k.closure.trusted >= start) & (k.closure.trusted < start + cuts[index].type.rows)
-    matrix = k.at(chain.home.q_full).scaled
+    matrix = chain._postures.at_home.scaled
     return rank_of(matrix[~own]) == rank_of(matrix)
-
-
-def massless_joints(chain: ClosedChain) -> tuple[str, ...]:
-    """Joints that can move at home without moving any mass, the loops closed."""
-    return joints_of(chain.model, massless_motions(chain._k, np.array(chain.home.q_full)))

@@ -32,7 +32,7 @@ from cutjoint.chain.closing.newton import settle
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.kinematics import Placed
 from cutjoint.chain.postures import Postures
-from cutjoint.chain.rank import dependent_rows, rank_of, smallest
+from cutjoint.chain.rank import dependent_rows, rank_of
 from cutjoint.chain.structure import AROUND, SHIFT, Structure, idle_motions, is_steady, locked_motions, scaled_tool
 from cutjoint.chain.tangent import QuickTangent, QuickTangents, TangentMap, tangent_map
 from cutjoint.errors import ActuationError, SingularError
@@ -102,7 +102,7 @@ class Mobility:
         if determined and k.tool_support is not None and structure.directions:
             jacobian = scaled_tool(k, placed)[:3] / k.column_scale @ tangent.map * k.column_scale[actuated]
             values = np.linalg.svd(jacobian, compute_uv=False)
-            type1 = smallest(jacobian, structure.directions)
+            type1 = float(values[structure.directions - 1]) if len(values) >= structure.directions else 0.0
             condition = float(values[0] / type1) if type1 > 0.0 else float("inf")
         return MobilityReport(
             velocities=nv,

@@ -76,17 +76,17 @@ def null_space(matrix: Array) -> Array:
     return Split.of(matrix).null
 
 
-def coordinates_of(basis: Array) -> tuple[Array, Array]:
+def coordinates_of(basis: Array) -> Array:
     """Another basis of the space of an orthonormal one (n, k), in which k of the coordinates are the parameters.
 
-    Returns the indices of those coordinates, shape (k,), and the basis, shape (n, k), that has the unit matrix there.
-    A motion that only a few joints make stays one of those joints alone, so that large and small are not mixed.
+    It has the unit matrix there.  A motion that only a few joints make stays one of those joints alone, so that large
+    and small are not mixed.
     """
     count = basis.shape[1]
     if count == 0:
-        return np.zeros(0, dtype=int), basis
+        return basis
     chosen = np.sort(qr(basis.T, mode="r", pivoting=True)[1][:count])
-    return chosen, np.linalg.solve(basis[chosen].T, basis.T).T
+    return np.linalg.solve(basis[chosen].T, basis.T).T
 
 
 def dependent_rows(matrix: Array) -> list[int]:
@@ -105,11 +105,3 @@ def dependent_rows(matrix: Array) -> list[int]:
         else:
             dependent.append(index)
     return dependent
-
-
-def smallest(matrix: Array, count: int) -> float:
-    """The `count`-th largest singular value of a dimensionless matrix (0 where it has fewer)."""
-    if count == 0:
-        return float("inf")
-    values = singular_values(matrix)
-    return float(values[count - 1]) if len(values) >= count else 0.0

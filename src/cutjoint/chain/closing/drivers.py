@@ -15,12 +15,9 @@ from cutjoint.chain.kinematics import Placed
 
 
 class Driver(Protocol):
-    """What is prescribed besides the closure."""
+    """What is prescribed besides the closure; `is_length` says of each row whether it is a length, shape (rows,)."""
 
-    @property
-    def is_length(self) -> Array:
-        """Whether each row is a length, shape (rows,)."""
-        ...
+    is_length: Array
 
     def error(self, placed: Placed, fraction: float) -> Array:
         """Present minus wanted value at this fraction of the way, shape (rows,)."""
@@ -31,67 +28,55 @@ class Driver(Protocol):
         ...
 
     def put(self, q: Array, fraction: float) -> None:
-        """Write the coordinates that are prescribed themselves into a configuration that nearly has them."""
-        ...
+        """Write the coordinates that are prescribed themselves, none as a rule, into a configuration that nearly has
+        them."""
+        return
 
 
-class _Straight:
-    """A straight line from `start` to `target`, shape (n,)."""
-
-    def __init__(self, start: Array, target: Array) -> None:
-        self._start, self._target = start, target
-
-    def wanted(self, fraction: float) -> Array:
-        return self._target if fraction == 1.0 else self._start + fraction * (self._target - self._start)
-
-
-class _Indirect:
-    """Prescribes no coordinate itself."""
-
-    def put(self, q: Array, fraction: float) -> None:
-        """Nothing to write."""
-
-
-class ActuatedDriver(_Straight):
-    """Prescribes the actuated coordinates, on a straight line from `start` to `target`, shape (n,)."""
-
-    def __init__(self, q_index: Array, selection: Array, is_length: Array, start: Array, target: Array) -> None:
-        super().__init__(start, target)
-        self._q_index, self._selection, self.is_length = q_index, selection, is_length
-
-    def error(self, placed: Placed, fraction: float) -> Array:
-        return np.asarray(placed.q[self._q_index] - self.wanted(fraction))
-
-    def jacobian(self, placed: Placed) -> Array:
-        return self._selection
-
-    def put(self, q: Array, fraction: float) -> None:
-        q[self._q_index] = self.wanted(fraction)
-
-
-class ToolDriver(_Straight, _Indirect):
+class ToolDriver(Driver):
     """Prescribes the tool point in the model, on a straight line from `start` to `target`, shape (3,) [m]."""
 
     is_length = np.ones(3, dtype=bool)
 
+    def __init__(self, start: Array, target: Array) -> None:
+        self._start, self._target = start, target
+
     def error(self, placed: Placed, fraction: float) -> Array:
-        return np.asarray(placed.tool_position - self.wanted(fraction))
+        return np.asarray(placed.tool_position - _on_line(self._start, self._target, fraction))
 
     def jacobian(self, placed: Placed) -> Array:
         return placed.tool_jacobian[:3]
 
 
-class PoseDriver(_Indirect):
-    """Prescribes the tool's placement in the model; on the way the position runs straight, the rotation at once."""
+class ActuatedDriver(Driver):
+    """Prescribes the actuated coordinates, on a straight line from `start` to `target`, shape (n,)."""
 
-    is_length = np.array([True] * 3 + [False] * 3)
-
-    def __init__(self, start: pin.SE3, target: pin.SE3) -> None:
+    def __init__(self, q_index: Array, selection: Array, is_length: Array, start: Array, target: Array) -> None:
+        self._q_index, self._selection, self.is_length = q_index, selection, is_length
         self._start, self._target = start, target
 
     def error(self, placed: Placed, fraction: float) -> Array:
-        wanted = self._target if fraction == 1.0 else pin.SE3.Interpolate(self._start, self._target, fraction)
-        pose = placed.tool
+        return np.asarray(placed.q[self._q_index] - _on_line(self._start, self._target, fraction))
+
+    def jacobian(self, placed: Placed) -> Array:
+        return self._selection
+
+    def put(self, q: Array, fraction: float) -> None:
+        q[self._q_index] = _on_line(self._start, self._target, fraction)
+
+
+def _on_line(start: Array, target: Array, fraction: float) -> Array:
+    return target if fraction == 1.0 else start + fraction * (target - start)
+
+
+class PoseDriver(Driver):
+    """Prescribes the tool's placement in the model."""
+
+    def __init__(self, pose: pin.SE3) -> None:
+        self._pose, self.is_length = pose, np.array([True] * 3 + [False] * 3)
+
+    def error(self, placed: Placed, fraction: float) -> Array:
+        wanted, pose = self._pose, placed.tool
         turn = wanted.rotation @ pin.log3(wanted.rotation.T @ pose.rotation)
         return np.concatenate([pose.translation - wanted.translation, turn])
 
@@ -99,7 +84,7 @@ class PoseDriver(_Indirect):
         return placed.tool_jacobian
 
 
-class TiltDriver(_Indirect):
+class TiltDriver(Driver):
     """Prescribes the tool point and one axis of the tool, about which it may turn."""
 
     def __init__(self, pose: pin.SE3, axis: Array) -> None:
@@ -124,7 +109,7 @@ class TiltDriver(_Indirect):
         return jacobian
 
 
-class Both:
+class Both(Driver):
     """Prescribes what two drivers prescribe."""
 
     def __init__(self, one: Driver, two: Driver) -> None:

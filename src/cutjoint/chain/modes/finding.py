@@ -2,28 +2,92 @@
 
 - *Working modes* are the solutions of inverse kinematics: the tool is held, the limbs differ.
 - *Assembly modes* are the solutions of forward kinematics: the actuators are held, the tool differs.
+
+A working mode holds that part of the tool's pose which the robot's task is.  Let m be the directions in which the tool
+can move, with its rotation counted, and r those of its point.
+
+- r = m: the point says where the tool is, so the *point* is held (a five-bar, a Delta, a four-bar).  The tool's
+  rotation is whatever comes with it: the rotations that the motion generates are left open.  Of a Delta these are none,
+  so its platform stays upright; of a planar robot those about the normal of its plane, so a five-bar counts every
+  solution, on whichever limb the tool's frame sits; in space, once it turns about two axes, all of them.
+- r < m: position and orientation say where the tool is, so its whole *pose* is held (a planar 3-RRR, a 3-PRS, a Stewart
+  platform).
+
+Directions in which the tool moves by less than COMMANDED of its fastest one are side effects, not what a motor is there
+for: a 3-PRS moves its point sideways a little while it tilts.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal, overload
+
 import numpy as np
 
+from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.closing.drivers import Driver
+from cutjoint.chain.closing.drivers import Driver, PoseDriver, TiltDriver, ToolDriver
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.modes.limits import JointLimits
 from cutjoint.chain.modes.listing import Found, Listing
-from cutjoint.chain.modes.result import Modes
 from cutjoint.chain.modes.search import ModeEquations, Search
 from cutjoint.chain.modes.shape import Shapes
-from cutjoint.chain.modes.task import WAYS, Held, holding, task_of
 from cutjoint.chain.postures import Postures
-from cutjoint.chain.rank import rank_of
+from cutjoint.chain.rank import null_space, rank_of
+from cutjoint.chain.structure import scaled_tool
 from cutjoint.errors import ActuationError, InputError
+from cutjoint.mechanism import Posture
 
+Held = Literal["point", "pose"]
+WAYS: tuple[Held, ...] = ("point", "pose")
 MOST_STARTS = 2000
 """Starts at most, unless asked otherwise: ten seconds for a robot of twenty joints."""
+
+
+@dataclass(frozen=True, eq=False)
+class Modes(Sequence[Posture]):
+    """Postures found from many starts, as a sequence: `len(modes)`, `modes[0]`, `for mode in modes`.
+
+    The first one is that of the posture asked about.  The others follow by how far their links are from it, so the
+    order does not depend on the order in which they were found.
+
+    Attributes:
+        postures: the modes.
+        found: how often each was found again, by independent starts; what is found once is rarely alone.
+        starts: starts made, of which `closed` ended in a solution of the equations.
+        closed: starts that ended in a solution, within the joint limits or not.
+        loose: those of them that ended in a posture that can still move, which is no mode.
+        unseen: share of further starts that would find something new, as Good and Turing estimate it: what was found
+            once among what was found.  1 where nothing was found.
+        settled: whether the search ended because all was found several times, not because it ran out of starts.
+        held: what all of them have in common: "point" or "pose" of the tool, or "actuators".
+    """
+
+    postures: tuple[Posture, ...]
+    found: tuple[int, ...]
+    starts: int
+    closed: int
+    loose: int
+    unseen: float
+    settled: bool
+    held: str
+
+    def __len__(self) -> int:
+        return len(self.postures)
+
+    @overload
+    def __getitem__(self, index: int) -> Posture: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Posture, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Posture | tuple[Posture, ...]:
+        return self.postures[index]
+
+    def __iter__(self) -> Iterator[Posture]:
+        return iter(self.postures)
 
 
 class ModeSeeker:
@@ -47,7 +111,8 @@ class ModeSeeker:
             raise InputError(
                 f"hold must be one of {', '.join(map(repr, WAYS))}, or None for the robot's own; found {hold!r}"
             )
-        held, axes = _task(k, at, self._postures.at_home)
+        home = self._postures.at_home  # where robots are symmetric and side effects vanish, so it tells the task
+        held, axes = task_of(k, home if rank_of(home.scaled) >= rank_of(at.scaled) else at)
         held = held if hold is None else hold
         guide, driver = holding(held, axes, at)
         search = self._search(guide, driver, frozenset(), at, starts, f"its tool's {held} held")
@@ -110,6 +175,32 @@ class ModeSeeker:
         )
 
 
-def _task(k: Kinematics, at: Placed, home: Placed) -> tuple[Held, Array]:
-    """The task at home, where robots are symmetric and side effects vanish; at the posture if only that is regular."""
-    return task_of(k, home if rank_of(home.scaled) >= rank_of(at.scaled) else at)
+def task_of(kinematics: Kinematics, placed: Placed) -> tuple[Held, Array]:
+    """Whether point or pose of the tool is commanded at a closed configuration, and an orthonormal basis of the
+    axes, shape (3, k), about which it turns there."""
+    k = kinematics
+    moved = scaled_tool(k, placed) @ null_space(placed.scaled)
+    fastest = float(np.linalg.svd(moved, compute_uv=False).max(initial=0.0))
+
+    def directions(rows: Array) -> Array:
+        left, values, _ = np.linalg.svd(rows)
+        return np.asarray(left[:, : int(np.sum(values > tolerances.COMMANDED.value * max(fastest, 1e-300)))])
+
+    whole, point = directions(moved).shape[1], directions(moved[:3]).shape[1]
+    return "point" if point == whole else "pose", directions(moved[3:])
+
+
+def holding(held: Held, axes: Array, at: Placed) -> tuple[Driver, Driver]:
+    """What leads a start to a mode, and what a mode must meet, with the tool as it is `at` a configuration.
+
+    They differ where the point is held and the rotation follows: then it leads, and a robot whose links were rounded by
+    the program that exported them is not asked for a rotation that it misses by a micrometre.
+    """
+    pose = at.tool
+    if held == "pose":
+        whole = PoseDriver(pose)
+        return whole, whole
+    point = ToolDriver(at.tool_position, at.tool_position)
+    if axes.shape[1] == 0:
+        return PoseDriver(pose), point
+    return TiltDriver(pose, axes[:, 0]) if axes.shape[1] == 1 else point, point
