@@ -27,7 +27,7 @@ from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
 from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.model import RobotDescription
-from cutjoint.mechanism import Actuator, Posture, Terms, Tool
+from cutjoint.mechanism import Posture, Terms, Tool
 
 if TYPE_CHECKING:
     from cutjoint import CompiledChain
@@ -40,6 +40,19 @@ class ClosedChain:
     Args:
         description: the open tree, the cuts, the actuators.
         home: name of the home posture; default the first one, or the zero configuration.
+
+    Attributes:
+        name: robot and variant.
+        n: number of actuated coordinates.
+        actuators: the actuated joints in the order of the coordinates.
+        home: the closed home posture.
+        model: the open tree.
+        nq, nv: size of a full configuration, number of velocities of the open tree.
+        neutral: the zero configuration of the open tree, shape (nq,); its loops are open as a rule.
+        length: characteristic length [m] that scales singular values.
+        local_model: the open tree that is computed with: `model`, but for a fixed base far from the world's origin,
+            which would cost digits; it stands near its own origin then.
+        origin: where in the world the origin of `local_model` is, shape (3,) [m]; zero as a rule.
 
     Raises:
         UnknownNameError: there is no such home posture.
@@ -61,63 +74,13 @@ class ClosedChain:
         self._mobility = Mobility(self._postures)
         self._closing, self._reduced = Closing(self._mobility), ReducedDynamics(self._mobility)
         self._dynamics = FullDynamics(k, at_home.q)
+        self.name, self.length, self.local_model, self.origin = k.name, k.length, k.model, k.origin
+        self.n, self.actuators, self.home = self._actuated.n, self._actuated.joints, self._postures.home
+        self.nq, self.nv, self.neutral = int(self.model.nq), int(self.model.nv), k.tree.neutral
 
     def __reduce__(self) -> tuple[Callable[..., ClosedChain], tuple[RobotDescription, str | None]]:
         """Built anew from its description, in another process too."""
         return type(self), (self.description, self._home_name)
-
-    # ---- names and sizes -------------------------------------------------------------------------------------------
-
-    @property
-    def name(self) -> str:
-        """Robot and variant."""
-        return self._k.name
-
-    @property
-    def n(self) -> int:
-        """Number of actuated coordinates."""
-        return self._actuated.n
-
-    @property
-    def actuators(self) -> tuple[Actuator, ...]:
-        """The actuated joints in the order of the coordinates."""
-        return self._actuated.joints
-
-    @property
-    def home(self) -> Posture:
-        """The closed home posture."""
-        return self._postures.home
-
-    @property
-    def length(self) -> float:
-        """Characteristic length [m] that scales singular values."""
-        return self._k.length
-
-    @property
-    def local_model(self) -> pin.Model:
-        """The open tree that is computed with: `model`, but for a fixed base far from the world's origin, which would
-        cost digits; it stands near its own origin then, which is `origin` in the world."""
-        return self._k.model
-
-    @property
-    def origin(self) -> Array:
-        """Where in the world the origin of `local_model` is, shape (3,) [m]; zero as a rule."""
-        return self._k.origin
-
-    @property
-    def nq(self) -> int:
-        """Size of a full configuration."""
-        return int(self.model.nq)
-
-    @property
-    def neutral(self) -> Array:
-        """The zero configuration of the open tree, shape (nq,); its loops are open as a rule."""
-        return self._k.tree.neutral
-
-    @property
-    def nv(self) -> int:
-        """Number of velocities of the open tree."""
-        return int(self.model.nv)
 
     # ---- closing ---------------------------------------------------------------------------------------------------
 

@@ -117,10 +117,9 @@ class Closure:
             gather[row, 6 * (count + cut) + 3 : 6 * (count + cut) + 6] = normal
         for cut, row, i in rows.slides:
             axis = frames.axes_a[cut, :, i]
-            gather[row, 6 * cut : 6 * cut + 3] = -axis
-            gather[row, 6 * cut + 3 : 6 * cut + 6] = -cross(frames.at_b[cut], axis)
-            gather[row, 6 * (count + cut) : 6 * (count + cut) + 3] = axis
-            gather[row, 6 * (count + cut) + 3 : 6 * (count + cut) + 6] = cross(frames.at_b[cut], axis)
+            line = np.concatenate([axis, cross(frames.at_b[cut], axis)])
+            gather[row, 6 * cut : 6 * cut + 6] = -line
+            gather[row, 6 * (count + cut) : 6 * (count + cut) + 6] = line
         return gather
 
     def jacobian(self, gather: Array, twists: Array) -> Array:

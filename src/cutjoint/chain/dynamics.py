@@ -162,7 +162,7 @@ class FullDynamics:
         pull = mass @ scaled + bias - push
         multipliers = split.solve_transposed(pull)
         acceleration = scale * scaled
-        residual = self._check(placed, split, acceleration, multipliers, (mass @ scaled, bias, push), gamma)
+        residual = self._check(placed, acceleration, multipliers, [mass @ scaled, bias, push], gamma)
         return acceleration, k.row_scale * multipliers, residual
 
     def _refuse_massless(self, motions: Motions, load: Array, acting: Array, floor: float) -> None:
@@ -178,13 +178,7 @@ class FullDynamics:
             )
 
     def _check(
-        self,
-        placed: Moving,
-        split: Split,
-        acceleration: Array,
-        multipliers: Array,
-        forces: tuple[Array, Array, Array],
-        gamma: Array,
+        self, placed: Moving, acceleration: Array, multipliers: Array, forces: list[Array], gamma: Array
     ) -> float:
         """Largest |K a + gamma|, where both equations hold against the size of their own terms.
 

@@ -107,15 +107,16 @@ def coordinates_to_q(joint: Joint, value: float | tuple[float, ...]) -> Array:
     return numbers if to_q is None else to_q(numbers)
 
 
-def angles(model: pin.Model) -> list[int]:
-    """Indices in q of the coordinates that are plain angles, so that a whole turn more places the joint alike."""
-    return [
-        model.idx_qs[joint] + index
+def angles(model: pin.Model) -> dict[int, int]:
+    """Indices in q of the coordinates that are plain angles, so that a whole turn more places the joint alike, each with
+    its index in v."""
+    return {
+        model.idx_qs[joint] + index: model.idx_vs[joint] + index
         for joint in range(1, model.njoints)
         if JOINTS[kind := type_of(model, joint)].to_q is None
         for index, is_length in enumerate(kind.lengths)
         if not is_length
-    ]
+    }
 
 
 def travelling(model: pin.Model) -> Array:
@@ -144,8 +145,7 @@ def support(model: pin.Model, joint: int) -> Array:
     while joint > 0:
         mask[model.idx_vs[joint] : model.idx_vs[joint] + model.nvs[joint]] = 1.0
         joint = model.parents[joint]
-    mask.setflags(write=False)
-    return mask
+    return readonly(mask)
 
 
 def limit_violations(model: pin.Model, q: Array) -> dict[str, tuple[float, float, float]]:

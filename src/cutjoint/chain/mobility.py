@@ -90,7 +90,6 @@ class Mobility:
         k, nv = self._k, self._k.model.nv
         actuated, n, structure = self._actuated.v_index, self._actuated.n, self.structure
         matrix = placed.scaled
-        distance, angle, _ = placed.gap
         rank = rank_of(matrix)
         locked = locked_motions(k, actuated, placed)
         idle = idle_motions(k, actuated, placed, locked)
@@ -119,7 +118,7 @@ class Mobility:
             type1=type1,
             type2=type2,
             condition=condition,
-            gap=(distance, angle),
+            gap=placed.gap[:2],
         )
 
     # ---- at nearly every posture -----------------------------------------------------------------------------------

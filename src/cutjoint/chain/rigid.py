@@ -56,7 +56,8 @@ class RigidConstraints:
     """
 
     def __init__(self, kinematics: Kinematics, q: Array) -> None:
-        self._model = model = kinematics.model
+        model = kinematics.model
+        self._model, self._tree = model, kinematics.tree
         length = kinematics.length
         self._scale = 1.0 / kinematics.column_scale
         self._floor = (1e-13 * float(np.linalg.norm(model.gravity.linear)) / length) ** 2
@@ -113,9 +114,8 @@ class RigidConstraints:
         for constraint, one in zip(self.models, datas, strict=True):
             constraint.calc(model, data, one)
         jacobian = np.reshape(pin.getConstraintsJacobian(model, data, self.models, datas), (-1, model.nv))
-        mass = np.triu(np.reshape(pin.crba(model, data, q), (model.nv, model.nv)))
         try:
-            moved = np.linalg.solve(mass + np.triu(mass, 1).T, jacobian.T)
+            moved = np.linalg.solve(self._tree.mass_matrix(q), jacobian.T)
         except np.linalg.LinAlgError:
             return 0.0
         moves = np.linalg.norm(self._row_scale[:, None] * jacobian / self._scale, axis=1) > HARDLY

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
@@ -102,12 +103,7 @@ def _parts(kinematics: Kinematics, motions: Array) -> list[Array]:
     """Bases of the motions that have no joint in common, shape (nv, parts) each."""
     model = kinematics.model
     joint_of = np.concatenate([np.full(model.nvs[j], j) for j in range(1, model.njoints)]) if model.nv else np.zeros(0)
-    together = np.abs(motions @ motions.T) > 1e-9
-    label = np.arange(model.nv)
-    for i in range(model.nv):
-        for other in np.flatnonzero(together[i] | (joint_of == joint_of[i])):
-            if label[other] != label[i]:
-                label[label == label[other]] = label[i]
+    label = components((np.abs(motions @ motions.T) > 1e-9) | (joint_of[:, None] == joint_of))
     parts = []
     for one in np.unique(label):
         inside = motions * (label == one)[:, None]
@@ -116,6 +112,16 @@ def _parts(kinematics: Kinematics, motions: Array) -> list[Array]:
         if count:
             parts.append(left[:, :count])
     return parts
+
+
+def components(tied: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+    """Label of the connected component of every node of a graph, shape (n,), smallest member first."""
+    label = np.arange(len(tied))
+    while True:
+        lower = np.where(tied, label[None, :], len(tied)).min(axis=1, initial=len(tied))
+        if (lower >= label).all():
+            return label
+        label = np.minimum(label, lower)
 
 
 def _is_spin(kinematics: Kinematics, placed: Placed, motion: Array) -> bool:

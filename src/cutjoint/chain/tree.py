@@ -105,18 +105,15 @@ class TreeModel:
 
     def forces(self, q: Array, v: Array, a: Array) -> Array:
         """Generalised forces that make the tree move so: M a + C v + g, shape (nv,)."""
-        found: Array = pin.rnea(self.model, self._own.data, q, v, a)
-        return found
+        return np.asarray(pin.rnea(self.model, self._own.data, q, v, a))
 
     def bias(self, q: Array, v: Array) -> Array:
         """Those that keep its velocity: C v + g, shape (nv,)."""
-        found: Array = pin.nonLinearEffects(self.model, self._own.data, q, v)
-        return found
+        return np.asarray(pin.nonLinearEffects(self.model, self._own.data, q, v))
 
     def gravity(self, q: Array) -> Array:
         """Generalised gravity, shape (nv,)."""
-        found: Array = pin.computeGeneralizedGravity(self.model, self._own.data, q)
-        return found
+        return np.asarray(pin.computeGeneralizedGravity(self.model, self._own.data, q))
 
     def potential_energy(self, q: Array) -> float:
         """Of gravity [J], zero at the model's origin."""

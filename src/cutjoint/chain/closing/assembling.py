@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import chain
 from math import inf
 
 import numpy as np
@@ -24,14 +26,16 @@ def assemble(kinematics: Kinematics, q: Array, driver: Driver | None) -> Placed 
 
 
 def assembled(kinematics: Kinematics, q: Array, driver: Driver | None) -> Placed:
-    """A closed configuration from `q`, shape (nq,), or from around it.
+    """A closed configuration from `q`, shape (nq,), or from around it at growing distance: a straight limb pulled along
+    itself does not know which way to bend.
 
     Raises:
         ClosureError: none was found.
     """
-    found = assemble(kinematics, q, driver) or assemble_around(kinematics, q, driver)
-    if found is not None:
-        return found
+    for start in chain([q], around(kinematics, q, np.geomspace(0.05, 1.5, RESTARTS))):
+        found = assemble(kinematics, start, driver)
+        if found is not None:
+            return found
     distance, angle, cut = kinematics.at(nearest(kinematics, q, driver)[0]).gap
     raise ClosureError(
         f"{kinematics.name}: no closed posture found from this configuration or around it; it comes to rest with "
@@ -42,20 +46,10 @@ def assembled(kinematics: Kinematics, q: Array, driver: Driver | None) -> Placed
     )
 
 
-def assemble_around(kinematics: Kinematics, q: Array, driver: Driver | None) -> Placed | None:
-    """As `assemble`, from starts around `q` at growing distance (always the same ones): a straight limb pulled
-    along itself does not know which way to bend."""
-    for start in around(kinematics, q, np.geomspace(0.05, 1.5, RESTARTS)):
-        found = assemble(kinematics, start, driver)
-        if found is not None:
-            return found
-    return None
-
-
-def around(kinematics: Kinematics, q: Array, reaches: Array) -> list[Array]:
+def around(kinematics: Kinematics, q: Array, reaches: Array) -> Iterator[Array]:
     """Configurations around `q`, shape (nq,), at most as far as each of `reaches`; always the same ones."""
     k, random = kinematics, np.random.default_rng(0)
-    return [k.after(q, random.uniform(-reach, reach, k.model.nv)) for reach in reaches.tolist()]
+    return (k.after(q, random.uniform(-reach, reach, k.model.nv)) for reach in reaches.tolist())
 
 
 def nearest(kinematics: Kinematics, q: Array, driver: Driver | None, iterations: int = 100) -> tuple[Array, float]:

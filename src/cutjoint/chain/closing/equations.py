@@ -11,7 +11,6 @@ from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import Driver, ToolDriver
 from cutjoint.chain.kinematics import Kinematics, Placed
-from cutjoint.chain.rank import rank_of
 
 WELL = 1e-3
 """Openness (1 is closed) below which nothing is left to gain."""
@@ -113,9 +112,3 @@ class Equations(NamedTuple):
         """
         worst = self.openness
         return worst < (WELL if motion > SMALL else 10.0 * WELL) or (worst < 1.0 and worst > 0.1 * last)
-
-
-def freedom(kinematics: Kinematics, placed: Placed, driver: Driver) -> int:
-    """Number of motions that closure and driver leave free at a configuration."""
-    matrix = System(kinematics, driver).at(placed).matrix
-    return int(matrix.shape[1]) - rank_of(matrix)

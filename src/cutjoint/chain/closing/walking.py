@@ -16,10 +16,10 @@ from cutjoint.arrays import Array
 from cutjoint.chain.closing.assembling import assemble
 from cutjoint.chain.closing.continuation import UNBOUND, Stopped, follow
 from cutjoint.chain.closing.drivers import Driver, ToolDriver
-from cutjoint.chain.closing.equations import System, freedom
+from cutjoint.chain.closing.equations import System
 from cutjoint.chain.kinematics import Placed
 from cutjoint.chain.mobility import Mobility
-from cutjoint.chain.rank import Split
+from cutjoint.chain.rank import Split, rank_of
 
 FURTHEST_DETOUR = 2.0 * np.pi
 """Ways longer than this (in radians or link lengths) are walked straight or not at all."""
@@ -124,9 +124,13 @@ class Walker:
 
     def _free(self, start: Placed, driver: Driver) -> int:
         """Motions that closure and driver leave free as a rule."""
-        if not freedom(self._k, start, driver):
-            return 0
-        return min(freedom(self._k, placed, driver) for placed in self._mobility.regular)
+        system = System(self._k, driver)
+
+        def free(placed: Placed) -> int:
+            matrix = system.at(placed).matrix
+            return int(matrix.shape[1]) - rank_of(matrix)
+
+        return free(start) and min(map(free, self._mobility.regular))
 
 
 def _detours(origin: Array, target: Array, length: float) -> Iterator[Array]:

@@ -29,28 +29,22 @@ class JointLimits:
     """The joint limits of one robot, seen from the closed configuration `q` (nq,).
 
     Attributes:
-        angles: indices in q of the coordinates that are angles.
+        angles: indices in q of the coordinates that are angles, each with its index in v.
         geared: those of them that cannot be turned by a whole turn alone, because others go along.
         geared_velocities: their indices in v.
     """
 
     def __init__(self, kinematics: Kinematics, q: Array) -> None:
         self._k, self._q = kinematics, q
-        model = kinematics.model
-        self.angles = angles(model)
+        self.angles = angles(kinematics.model)
         self.geared: set[int] = set()
-        velocities = {
-            model.idx_qs[joint] + i: model.idx_vs[joint] + i
-            for joint in range(1, model.njoints)
-            for i in range(model.nvs[joint])
-        }
         for index in self.angles:
             turned = q.copy()
             turned[index] += 2.0 * np.pi
             distance, angle, _ = kinematics.at(turned).gap
             if max(distance / kinematics.length, angle) > OPEN:
                 self.geared.add(index)
-        self.geared_velocities = [velocities[index] for index in sorted(self.geared)]
+        self.geared_velocities = [self.angles[index] for index in sorted(self.geared)]
 
     def turned_back(self, q: Array) -> Array:
         """`q` with every angle that is not geared as near to the one it is seen from as its limits allow."""

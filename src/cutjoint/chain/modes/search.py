@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.assembling import nearest
@@ -26,6 +25,7 @@ from cutjoint.chain.modes.limits import JointLimits, Starts
 from cutjoint.chain.modes.shape import Shapes
 from cutjoint.chain.modes.tally import Tally
 from cutjoint.chain.rank import null_space
+from cutjoint.chain.structure import components
 
 FEWEST = 96
 """Starts that end in a solution, at least: a place that 3 % of them lead to is missed once in twenty searches."""
@@ -239,17 +239,7 @@ def independent_parts(
         touched |= (np.abs(rows) > TIED) & (np.abs(rows[:, geared]) > TIED).any(axis=1, keepdims=True)
         tied |= touched.T.astype(float) @ touched.astype(float) > 0.0
     parts: dict[int, list[int]] = {}
-    label = _components(tied)
+    label = components(tied)
     for joint in range(1, model.njoints):
         parts.setdefault(int(label[model.idx_vs[joint]]), []).append(joint)
     return list(parts.values())
-
-
-def _components(tied: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
-    """Label of the connected component of every node of a graph, shape (n,), smallest member first."""
-    label = np.arange(len(tied))
-    while True:
-        lower = np.where(tied, label[None, :], len(tied)).min(axis=1, initial=len(tied))
-        if (lower >= label).all():
-            return label
-        label = np.minimum(label, lower)
