@@ -38,11 +38,6 @@ class BoundCut:
         supports = support(model, joint_a), support(model, joint_b)
         return BoundCut(cut.name, cut.type, joint_a, placement_a, joint_b, placement_b, *supports)
 
-    @property
-    def sides(self) -> tuple[tuple[int, pin.SE3], tuple[int, pin.SE3]]:
-        """Joint and placement in it of both frames."""
-        return (self.joint_a, self.placement_a), (self.joint_b, self.placement_b)
-
 
 @dataclass(frozen=True)
 class BoundCoupling:

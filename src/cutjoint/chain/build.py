@@ -1,8 +1,11 @@
-"""The open tree of a description as a Pinocchio model.
+"""The open tree of a description as a Pinocchio model, and how large it is, and where.
 
 Joints are added depth first, because Pinocchio's `crba` and `constraintDynamics` assume it.  Links that a fixed joint
 carries are merged into the moving body; every link keeps its frame.  A continuous joint is a plain angle (one number,
 not a cosine and a sine), so that actuated coordinates are what a user types.
+
+Singular values of a matrix that mixes lengths and angles mean nothing until it is scaled.  Lengths are divided by the
+robot's characteristic length: the mean distance between neighbouring joint frames and cut frames that are apart.
 """
 
 from __future__ import annotations
@@ -13,13 +16,16 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
-from cutjoint.chain.joints import JOINTS, coordinates_to_q, joint_model
+from cutjoint.chain.joints import JOINTS, coordinates_to_q, flies, joint_model
 from cutjoint.description.model import Frame, Home, Inertial, Joint, RobotDescription
 from cutjoint.errors import CutjointError, UnknownNameError
 
 UNBOUNDED = 1e30
 MOST_JOINTS = 500
 """All is dense: with 500 joints the workspaces of Pinocchio take ten seconds to make, with 3000 a gigabyte each."""
+
+FAR = 10.0
+"""Distance of a fixed base from the world origin, in characteristic lengths, beyond which it is taken out."""
 
 
 def build_model(description: RobotDescription, origin: Array | None = None) -> pin.Model:
@@ -112,3 +118,57 @@ def bind_frame(model: pin.Model, frame: Frame) -> tuple[int, pin.SE3]:
     """Joint index and placement in that joint of a frame on a link."""
     link = model.frames[model.getFrameId(frame.link, pin.FrameType.BODY)]
     return link.parentJoint, link.placement * pin.SE3(np.array(frame.placement))
+
+
+def cut_sides(model: pin.Model, description: RobotDescription) -> list[tuple[int, pin.SE3]]:
+    """Joint and placement in it of both frames of every cut, a and b in turn."""
+    return [bind_frame(model, frame) for cut in description.cuts for frame in (cut.a, cut.b)]
+
+
+def characteristic_length(model: pin.Model, description: RobotDescription) -> tuple[float, float]:
+    """Mean distance [m] between neighbouring joint and cut frames that are apart, and the longest way along them from
+    the base to a frame.
+
+    Frames that the base carries count from their middle; what flies is where it is, so the place of its joint does not
+    count.  A robot whose frames all coincide is measured by its tool or its centres of mass; 1 where those are there
+    too.
+    """
+    middle, _ = base_of(model, description)
+    way = np.zeros(model.njoints)
+    distances: list[float] = []
+
+    def step(parent: int, place: Array) -> float:
+        distances.append(float(np.linalg.norm(place - middle if parent == 0 else place)))
+        return float(way[parent]) + distances[-1]
+
+    for joint in range(1, model.njoints):
+        if not flies(model, joint):
+            way[joint] = step(model.parents[joint], model.jointPlacements[joint].translation)
+    sides = cut_sides(model, description)
+    ends = [step(joint, place.translation) for joint, place in sides[::2] + sides[1::2]]
+    if not max(distances, default=0.0) > 0.0:
+        if description.tool is not None:
+            joint, place = bind_frame(model, description.tool)
+            distances.append(float(np.linalg.norm(place.translation)) if joint else 0.0)
+        distances += [float(np.linalg.norm(inertia.lever)) for inertia in list(model.inertias)[1:] if inertia.mass > 0]
+    longest = max(distances, default=0.0)
+    apart = [distance for distance in distances if distance > 1e-9 * longest]
+    length = float(np.mean(apart)) if apart else 1.0
+    return length, max(float(way.max(initial=0.0)), max(ends, default=0.0), length)
+
+
+def base_of(model: pin.Model, description: RobotDescription) -> tuple[Array, bool]:
+    """Middle of all frames that the base carries, shape (3,) [m], and whether that is far from the world origin."""
+    first = [j for j in range(1, model.njoints) if model.parents[j] == 0]
+    carried = [np.array(model.jointPlacements[joint].translation) for joint in first if not flies(model, joint)]
+    sides = cut_sides(model, description)
+    carried += [np.array(place.translation) for joint, place in sides if joint == 0]
+    if not carried:
+        return np.zeros(3), False
+    middle = np.mean(carried, axis=0)
+    spread = max(float(np.linalg.norm(place - middle)) for place in carried)
+    others = [np.linalg.norm(model.jointPlacements[j].translation) for j in range(1, model.njoints) if j not in first]
+    size = max([spread, *map(float, others)])
+    for inertia in list(model.inertias)[1:]:
+        size = max(size, float(np.linalg.norm(inertia.lever)))
+    return middle, float(np.linalg.norm(middle)) > FAR * size

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-import pinocchio as pin
 
 from cutjoint.arrays import Array, as_vector
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool

@@ -99,7 +99,8 @@ ROUNDED = 1e-13
 
 
 class FullDynamics:
-    """Constrained forward dynamics of one robot.
+    """Constrained forward dynamics of one robot.  It raises `DynamicsError` where the acceleration does not respect the
+    cuts, or the forces do not balance.
 
     Args:
         q: a closed configuration, shape (nq,).
@@ -116,11 +117,7 @@ class FullDynamics:
 
     def acceleration(self, q: Array, v: Array, effort: Array) -> Array:
         """Acceleration of all joints, shape (nv,), for inner loops: by Pinocchio where its iteration converged, else
-        solved directly.
-
-        Raises:
-            DynamicsError: there is no such acceleration.
-        """
+        solved directly."""
         if self.rigid is not None:
             acceleration = self.rigid.acceleration(q, v, effort)
             if acceleration is not None:
@@ -128,11 +125,7 @@ class FullDynamics:
         return self._solve(self._k.moving(q, v), effort)[0]
 
     def motion(self, q: Array, v: Array, effort: Array) -> FullMotion:
-        """Acceleration and loop forces at a closed configuration.
-
-        Raises:
-            DynamicsError: the acceleration does not respect the cuts, or the forces do not balance.
-        """
+        """Acceleration and loop forces at a closed configuration."""
         placed = self._k.moving(q, v)
         acceleration, multipliers, residual = self._solve(placed, effort)
         multipliers = self._k.closure.spread(multipliers)

@@ -108,8 +108,7 @@ def coordinates_to_q(joint: Joint, value: float | tuple[float, ...]) -> Array:
 
 
 def angles(model: pin.Model) -> dict[int, int]:
-    """Indices in q of the coordinates that are plain angles, so that a whole turn more places the joint alike, each with
-    its index in v."""
+    """Indices in q of the coordinates that are plain angles (a whole turn more places the joint alike), and in v."""
     return {
         model.idx_qs[joint] + index: model.idx_vs[joint] + index
         for joint in range(1, model.njoints)

@@ -16,10 +16,9 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, readonly
-from cutjoint.chain.build import bind_frame, build_model
+from cutjoint.chain.build import base_of, bind_frame, build_model, characteristic_length, cut_sides
 from cutjoint.chain.closure import Closure, CutFrames
 from cutjoint.chain.joints import support, travelling, velocity_scale
-from cutjoint.chain.scales import base_of, characteristic_length
 from cutjoint.chain.tree import TreeModel
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import InputError
@@ -34,6 +33,7 @@ class Placed:
         q: configuration, shape (nq,).
         twists: joint Jacobians about the origin in its axes, shape (6, nv).
         frames: of the cuts.
+        tool_position: of the tool point in the model, shape (3,) [m].
     """
 
     def __init__(self, kinematics: Kinematics, q: Array, placements: Array, twists: Array) -> None:
@@ -42,8 +42,7 @@ class Placed:
         count = len(k.closure.cuts)
         axes, at = placements[:, :3, :3], placements[:, :3, 3]
         self.frames = CutFrames(axes[:count], axes[count : 2 * count], at[:count], at[count : 2 * count])
-        self._tool_axes: Array = axes[-1]
-        self._tool_at: Array = at[-1]
+        self._tool_axes, self.tool_position = axes[-1], at[-1]
 
     @cached_property
     def gather(self) -> Array:
@@ -82,18 +81,13 @@ class Placed:
     @property
     def tool(self) -> pin.SE3:
         """Placement of the tool frame in the model, away from the world by its origin."""
-        return pin.SE3(self._tool_axes, self._tool_at)
-
-    @property
-    def tool_position(self) -> Array:
-        """Of the tool point in the model, shape (3,) [m]."""
-        return self._tool_at
+        return pin.SE3(self._tool_axes, self.tool_position)
 
     @property
     def tool_jacobian(self) -> Array:
         """Linear velocity of the tool point and angular velocity of its body per velocity, shape (6, nv)."""
         assert self._k.tool_support is not None
-        x, y, z = self._tool_at.tolist()
+        x, y, z = self.tool_position.tolist()
         shift = _UNIT.copy()
         shift[0, 4], shift[0, 5], shift[1, 5] = z, -y, x
         shift[1, 3], shift[2, 3], shift[2, 4] = -z, y, -x
@@ -125,8 +119,8 @@ class Moving(Placed):
         assert self._k.tool_support is not None
         masked = self._k.tool_support * self.v
         twist, rate = self.twists @ masked, self.rates @ masked
-        velocity = twist[:3] + np.cross(twist[3:], self._tool_at)
-        classical: Array = rate[:3] + np.cross(rate[3:], self._tool_at) + np.cross(twist[3:], velocity)
+        velocity = twist[:3] + np.cross(twist[3:], self.tool_position)
+        classical: Array = rate[:3] + np.cross(rate[3:], self.tool_position) + np.cross(twist[3:], velocity)
         return classical
 
 
@@ -151,7 +145,7 @@ class Kinematics:
 
     def __init__(self, description: RobotDescription, trusted: Array | None = None) -> None:
         model = build_model(description)
-        centre, far = base_of(model, Closure(model, description))
+        centre, far = base_of(model, description)
         self.origin = readonly(centre if far else np.zeros(3))
         self.model = build_model(description, self.origin) if far else model
         self.tree = TreeModel(self.model)
@@ -160,8 +154,7 @@ class Kinematics:
         variant = description.variant_name
         self.name = f"{description.name} ({variant})" if variant else description.name
         self.closure = Closure(self.model, description, trusted)
-        self.length, self.reach = characteristic_length(self.model, self.closure, description)
-        sides = [cut.sides[0] for cut in self.closure.cuts] + [cut.sides[1] for cut in self.closure.cuts]
+        self.length, self.reach = characteristic_length(self.model, description)
         self.tool_support: Array | None = None
         if description.tool is not None:
             joint, placement = bind_frame(self.model, description.tool)
@@ -169,7 +162,8 @@ class Kinematics:
         else:
             joint, placement = 0, pin.SE3.Identity()
         self.tool_joint = joint
-        sides.append((joint, placement))
+        sides = cut_sides(self.model, description)
+        sides = [*sides[::2], *sides[1::2], (joint, placement)]
         self._joints = sorted({joint for joint, _ in sides})
         self._frame_joint = np.array([self._joints.index(joint) for joint, _ in sides])
         self._frame_place = np.array([place.homogeneous for _, place in sides])
@@ -204,22 +198,13 @@ class Kinematics:
         return self.tree.integrate(q, motion * self.column_scale)
 
     def need_tool(self) -> None:
-        """Does nothing for a robot with a tool.
-
-        Raises:
-            InputError: there is none.
-        """
+        """Raises InputError for a robot without a tool."""
         if self.tool_support is None:
             raise InputError(f"{self.name} has no tool frame; name one under [tool] in its loops.toml")
 
     def load(self, mass: Array, v: Array, a: Array) -> float:
-        """How large the loads of a motion are that inverse dynamics adds up, dimensionless in the motions: what its
-        rounding is relative to.
-
-        Args:
-            mass: mass matrix, dimensionless in the motions, shape (nv, nv).
-            v, a: velocity and acceleration, shape (nv,).
-        """
+        """How large the loads of a motion `v`, `a` (nv,) are that inverse dynamics adds up: what its rounding is
+        relative to.  Dimensionless in the motions, as `mass` is, the mass matrix, shape (nv, nv)."""
         speed = float(np.abs(v / self.column_scale).max(initial=0.0))
         change = float(np.abs(a / self.column_scale).max(initial=0.0))
         weight = self.tree.mass * self.length

@@ -91,18 +91,13 @@ class Modes(Sequence[Posture]):
 
 
 class ModeSeeker:
-    """Seeks the modes of one robot."""
+    """Seeks the modes of one robot; what it raises is said in `ClosedChain`."""
 
     def __init__(self, postures: Postures) -> None:
         self._postures, self._k, self._actuated = postures, postures.k, postures.actuated
 
     def working_modes(self, at: Placed, hold: Held | None, starts: int) -> Modes:
-        """Postures that hold the tool as it is at a closed one; what of it is held is decided at home, if as regular.
-
-        Raises:
-            InputError: the robot has no tool or no cuts; `hold` or `starts` mean nothing.
-            ActuationError: with the tool held the robot can still move.
-        """
+        """Postures that hold the tool as it is at a closed one; what of it is held, home tells, if as regular."""
         k = self._k
         k.need_tool()
         if not k.closure.rows:
@@ -116,21 +111,14 @@ class ModeSeeker:
         held = held if hold is None else hold
         guide, driver = holding(held, axes, at)
         search = self._search(guide, driver, frozenset(), at, starts, f"its tool's {held} held")
-        search.find_places()
         return self._all_ways(search, held)
 
     def assembly_modes(self, at: Placed, limbs: bool, starts: int) -> Modes:
-        """Postures that hold the actuated coordinates as a closed one does.
-
-        Raises:
-            InputError: `starts` is not a whole number above 0.
-            ActuationError: with the actuators held the robot can still move.
-        """
+        """Postures that hold the actuated coordinates as a closed one does."""
         k, driver = self._k, self._actuated.hold(at.q)
         moved = set(self._actuated.v_index.tolist())
         fixed = frozenset(j for j in range(1, k.model.njoints) if k.model.nvs[j] == 1 and k.model.idx_vs[j] in moved)
         search = self._search(driver, driver, fixed, at, starts, "its actuators held")
-        search.find_places()
         if limbs or k.tool_support is None:
             return self._all_ways(search, "actuators")
         listing = Listing(search)
@@ -139,7 +127,7 @@ class ModeSeeker:
     def _search(
         self, guide: Driver, driver: Driver, fixed: frozenset[int], at: Placed, starts: int, how: str
     ) -> Search:
-        """The search for what meets a driver, if that is discrete."""
+        """The search for the places of what meets a driver, if that is discrete."""
         if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
             raise InputError(f"starts must be a whole number above 0; found {starts!r}")
         k, actuated = self._k, self._actuated.v_index
@@ -153,7 +141,9 @@ class ModeSeeker:
                 actuators=len(actuated),
                 free=joints_of(k.model, left),
             )
-        return Search(equations, shapes, starts)
+        search = Search(equations, shapes, starts)
+        search.find_places()
+        return search
 
     def _all_ways(self, search: Search, held: str) -> Modes:
         """Every place with every combination of its limbs' ways."""
