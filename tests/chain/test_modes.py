@@ -16,8 +16,8 @@ from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain, Modes
 from cutjoint.chain.modes import limits as starts_module
 from cutjoint.chain.modes.limits import JointLimits, Starts
-from cutjoint.chain.modes.search import independent_parts
-from cutjoint.chain.modes.tally import TIMES, Tally
+from cutjoint.chain.modes.search import TIMES, Tally
+from cutjoint.chain.structure import independent_parts
 from cutjoint.description.model import (
     Coupling,
     CutJoint,

@@ -37,11 +37,7 @@ class ActuatorEfforts(Values):
 
 
 def actuator_efforts(kinematics: Kinematics, actuated: Array, q: Array, v: Array, a: Array) -> ActuatorEfforts:
-    """Least actuator efforts for the motion q (nq,), v and a (nv,) of all joints, which the loops must allow.
-
-    Raises:
-        ActuationError: the actuators cannot produce the motion.
-    """
+    """Least actuator efforts for the motion q (nq,), v and a (nv,) of all joints, which the loops must allow."""
     k = kinematics
     scale = k.column_scale
     motions = null_space(k.at(q).scaled)
@@ -70,11 +66,7 @@ def actuator_efforts(kinematics: Kinematics, actuated: Array, q: Array, v: Array
 
 
 def motion_of_tool(kinematics: Kinematics, placed: Placed, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
-    """Least motion of all joints, v and a (nv,) each, that the loops allow and that moves the tool point as asked.
-
-    Raises:
-        InputError: the tool cannot move like that here.
-    """
+    """Least motion of all joints, v and a (nv,) each, that the loops allow and that moves the tool point as asked."""
     k, scale = kinematics, kinematics.column_scale
     rows = np.concatenate([k.row_scale[:, None] * placed.jacobian, placed.tool_jacobian[:3] / k.length]) * scale
     split = Split.of(rows)

@@ -57,10 +57,7 @@ def build_model(description: RobotDescription, origin: Array | None = None) -> p
     while stack:
         joint, parent, parent_link = stack.pop()
         here = parent_link * pin.SE3(np.array(joint.placement))
-        if not joint.type.moves:
-            body, link = parent, here
-        else:
-            body, link = _add_joint(model, joint, parent, here)
+        body, link = _add_joint(model, joint, parent, here) if joint.type.moves else (parent, here)
         _add_body(model, joint.child, inertials[joint.child], body, link)
         stack.extend((child, body, link) for child in reversed(children[joint.child]))
 

@@ -160,17 +160,6 @@ class Closure:
                 + cross(w_a, swing) @ (frames.at_b[cut] - frames.at_a[cut])
             )
 
-    def kept_rows(self, of_cuts: Array) -> Array:
-        """Rows of all cuts, shape (cut rows, k), as trusted rows, those of couplings being zero, shape (rows, k)."""
-        none = np.zeros((len(self.couplings), of_cuts.shape[1]))
-        return self.kept(np.concatenate([of_cuts, none]))
-
-    def spread(self, multipliers: Array) -> Array:
-        """Multipliers of the trusted rows among those of all rows, which get none, shape (all rows,)."""
-        spread = np.zeros(self.all_rows)
-        spread[self.trusted] = multipliers
-        return spread
-
     def kept(self, values: Array) -> Array:
         """The trusted rows among all."""
         return values if self.rows == self.all_rows else values[self.trusted]

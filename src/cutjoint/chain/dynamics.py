@@ -31,7 +31,7 @@ from cutjoint.chain.joints import joints_of
 from cutjoint.chain.kinematics import Kinematics, Moving
 from cutjoint.chain.rank import Split, coordinates_of
 from cutjoint.chain.rigid import RigidConstraints, is_rigid
-from cutjoint.description.cuts import Equation, Kind
+from cutjoint.description.cuts import Kind
 from cutjoint.errors import DynamicsError
 
 
@@ -99,12 +99,8 @@ ROUNDED = 1e-13
 
 
 class FullDynamics:
-    """Constrained forward dynamics of one robot.  It raises `DynamicsError` where the acceleration does not respect the
-    cuts, or the forces do not balance.
-
-    Args:
-        q: a closed configuration, shape (nq,).
-    """
+    """Constrained forward dynamics of one robot that is closed at `q` (nq,).  It raises `DynamicsError` where the
+    acceleration does not respect the cuts, or the forces do not balance."""
 
     def __init__(self, kinematics: Kinematics, q: Array) -> None:
         self._k = k = kinematics
@@ -128,11 +124,12 @@ class FullDynamics:
         """Acceleration and loop forces at a closed configuration."""
         placed = self._k.moving(q, v)
         acceleration, multipliers, residual = self._solve(placed, effort)
-        multipliers = self._k.closure.spread(multipliers)
-        coupled = self._k.closure.couplings
-        of_coupled = multipliers[len(multipliers) - len(coupled) :]
-        couplings = {one.name: float(f) for one, f in zip(coupled, of_coupled, strict=True)}
-        forces = wrenches(self._k.closure.cuts, placed.frames, multipliers)
+        closure = self._k.closure
+        every = np.zeros(closure.all_rows)
+        every[closure.trusted] = multipliers
+        of_coupled = every[len(every) - len(closure.couplings) :]
+        couplings = {one.name: float(f) for one, f in zip(closure.couplings, of_coupled, strict=True)}
+        forces = wrenches(closure.cuts, placed.frames, every)
         return FullMotion(readonly(acceleration), readonly_mapping(forces), readonly_mapping(couplings), residual)
 
     def _solve(self, placed: Moving, effort: Array) -> tuple[Array, Array, float]:
@@ -216,28 +213,22 @@ def wrenches(cuts: tuple[BoundCut, ...], frames: CutFrames, multipliers: Array) 
     """Multipliers of all rows of the cuts, one after another, as wrenches on body B at frame b, world axes."""
     found: dict[str, Wrench] = {}
     row = 0
-    for index, cut in enumerate(cuts):
+    for cut, a, b in zip(cuts, frames.axes_a, frames.axes_b, strict=True):
         force, moment = np.zeros(3), np.zeros(3)
         for equation in cut.type.equations:
-            pull, turn = _wrench(equation, frames.axes_a[index], frames.axes_b[index], multipliers[row:])
-            force, moment, row = force + pull, moment + turn, row + equation.rows
+            f = multipliers[row : row + equation.rows]
+            match equation.kind:
+                case Kind.POINT:
+                    force += f
+                case Kind.LOCK:
+                    moment += f
+                case Kind.SLIDE:
+                    force += a[:, equation.axes[0]] * f[0]
+                case Kind.HINGE:
+                    moment += f[0] * np.cross(b[:, 2], a[:, 0]) + f[1] * np.cross(b[:, 2], a[:, 1])
+                case Kind.DOT:
+                    i, j = equation.axes
+                    moment += f[0] * np.cross(b[:, j], a[:, i])
+            row += equation.rows
         found[cut.name] = Wrench(readonly(force), readonly(moment))
     return found
-
-
-def _wrench(equation: Equation, a: Array, b: Array, f: Array) -> tuple[Array | float, Array | float]:
-    """Force and moment of one equation between frames with these axes (3, 3), from its multipliers, which `f` starts
-    with."""
-    match equation.kind:
-        case Kind.POINT:
-            return f[:3], 0.0
-        case Kind.LOCK:
-            return 0.0, f[:3]
-        case Kind.SLIDE:
-            return a[:, equation.axes[0]] * f[0], 0.0
-        case Kind.HINGE:
-            z = b[:, 2]
-            return 0.0, f[0] * np.cross(z, a[:, 0]) + f[1] * np.cross(z, a[:, 1])
-        case Kind.DOT:
-            i, j = equation.axes
-            return 0.0, f[0] * np.cross(b[:, j], a[:, i])

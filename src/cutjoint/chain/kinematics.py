@@ -255,8 +255,6 @@ class Kinematics:
         found[:3, 3] += self.origin
         return found
 
-    # ---- inside ----------------------------------------------------------------------------------------------------
-
     def _refuse_far(self, q: Array) -> None:
         """Bodies so far away that the rounding of their place is not small against RANK have no rank.
 

@@ -123,8 +123,9 @@ class AtPosture:
 
     def _from(self, rows: Array) -> Array:
         """Accelerations of all joints from what rows of the cuts (cut rows, k) make of something, shape (nv, k)."""
-        found = np.zeros((self._k.model.nv, rows.shape[1]))
-        found[self._passive] = self._back @ self._k.closure.kept_rows(rows)
+        closure, found = self._k.closure, np.zeros((self._k.model.nv, rows.shape[1]))
+        of_couplings = np.zeros((len(closure.couplings), rows.shape[1]))
+        found[self._passive] = self._back @ closure.kept(np.concatenate([rows, of_couplings]))
         return found
 
     @cached_property

@@ -49,11 +49,7 @@ class Workspace(threading.local):
 
 
 class RigidConstraints:
-    """Pinocchio's constraint models of the cuts.
-
-    Args:
-        q: a closed configuration, shape (nq,).
-    """
+    """Pinocchio's constraint models of the cuts; `q`, shape (nq,), is a closed configuration."""
 
     def __init__(self, kinematics: Kinematics, q: Array) -> None:
         model = kinematics.model

@@ -8,6 +8,8 @@ smallest.
 Idle are motions with all actuators locked that do not move the tool, such as a rod between two balls that spins about
 itself.  A robot without a tool has idle motions where bodies that at least two connections hold turn together about one
 axis while everything else stands still.
+
+With part of a robot held, the rest falls into parts that move independently: its limbs.
 """
 
 from __future__ import annotations
@@ -19,6 +21,8 @@ import numpy.typing as npt
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
+from cutjoint.chain.closing.drivers import Driver
+from cutjoint.chain.closing.equations import System
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import Split, null_space, rank_of
 
@@ -26,6 +30,8 @@ SHIFT = 0.1
 """How far around home is looked, in radians or characteristic lengths."""
 AROUND = 3
 """How many postures around home are looked at."""
+TIED = 1e-7
+"""Velocities are tied together by entries larger than this of dimensionless matrices."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +109,7 @@ def _parts(kinematics: Kinematics, motions: Array) -> list[Array]:
     """Bases of the motions that have no joint in common, shape (nv, parts) each."""
     model = kinematics.model
     joint_of = np.concatenate([np.full(model.nvs[j], j) for j in range(1, model.njoints)]) if model.nv else np.zeros(0)
-    label = components((np.abs(motions @ motions.T) > 1e-9) | (joint_of[:, None] == joint_of))
+    label = _components((np.abs(motions @ motions.T) > 1e-9) | (joint_of[:, None] == joint_of))
     parts = []
     for one in np.unique(label):
         inside = motions * (label == one)[:, None]
@@ -112,16 +118,6 @@ def _parts(kinematics: Kinematics, motions: Array) -> list[Array]:
         if count:
             parts.append(left[:, :count])
     return parts
-
-
-def components(tied: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
-    """Label of the connected component of every node of a graph, shape (n,), smallest member first."""
-    label = np.arange(len(tied))
-    while True:
-        lower = np.where(tied, label[None, :], len(tied)).min(axis=1, initial=len(tied))
-        if (lower >= label).all():
-            return label
-        label = np.minimum(label, lower)
 
 
 def _is_spin(kinematics: Kinematics, placed: Placed, motion: Array) -> bool:
@@ -145,3 +141,53 @@ def _is_spin(kinematics: Kinematics, placed: Placed, motion: Array) -> bool:
     held = sum((joint in moving) != (model.parents[joint] in moving) for joint in range(1, model.njoints))
     held += sum((cut.joint_a in moving) != (cut.joint_b in moving) for cut in k.closure.cuts)
     return bool(held >= 2)
+
+
+def independent_parts(
+    kinematics: Kinematics, driver: Driver, hub: Array | None, geared: list[int], q: Array
+) -> list[list[int]]:
+    """Groups of joints that the loops or the tree tie together while `driver` holds the hub, so that where the links of
+    a group are is up to its own joints.  The joints that carry the hub are one group.
+
+    Read off the pattern of the equations, at `q` (nq,) and at a place near by, lest a zero be one of the posture alone.
+
+    Args:
+        geared: velocities of joints whose whole turns others must go along with; held or not, they stay with these.
+    """
+    model = kinematics.model
+    tied = np.eye(model.nv, dtype=bool)
+    if hub is not None:
+        carrying = hub > 0.0
+        tied |= np.outer(carrying, carrying)
+    for joint in range(1, model.njoints):
+        own = slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
+        tied[own, own] = True
+        parent = model.parents[joint]
+        if parent > 0 and (hub is None or parent != kinematics.tool_joint):
+            tied[own, model.idx_vs[parent]] = tied[model.idx_vs[parent], own] = True
+    random = np.random.default_rng(0)
+    aside = kinematics.tree.integrate(q, kinematics.column_scale * random.uniform(-0.3, 0.3, model.nv))
+    for place in (q, aside):
+        placed = kinematics.at(place)
+        free = null_space(System(kinematics, driver).at(placed).matrix[kinematics.closure.rows :])
+        projector = free @ free.T
+        tied |= np.abs(projector) > TIED
+        rows = placed.scaled
+        touched = np.abs(rows @ projector) > TIED
+        touched |= (np.abs(rows) > TIED) & (np.abs(rows[:, geared]) > TIED).any(axis=1, keepdims=True)
+        tied |= touched.T.astype(float) @ touched.astype(float) > 0.0
+    parts: dict[int, list[int]] = {}
+    label = _components(tied)
+    for joint in range(1, model.njoints):
+        parts.setdefault(int(label[model.idx_vs[joint]]), []).append(joint)
+    return list(parts.values())
+
+
+def _components(tied: npt.NDArray[np.bool_]) -> npt.NDArray[np.intp]:
+    """Label of the connected component of every node of a graph, shape (n,), smallest member first."""
+    label = np.arange(len(tied))
+    while True:
+        lower = np.where(tied, label[None, :], len(tied)).min(axis=1, initial=len(tied))
+        if (lower >= label).all():
+            return label
+        label = np.minimum(label, lower)

@@ -72,41 +72,44 @@ def _on_line(start: Array, target: Array, fraction: float) -> Array:
 class PoseDriver(Driver):
     """Prescribes the tool's placement in the model."""
 
+    is_length = np.array([True] * 3 + [False] * 3)
+
     def __init__(self, pose: pin.SE3) -> None:
-        self._pose, self.is_length = pose, np.array([True] * 3 + [False] * 3)
+        self._pose = pose
 
     def error(self, placed: Placed, fraction: float) -> Array:
-        wanted, pose = self._pose, placed.tool
-        turn = wanted.rotation @ pin.log3(wanted.rotation.T @ pose.rotation)
-        return np.concatenate([pose.translation - wanted.translation, turn])
+        pose = placed.tool
+        return np.concatenate([pose.translation - self._pose.translation, self._turn(pose.rotation)])
 
     def jacobian(self, placed: Placed) -> Array:
         return placed.tool_jacobian
 
+    def _turn(self, rotation: Array) -> Array:
+        """Rotation vector from the wanted rotation to this one, in the axes of the model."""
+        wanted = self._pose.rotation
+        return np.asarray(wanted @ pin.log3(wanted.T @ rotation))
 
-class TiltDriver(Driver):
+
+class TiltDriver(PoseDriver):
     """Prescribes the tool point and one axis of the tool, about which it may turn."""
 
     def __init__(self, pose: pin.SE3, axis: Array) -> None:
-        self._pose, self._axis = pose, axis
-        self._flat = np.eye(3) - np.outer(axis, axis)
+        super().__init__(pose)
+        self._axis, self._flat = axis, np.eye(3) - np.outer(axis, axis)
         self._aside = np.linalg.svd(self._flat)[0][:, 0]
-        self.is_length = np.array([True] * 3 + [False] * 3)
-
-    def error(self, placed: Placed, fraction: float) -> Array:
-        pose = placed.tool
-        carried = pose.rotation @ (self._pose.rotation.T @ self._axis)
-        sine, cosine = np.cross(self._axis, carried), float(self._axis @ carried)
-        size = float(np.linalg.norm(sine))
-        if size < 1e-12 and cosine < 0.0:
-            return np.concatenate([pose.translation - self._pose.translation, np.pi * self._aside])
-        tilt = sine * (np.arctan2(size, cosine) / size if size > 1e-12 else 1.0)
-        return np.concatenate([pose.translation - self._pose.translation, tilt])
 
     def jacobian(self, placed: Placed) -> Array:
         jacobian = placed.tool_jacobian
         jacobian[3:] = self._flat @ jacobian[3:]
         return jacobian
+
+    def _turn(self, rotation: Array) -> Array:
+        carried = rotation @ (self._pose.rotation.T @ self._axis)
+        sine, cosine = np.cross(self._axis, carried), float(self._axis @ carried)
+        size = float(np.linalg.norm(sine))
+        if size < 1e-12 and cosine < 0.0:
+            return np.asarray(np.pi * self._aside)
+        return np.asarray(sine * (np.arctan2(size, cosine) / size if size > 1e-12 else 1.0))
 
 
 class Both(Driver):

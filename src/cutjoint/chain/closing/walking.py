@@ -35,6 +35,8 @@ class Walker:
 
     def __init__(self, mobility: Mobility) -> None:
         self._mobility, self._k, self._actuated = mobility, mobility.postures.k, mobility.postures.actuated
+        # what makes steps of the actuators dimensionless, shape (n,)
+        self._scale = np.where(self._actuated.lengths, self._k.length, 1.0)
 
     def walk(
         self, start: Placed, origin: Array, target: Array, driver: Callable[[Array, Array], Driver]
@@ -111,11 +113,6 @@ class Walker:
             else:
                 return None
         return None
-
-    @property
-    def _scale(self) -> Array:
-        """What makes steps of the actuators dimensionless, shape (n,)."""
-        return np.where(self._actuated.lengths, self._k.length, 1.0)
 
     def _step(self, start: Placed, step: Array) -> Placed | Stopped:
         now = self._actuated.of(start.q)

@@ -19,7 +19,7 @@ for: a 3-PRS moves its point sideways a little while it tilts.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, overload
 
@@ -85,9 +85,6 @@ class Modes(Sequence[Posture]):
 
     def __getitem__(self, index: int | slice) -> Posture | tuple[Posture, ...]:
         return self.postures[index]
-
-    def __iter__(self) -> Iterator[Posture]:
-        return iter(self.postures)
 
 
 class ModeSeeker:

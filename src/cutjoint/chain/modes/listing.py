@@ -12,8 +12,7 @@ import numpy as np
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.newton import settle
-from cutjoint.chain.modes.search import HubPlace, Search, part_of
-from cutjoint.chain.modes.tally import TallyEntry
+from cutjoint.chain.modes.search import HubPlace, Search, TallyEntry, part_of
 
 MOST_MODES = 4096
 """Combinations of the limbs' ways beyond this are not listed."""
@@ -39,10 +38,7 @@ class Listing:
 
     def combined(self) -> list[Found]:
         """Every place with every combination of its limbs' ways."""
-        found: list[Found] = []
-        for place in self._search.places:
-            found.extend(self._combinations(place))
-        return self._ordered(found)
+        return self._ordered([one for place in self._search.places for one in self._combinations(place)])
 
     def one_each(self) -> list[Found]:
         """Every place once: its limbs as near to how they stand in the posture asked about as the limits allow."""
@@ -85,19 +81,14 @@ class Listing:
             for part, way in zip(place.parts, pick, strict=True):
                 for joint in part:
                     self._copy(joint, way.q, q)
-            closed = self._closed(q)
+            closed = settle(self._e.kinematics, q, self._e.driver)  # beside it where links are rounded
             if closed is not None:
                 counts = [way.count for index, way in enumerate(pick) if index in place.searched]
                 count = min([self._count(place), *counts])
-                yield Found(closed, self._shapes.links(closed), count)
+                yield Found(closed.q, self._shapes.links(closed.q), count)
 
     def _count(self, place: HubPlace) -> int:
         return self._search.hubs.entries[self._search.places.index(place)].count
-
-    def _closed(self, q: Array) -> Array | None:
-        """The solution at `q`, or beside it where links are rounded."""
-        found = settle(self._e.kinematics, q, self._e.driver)
-        return None if found is None else found.q
 
     def _copy(self, joint: int, source: Array, target: Array) -> None:
         where = slice(self._model.idx_qs[joint], self._model.idx_qs[joint] + self._model.nqs[joint])

@@ -6,6 +6,11 @@ counts once for each part: a way for the limb to stand.  What was found for one 
 others.  Where too few starts came to a place to know its limbs, more are made there, one limb at a time.
 
 The search ends when every place and every way was found several times, or the starts are used up.
+
+How much is likely to be missing is counted too.  Of n independent finds, those that turned up once make the share
+n_1 / n; by Good and Turing that is about the chance that the next find is a new one (I. J. Good, The population
+frequencies of species and the estimation of population parameters, Biometrika 40, 1953).  It bounds the share of the
+starts, not the number of solutions: one that hardly any start leads to can hide for ever.
 """
 
 from __future__ import annotations
@@ -15,6 +20,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.assembling import nearest
 from cutjoint.chain.closing.drivers import Both, Driver, PoseDriver
@@ -23,9 +29,8 @@ from cutjoint.chain.closing.newton import settle
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.modes.limits import JointLimits, Starts
 from cutjoint.chain.modes.shape import Shapes
-from cutjoint.chain.modes.tally import Tally
 from cutjoint.chain.rank import null_space
-from cutjoint.chain.structure import components
+from cutjoint.chain.structure import independent_parts
 
 FEWEST = 96
 """Starts that end in a solution, at least: a place that 3 % of them lead to is missed once in twenty searches."""
@@ -38,8 +43,9 @@ STEPS, PATIENT_STEPS = 30, 100
 EASY = 8
 NEAR = 1e-6
 """Sum of squared scaled errors below which Newton's method takes over."""
-TIED = 1e-7
-"""Velocities are tied together by entries larger than this of dimensionless matrices."""
+TIMES = 3
+"""A search ends when everything was found as often as this: of m solutions that are found equally often the last one
+is then missing with a chance of about 1 in (log m)^2 m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +84,52 @@ class ModeEquations:
         if shapes.idle_motions:
             held = np.concatenate([held, shapes.idle(placed).T])
         return null_space(held)
+
+
+@dataclass(eq=False)
+class TallyEntry:
+    """One of the things: what tells it from the others, a configuration that shows it, whether the robot's joints allow
+    it, and how often it was found."""
+
+    shape: Array
+    q: Array
+    allowed: bool
+    count: int = 0
+
+
+@dataclass(eq=False)
+class Tally:
+    """Things told apart by a vector, their shape, to within the tolerance DISTINCT."""
+
+    entries: list[TallyEntry] = field(default_factory=list)
+    total: int = 0
+
+    def find(self, shape: Array) -> int | None:
+        """Which of the entries has this shape."""
+        for index, entry in enumerate(self.entries):
+            if np.abs(entry.shape - shape).max(initial=0.0) < tolerances.DISTINCT.value:
+                return index
+        return None
+
+    def add(self, shape: Array, q: Array, allowed: bool = True) -> int:
+        """Add an entry, not counted as found yet."""
+        self.entries.append(TallyEntry(shape, q, allowed))
+        return len(self.entries) - 1
+
+    def count(self, index: int) -> None:
+        """Count one find of an entry."""
+        self.entries[index].count += 1
+        self.total += 1
+
+    @property
+    def unseen(self) -> float:
+        """Estimated share of further finds that are new and allowed; 1 where nothing was found yet."""
+        once = sum(entry.count == 1 and entry.allowed for entry in self.entries)
+        return once / self.total if self.total else 1.0
+
+    def settled(self, fewest: int) -> bool:
+        """Whether at least `fewest` finds were made and each thing that is allowed was found TIMES."""
+        return self.total >= fewest and all(entry.count >= TIMES or not entry.allowed for entry in self.entries)
 
 
 @dataclass(eq=False)
@@ -203,43 +255,3 @@ class Search:
 def part_of(links: Array, joints: Sequence[int]) -> Array:
     """The shapes of these joints' links, of those of all, shape (12 joints,)."""
     return np.asarray(links[np.array(joints) - 1].ravel())
-
-
-def independent_parts(
-    kinematics: Kinematics, driver: Driver, hub: Array | None, geared: list[int], q: Array
-) -> list[list[int]]:
-    """Groups of joints that the loops or the tree tie together while `driver` holds the hub, so that where the links of
-    a group are is up to its own joints.  The joints that carry the hub are one group.
-
-    Read off the pattern of the equations, at `q` (nq,) and at a place near by, lest a zero be one of the posture alone.
-
-    Args:
-        geared: velocities of joints whose whole turns others must go along with; held or not, they stay with these.
-    """
-    model = kinematics.model
-    tied = np.eye(model.nv, dtype=bool)
-    if hub is not None:
-        carrying = hub > 0.0
-        tied |= np.outer(carrying, carrying)
-    for joint in range(1, model.njoints):
-        own = slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
-        tied[own, own] = True
-        parent = model.parents[joint]
-        if parent > 0 and (hub is None or parent != kinematics.tool_joint):
-            tied[own, model.idx_vs[parent]] = tied[model.idx_vs[parent], own] = True
-    random = np.random.default_rng(0)
-    aside = kinematics.tree.integrate(q, kinematics.column_scale * random.uniform(-0.3, 0.3, model.nv))
-    for place in (q, aside):
-        placed = kinematics.at(place)
-        free = null_space(System(kinematics, driver).at(placed).matrix[kinematics.closure.rows :])
-        projector = free @ free.T
-        tied |= np.abs(projector) > TIED
-        rows = placed.scaled
-        touched = np.abs(rows @ projector) > TIED
-        touched |= (np.abs(rows) > TIED) & (np.abs(rows[:, geared]) > TIED).any(axis=1, keepdims=True)
-        tied |= touched.T.astype(float) @ touched.astype(float) > 0.0
-    parts: dict[int, list[int]] = {}
-    label = components(tied)
-    for joint in range(1, model.njoints):
-        parts.setdefault(int(label[model.idx_vs[joint]]), []).append(joint)
-    return list(parts.values())
