@@ -52,7 +52,7 @@ class Frozen(Values):
 
     def __init_subclass__(cls) -> None:
         kinds = get_annotations(cls).items()
-        cls._arrays += tuple(name for name, kind in kinds if kind == "Array")
+        cls._arrays += tuple(name for name, kind in kinds if kind in ("Array", Array))
         cls._mappings += tuple(name for name, kind in kinds if str(kind).startswith("Mapping["))
 
     def __post_init__(self) -> None:

@@ -15,7 +15,7 @@ from typing import Generic, Self, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, Frozen, as_vector
+from cutjoint.arrays import Array, Frozen, as_vector, readonly
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.functions.library import Library, Options
 from cutjoint.compile.machine.kernel import Kernel
