@@ -192,20 +192,20 @@ class MeetingRodsModel(ThreeLimbModel[P]):
         rows, _, volume, length = rods
         measure = volume / length**3
         if abs(measure) < SMALLEST_MEASURE:
-            raise SingularError(
+            raise type_2(
                 f"the {self.rod} of {self.name} lie parallel to one plane with the tool at {list(tool)} m: the volume "
                 f"of their directions is {abs(measure):.3g}, below {SMALLEST_MEASURE:g} (type-2 singularity)",
-                kind="type-2",
-                measure=abs(measure),
-                limit=SMALLEST_MEASURE,
+                abs(measure),
             )
         if assembly is not None and measure * assembly < 0.0:
-            raise SingularError(
+            raise type_2(
                 f"{self.name} comes to {list(tool)} m in this working mode only through a type-2 singularity (volume "
-                f"of the {self.rod}' directions {measure:+.3g}, of the other sign before)",
-                kind="type-2",
-                measure=0.0,
-                limit=SMALLEST_MEASURE,
+                f"of the {self.rod}' directions {measure:+.3g}, of the other sign before)"
             )
         gap = max(abs(sqrt(x * x + y * y + z * z) - length) for x, y, z in rows)
         return Posture(readonly(angles), readonly((*angles, *tool)), (gap, 0.0))
+
+
+def type_2(message: str, measure: float = 0.0) -> SingularError:
+    """The error of a singularity of type 2 at which the rods have this measure, or beyond which they would."""
+    return SingularError(message, kind="type-2", measure=measure, limit=SMALLEST_MEASURE)

@@ -22,7 +22,7 @@ from cutjoint.papers.cpm.parameters import CpmParameters
 from cutjoint.papers.cpm.rotary import CpmRotaryState
 from cutjoint.papers.cpm.tracking import Track, Tracker
 from cutjoint.papers.scalars import three
-from cutjoint.papers.three_limbs import SMALLEST_MEASURE, MeetingRods, MeetingRodsModel, Signs, Triple
+from cutjoint.papers.three_limbs import SMALLEST_MEASURE, MeetingRods, MeetingRodsModel, Signs, Triple, type_2
 
 
 class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
@@ -144,13 +144,11 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
         """The error for a way that ended before its target."""
         x, y, z = track.tool
         if len(forward.solutions(self.parameters, target)):
-            return SingularError(
+            return type_2(
                 f"{self.name} runs into a type-2 singularity after {track.progress:.1%} of the way to {list(target)} "
                 f"rad, with the tool at {[round(one, 6) for one in track.tool]} m; these motor angles belong to "
                 "another assembly mode",
-                kind="type-2",
-                measure=track.measure,
-                limit=SMALLEST_MEASURE,
+                track.measure,
             )
         elbows = forward.elbows(self.parameters, target).tolist()
         reach = [hypot(a - u, b - w) for (a, b), (u, w) in zip(((y, z), (z, x), (x, y)), elbows, strict=True)]

@@ -21,7 +21,7 @@ from cutjoint.papers.omega3.equations import Arms, Omega3State
 from cutjoint.papers.omega3.parameters import Omega3Parameters
 from cutjoint.papers.reduced_model import ClosedFormModel
 from cutjoint.papers.scalars import NUMBERS, Functions, Vector3, three
-from cutjoint.papers.three_limbs import SMALLEST_MEASURE, Branch, MeetingRods, MeetingRodsModel, Triple
+from cutjoint.papers.three_limbs import SMALLEST_MEASURE, Branch, MeetingRods, MeetingRodsModel, Triple, type_2
 
 HOME_TOOL = (0.1, 0.0, 0.0)
 """Tool position of the home posture [m]: on the axis, in the plane of the paper's path (43)."""
@@ -121,12 +121,7 @@ class Omega3Model(MeetingRodsModel[Omega3Parameters], ClosedFormModel[Omega3Para
         try:
             spheres = equations.spheres(self.parameters, arms)
         except ZeroDivisionError:
-            raise SingularError(
-                f"the elbows of {self.name} stand in one line with the arms at {list(angles)} rad",
-                kind="type-2",
-                measure=0.0,
-                limit=SMALLEST_MEASURE,
-            ) from None
+            raise type_2(f"the elbows of {self.name} stand in one line with the arms at {list(angles)} rad") from None
         if spheres.square < 0.0:
             short = sqrt(self.parameters.L_B**2 - spheres.square) - self.parameters.L_B
             raise ClosureError(
