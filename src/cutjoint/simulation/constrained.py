@@ -9,6 +9,7 @@ kept, because the correction is as small as its error.
 from __future__ import annotations
 
 import threading
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
@@ -39,7 +40,7 @@ class ConstrainedPlant:
         self._tool_joint, self._tool_place = bind_frame(chain.model, chain.description.tool)
 
     def __reduce__(self) -> tuple[object, ...]:
-        return _remade, (type(self), self.chain, self.project)
+        return partial(type(self), project=self.project), (self.chain,)
 
     @property
     def _data(self) -> pin.Data:
@@ -110,7 +111,3 @@ class ConstrainedPlant:
             self.chain.gap(state.q),
             state.q,
         )
-
-
-def _remade(kind: type[ConstrainedPlant], chain: ClosedChain, project: bool) -> ConstrainedPlant:
-    return kind(chain, project=project)

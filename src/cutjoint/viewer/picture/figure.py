@@ -18,7 +18,7 @@ from meshcat import geometry as g
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.description.model import Joint, Link, RobotDescription, Shape
+from cutjoint.description.model import Joint, RobotDescription, Shape
 from cutjoint.mechanism import Posture
 from cutjoint.viewer.picture import shapes
 from cutjoint.viewer.picture.scene import Scene
@@ -277,14 +277,11 @@ def _bright(colour: Colour) -> bool:
 def _bounds(description: RobotDescription, placements: Mapping[str, Array]) -> tuple[Array, Array]:
     points = [placement[:3, 3][None, :] for placement in placements.values()]
     for link in description.links:
-        points += [_placed(link, shape, placements) for shape in (link.visuals or link.collisions)]
+        at = placements[link.name]
+        shown = link.visuals or link.collisions
+        points += [np.asarray(shapes.corners(shape) @ at[:3, :3].T + at[:3, 3]) for shape in shown]
     cloud = np.concatenate(points)
     return cloud.min(axis=0), cloud.max(axis=0)
-
-
-def _placed(link: Link, shape: Shape, placements: Mapping[str, Array]) -> Array:
-    placement = placements[link.name]
-    return np.asarray(shapes.corners(shape) @ placement[:3, :3].T + placement[:3, 3])
 
 
 def _between(start: Array, end: Array) -> Array:

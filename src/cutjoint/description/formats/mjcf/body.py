@@ -180,7 +180,7 @@ class Bodies:
     def _joints(self, element: Element, body: str, childclass: str) -> list[Joint]:
         found: list[Joint] = []
         for child in children(element):
-            get = self._get(child, childclass) if child.tag == "joint" else {}
+            get = self.defaults.attributes(child, childclass) if child.tag == "joint" else {}
             if child.tag == "freejoint" or get.get("type") == "free":
                 free, place = str(child.get("name") or f"{body}_free"), Place(self.findings.file, child.sourceline)
                 found.append(Joint(free, JointType.FLOATING, body, body, place=place))
@@ -194,9 +194,6 @@ class Bodies:
             problem = f"body '{body}' has a free joint and others"
             self.findings.error(problem, "a free joint alone", "", element.sourceline)
         return merged(found)
-
-    def _get(self, element: Element, childclass: str) -> dict[str, str]:
-        return self.defaults.attributes(element, childclass)
 
     def _chain(self, name: str, parent: str, local: Array, joints: list[Joint], place: Place) -> None:
         """The joints of a body from its parent on, each at its own point."""
@@ -219,13 +216,13 @@ class Bodies:
     def _geoms(self, element: Element, body: str, childclass: str) -> list[Geom]:
         geoms = []
         for child in children(element, "geom"):
-            get = self._get(child, childclass)
+            get = self.defaults.attributes(child, childclass)
             geoms.append(read_geom(child, get, self.meshes, self.compiler.units, body, self.findings))
         return [geom for geom in geoms if geom is not None]
 
     def _sites(self, element: Element, body: str, childclass: str) -> None:
         for child in children(element, "site"):
-            get = self._get(child, childclass)
+            get = self.defaults.attributes(child, childclass)
             if "name" in get and not get["name"].startswith(OWN):
                 at = read_placement(child, get, self.compiler.units, f"site '{get['name']}'", self.findings)
                 self.sites[get["name"]] = Frame(body, at)
