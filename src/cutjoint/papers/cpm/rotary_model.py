@@ -20,7 +20,7 @@ from cutjoint.papers.cpm import equations, forward, per_limb, rotary
 from cutjoint.papers.cpm.model import HOME_TOOL, check_limb
 from cutjoint.papers.cpm.parameters import CpmParameters
 from cutjoint.papers.cpm.rotary import CpmRotaryState
-from cutjoint.papers.cpm.tracking import Track, Tracker
+from cutjoint.papers.cpm.tracking import Track, walk
 from cutjoint.papers.scalars import three
 from cutjoint.papers.three_limbs import SMALLEST_MEASURE, MeetingRods, MeetingRodsModel, Signs, Triple, type_2
 
@@ -62,7 +62,7 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
         """
         target = three("q", q, "rad")
         start = self.home if near is None else near
-        track = Tracker(self.parameters, SMALLEST_MEASURE).walk(*self.split(start), target)
+        track = walk(self.parameters, SMALLEST_MEASURE, *self.split(start), target)
         if track.progress < 1.0:
             raise self._refusal(target, track)
         return self._checked(target, track.tool, self._rods(target, track.tool))

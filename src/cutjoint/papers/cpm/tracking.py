@@ -38,54 +38,47 @@ class Track(NamedTuple):
     measure: float
 
 
-class Tracker:
-    """Walks along straight ways of the motor angles.
+def walk(p: CpmParameters, limit: float, angles: Triple, tool: Triple, target: Triple) -> Track:
+    """Turn the motors from `angles` to `target` [rad] on a straight way, the tool starting at `tool` [m].
 
-    Args:
-        parameters: geometry.
-        limit: smallest volume of the second rods' directions; the walk ends where it is less.
+    The walk ends where the volume of the second rods' directions is less than `limit`.
     """
+    length = p.L1 * dist(angles, target)  # no elbow's chord is longer than its arc
+    done = measure = 0.0
+    for _ in range(MOST_STEPS):
+        rods = _Rods.at(p, _between(angles, target, done), tool)
+        measure = abs(rods.volume) / p.L2**3
+        if done >= 1.0 or measure < limit:
+            break
+        step = SAFETY * _proved(rods.smallest(), p.L2)
+        done = 1.0 if length * (1.0 - done) <= step else done + step / length
+        tool = _settled(p, _between(angles, target, done), tool)
+    return Track(tool, done, measure)
 
-    def __init__(self, parameters: CpmParameters, limit: float) -> None:
-        self._p, self._limit = parameters, limit
 
-    def walk(self, angles: Triple, tool: Triple, target: Triple) -> Track:
-        """Turn the motors from `angles` to `target` [rad] on a straight way, the tool starting at `tool` [m]."""
-        p = self._p
-        length = p.L1 * dist(angles, target)  # no elbow's chord is longer than its arc
-        done = measure = 0.0
-        for _ in range(MOST_STEPS):
-            rods = _Rods.at(p, self._between(angles, target, done), tool)
-            measure = abs(rods.volume) / p.L2**3
-            if done >= 1.0 or measure < self._limit:
-                break
-            step = SAFETY * self._proved(rods.smallest())
-            done = 1.0 if length * (1.0 - done) <= step else done + step / length
-            tool = self._settled(self._between(angles, target, done), tool)
-        return Track(tool, done, measure)
+def _between(angles: Triple, target: Triple, done: float) -> Triple:
+    one, two, three = (a + done * (b - a) for a, b in zip(angles, target, strict=True))
+    return (one, two, three) if done < 1.0 else target
 
-    @staticmethod
-    def _between(angles: Triple, target: Triple, done: float) -> Triple:
-        one, two, three = (a + done * (b - a) for a, b in zip(angles, target, strict=True))
-        return (one, two, three) if done < 1.0 else target
 
-    def _proved(self, smallest: float) -> float:
-        """The largest d of the bound: (sqrt(2) - 1) d^2 + 2 (s + sqrt(2) L2) d = s^2, without cancellation."""
-        half = smallest + sqrt(2.0) * self._p.L2
-        return smallest * smallest / (half + sqrt(half * half + (sqrt(2.0) - 1.0) * smallest * smallest))
+def _proved(smallest: float, rod: float) -> float:
+    """The largest d of the bound: (sqrt(2) - 1) d^2 + 2 (s + sqrt(2) L2) d = s^2, without cancellation."""
+    half = smallest + sqrt(2.0) * rod
+    return smallest * smallest / (half + sqrt(half * half + (sqrt(2.0) - 1.0) * smallest * smallest))
 
-    def _settled(self, angles: Triple, tool: Triple) -> Triple:
-        """Newton's method on (3), (6), (9), to rounding."""
-        x, y, z = tool
-        last, unit = inf, self._p.L2
-        for _ in range(NEWTON_STEPS):
-            dx, dy, dz = _Rods.at(self._p, angles, (x, y, z)).newton(unit * unit)
-            x, y, z = x - dx, y - dy, z - dz
-            size = max(abs(dx), abs(dy), abs(dz))
-            if size < 1e-15 * unit or (size < 1e-9 * unit and size >= 0.5 * last):
-                break
-            last = size
-        return (x, y, z)
+
+def _settled(p: CpmParameters, angles: Triple, tool: Triple) -> Triple:
+    """Newton's method on (3), (6), (9), to rounding."""
+    x, y, z = tool
+    last, unit = inf, p.L2
+    for _ in range(NEWTON_STEPS):
+        dx, dy, dz = _Rods.at(p, angles, (x, y, z)).newton(unit * unit)
+        x, y, z = x - dx, y - dy, z - dz
+        size = max(abs(dx), abs(dy), abs(dz))
+        if size < 1e-15 * unit or (size < 1e-9 * unit and size >= 0.5 * last):
+            break
+        last = size
+    return (x, y, z)
 
 
 class _Rods(NamedTuple):
