@@ -173,11 +173,9 @@ class PaperBatch(Batch):
         self.positions = self.n
 
     def close(self, q: npt.ArrayLike) -> Array:
-        """See `Batch`."""
         return rows_of("q", q, self.n)
 
     def reach(self, p: npt.ArrayLike) -> Array:
-        """See `Batch`."""
         target, model = rows_of("p", p, 3), self._mechanism
         parts, _ = model.library()["reach"].batch([target, self._values(None, len(target))], self.threads)
         q = nearest_turn(parts["q_reached"], model.home.q, [one.kind == "rotation" for one in model.actuators])
@@ -197,7 +195,6 @@ class ChainBatch(Batch):
         self._closing, self.positions = closing, closing.source.positions
 
     def close(self, q: npt.ArrayLike) -> Array:
-        """See `Batch`."""
         target = rows_of("q", q, self.n)
         home = np.tile(self._mechanism.home.q_full, (len(target), 1))
         found, done = self._closing.walk(home, target, self.threads)
@@ -206,7 +203,6 @@ class ChainBatch(Batch):
         return found
 
     def reach(self, p: npt.ArrayLike) -> Array:
-        """See `Batch`."""
         target = rows_of("p", p, 3)
         found = np.empty((len(target), self.positions))
         last: Posture | None = None

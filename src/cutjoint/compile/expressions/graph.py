@@ -288,19 +288,15 @@ class Expression:
         raise InputError("a traced model may not branch on a value: there is no value while tracing")
 
     def sin(self) -> Expression:
-        """Sine."""
         return self._apply(Op.SIN)
 
     def cos(self) -> Expression:
-        """Cosine."""
         return self._apply(Op.COS)
 
     def sqrt(self) -> Expression:
-        """Square root."""
         return self._apply(Op.SQRT)
 
     def arccos(self) -> Expression:
-        """Inverse cosine."""
         return self._apply(Op.ACOS)
 
     @property

@@ -70,12 +70,6 @@ class Program:
         """Arithmetic instructions (a fused multiply-add is one)."""
         return int(np.count_nonzero((self.op != Op.CONST) & (self.op != Op.INPUT)))
 
-    def result_slice(self, name: str) -> slice:
-        """Where a result stands among the outputs."""
-        names = [found for found, _ in self.results]
-        start = sum(size for _, size in self.results[: names.index(name)])
-        return slice(start, start + dict(self.results)[name])
-
     # -- storage -----------------------------------------------------------------------------------------------------
 
     def to_bytes(self) -> bytes:

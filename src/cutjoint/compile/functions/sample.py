@@ -18,7 +18,7 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain.rank import null_space
 from cutjoint.compile.sources.chain import ChainSource
-from cutjoint.mechanism import Actuator, Mechanism, Posture, Terms, Tool
+from cutjoint.mechanism import Mechanism, Posture, Terms, Tool
 
 DIFFERENCE = 1e-5
 """Step of differences, in the robot's units."""
@@ -40,13 +40,6 @@ class RobotUnits:
     length: float
     rate: float
 
-    @staticmethod
-    def of(actuators: Sequence[Actuator], length: float, gravity: float) -> RobotUnits:
-        """Units of a robot with these actuators, this length [m] and this gravity [m/s2]."""
-        turning = tuple(one.kind == "rotation" for one in actuators)
-        coordinate = np.array([1.0 if turns else length for turns in turning])
-        return RobotUnits(coordinate, turning, length, float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0)
-
 
 class RobotSample:
     """A robot at one state, with a random velocity and acceleration of its actuators.  Arguments and right values of
@@ -61,6 +54,7 @@ class RobotSample:
     Attributes:
         q: position variables.
         far: how far the world's origin is from the robot's, in its lengths, plus 1.
+        spin: least rate that its idle freedoms are taken to have, in its units.
         axes: units of the axes of results by name, see `ResultPart`.
         v_full, effort_full: where there are further joints, a random motion of all and random forces, shape (nv,).
     """
@@ -69,7 +63,8 @@ class RobotSample:
     effort_full: Array
 
     def __init__(self, model: Mechanism, units: RobotUnits, at: Posture, chance: np.random.Generator) -> None:
-        self.model, self.units, self.at, self.far = model, units, at, 1.0
+        self.model, self.units, self.at = model, units, at
+        self.far, self.spin = 1.0, 0.0
         self.q, self.target, unit = at.q, at.q, units.coordinate
         self.v = units.rate * unit * chance.normal(size=len(unit))
         self.a = units.rate**2 * unit * chance.normal(size=len(unit))
@@ -98,16 +93,6 @@ class RobotSample:
         """What gives the acceleration `a`."""
         return effort_for(self.terms, self.a)
 
-    @property
-    def kinetic(self) -> float:
-        """Kinetic energy [J]."""
-        return 0.5 * float(self.v @ self.terms.mass @ self.v)
-
-    @property
-    def potential(self) -> float:
-        """Potential energy [J]."""
-        return self.model.potential_energy(self.at)
-
     @cached_property
     def tangent(self) -> Array:
         """T, shape (nv, n)."""
@@ -127,18 +112,6 @@ class RobotSample:
         """A posture with actuated coordinate `k` moved by a small step."""
         return self.model.close(self.at.q + step * np.eye(len(self.v))[k], self.at)
 
-    def slopes(self, value: Callable[[Terms], Array]) -> dict[str, Array]:
-        """Derivatives of a value of the equation of motion, by central differences along the tangent of the loops."""
-        by_q, by_v = [], []
-        for k, unit in enumerate(self.units.coordinate):
-            step = float(DIFFERENCE * unit)
-            ahead, behind = (value(self.model.terms(self.aside(k, s), self.v)) for s in (step, -step))
-            by_q.append((ahead - behind) / (2 * step))
-            faster = self.units.rate * step * np.eye(len(self.v))[k]
-            ahead, behind = (value(self.model.terms(self.at, self.v + change)) for change in (faster, -faster))
-            by_v.append((ahead - behind) / (2 * faster[k]))
-        return {"by_q": np.stack(by_q, axis=1), "by_v": np.stack(by_v, axis=1)}
-
     # -- sizes of the terms that results are sums of, in the robot's units ---------------------------------------------
 
     @cached_property
@@ -150,11 +123,6 @@ class RobotSample:
     def speed(self) -> float:
         """The fastest motion that `v` makes."""
         return float(np.abs(self.tangent @ self.v / self.axes["u"]).max())
-
-    @property
-    def bending(self) -> float:
-        """Of the drift of all joints."""
-        return self.speed**2
 
     @cached_property
     def energy(self) -> float:
@@ -187,6 +155,7 @@ class ChainSample(RobotSample):
         super().__init__(source.chain, units, at, chance)
         self.source, self.chain, self.q, scale = source, source.chain, at.q_full, source.rate_scale
         self.far = float(np.abs(np.array(source.origin) / units.length).max()) + 1.0
+        self.spin = units.rate if source.idle else 0.0
         self.axes.update(x=source.position_scale, u=scale)
         self.mass = sum(float(inertia.mass) for inertia in list(source.model.inertias)[1:])
         motions = null_space(source.scaled_jacobian(self.q))
@@ -213,10 +182,6 @@ class ChainSample(RobotSample):
     def weight(self) -> float:
         return self.mass * float(np.linalg.norm(self.source.model.gravity.linear)) * self.units.length
 
-    @property
-    def bending(self) -> float:
-        return max(super().bending, self.units.rate**2 if self.source.idle else 0.0)
-
 
 def effort_for(terms: Terms, a: Array) -> Array:
     """Effort that gives an acceleration."""
@@ -226,6 +191,19 @@ def effort_for(terms: Terms, a: Array) -> Array:
 def acceleration_by(terms: Terms, effort: Array) -> Array:
     """Acceleration that an effort gives."""
     return np.asarray(np.linalg.solve(terms.mass, effort - terms.coriolis - terms.gravity))
+
+
+def slopes(sample: RobotSample, value: Callable[[Terms], Array]) -> dict[str, Array]:
+    """Derivatives of a value of the equation of motion, by central differences along the tangent of the loops."""
+    ask, at, v, units = sample.model.terms, sample.at, sample.v, sample.units
+    by_q, by_v = [], []
+    for k, unit in enumerate(units.coordinate):
+        step = float(DIFFERENCE * unit)
+        ahead, behind = (value(ask(sample.aside(k, s), v)) for s in (step, -step))
+        by_q.append((ahead - behind) / (2 * step))
+        faster = units.rate * step * np.eye(len(v))[k]
+        by_v.append((value(ask(at, v + faster)) - value(ask(at, v - faster))) / (2 * faster[k]))
+    return {"by_q": np.stack(by_q, axis=1), "by_v": np.stack(by_v, axis=1)}
 
 
 def nearest_turn(q: Array, near: Array, turning: Sequence[bool]) -> Array:

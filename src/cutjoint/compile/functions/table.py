@@ -18,7 +18,7 @@ from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.functions import tracing
-from cutjoint.compile.functions.sample import RobotSample, acceleration_by, effort_for
+from cutjoint.compile.functions.sample import RobotSample, acceleration_by, effort_for, slopes
 from cutjoint.compile.functions.tracing import ARGUMENTS, Call, Traced
 from cutjoint.compile.machine.schedule import scheduled
 from cutjoint.compile.sources.interface import Need, Source, size
@@ -152,7 +152,10 @@ FUNCTIONS: dict[str, Function] = {
             _RIGID,
             (ResultPart("kinetic", "1", "J"), ResultPart("potential", "1", "J", lambda s: s.far * s.weight)),
             tracing.energy,
-            lambda s: {"kinetic": np.array([s.kinetic]), "potential": np.array([s.potential])},
+            lambda s: {
+                "kinetic": np.array([0.5 * s.v @ s.terms.mass @ s.v]),
+                "potential": np.array([s.model.potential_energy(s.at)]),
+            },
         ),
         Function(
             "step",
@@ -173,7 +176,7 @@ FUNCTIONS: dict[str, Function] = {
                 ResultPart("by_a", "n,n", "1/q,1/q", tolerance=SLOPE),
             ),
             tracing.inverse_derivatives,
-            lambda s: {"effort": s.effort, **s.slopes(lambda now: effort_for(now, s.a)), "by_a": s.terms.mass},
+            lambda s: {"effort": s.effort, **slopes(s, lambda now: effort_for(now, s.a)), "by_a": s.terms.mass},
         ),
         Function(
             "forward_derivatives",
@@ -188,7 +191,7 @@ FUNCTIONS: dict[str, Function] = {
             tracing.forward_derivatives,
             lambda s: {
                 "a": s.a,
-                **s.slopes(lambda now: acceleration_by(now, s.effort)),
+                **slopes(s, lambda now: acceleration_by(now, s.effort)),
                 "by_effort": np.asarray(np.linalg.inv(s.terms.mass)),
             },
         ),
@@ -205,7 +208,7 @@ FUNCTIONS: dict[str, Function] = {
             "drift",
             "d with a_full = T a + d",
             _RIGID,
-            (ResultPart("drift", "nv", "u", lambda s: s.bending),),
+            (ResultPart("drift", "nv", "u", lambda s: max(s.speed, s.spin) ** 2),),
             tracing.drift,
             lambda s: {"drift": s.drift},
             (Need.JOINTS, Need.ACTUATED),

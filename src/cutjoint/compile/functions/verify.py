@@ -48,9 +48,12 @@ class Checker:
         """The robot's own units."""
         source = self.source
         if isinstance(source, PaperSource):
-            return RobotUnits.of(self.model.actuators, source.model.length, source.model.parameters.g)
-        gravity = float(np.linalg.norm(source.model.gravity.linear))
-        return RobotUnits.of(self.model.actuators, source.chain.length, gravity)
+            length, gravity = source.model.length, source.model.parameters.g
+        else:
+            length, gravity = source.chain.length, float(np.linalg.norm(source.model.gravity.linear))
+        turning = tuple(one.kind == "rotation" for one in self.model.actuators)
+        rate = float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0
+        return RobotUnits(np.where(turning, 1.0, length), turning, length, rate)
 
     @once
     def postures(self) -> list[Posture]:

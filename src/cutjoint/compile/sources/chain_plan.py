@@ -188,7 +188,7 @@ class ChainPlan(ChainTree):
         """
         if self.chain.n == 0:
             return None
-        at_home = self._idle_at(self.chain.home)
+        at_home = self._idle_at(self.chain.home.q_full)
         if at_home is not None or not self.loops.count:
             return at_home
         try:
@@ -196,10 +196,10 @@ class ChainPlan(ChainTree):
         except CompileError:
             return None
         moved = not np.array_equal(cloud[0], self.chain.home.q_full)
-        return self._idle_at(self._posture(cloud[0])) if moved else None
+        return self._idle_at(cloud[0]) if moved else None
 
-    def _idle_at(self, at: Posture) -> int | None:
-        report = self.chain.mobility(at)
+    def _idle_at(self, q: Array) -> int | None:
+        report = self.chain.mobility(Posture(self.chain.actuated(q), q))
         return report.idle_mobility if report.determined else None
 
     @property
@@ -222,7 +222,7 @@ class ChainPlan(ChainTree):
         # home is singular: branches meet there, and a walk along the tangent need not lead onto the one that is meant
         chance, best = np.random.default_rng(0), found
         for attempt in range(STARTS):
-            if len(best) > 1 and self._idle_at(self._posture(best[0])) is not None:
+            if len(best) > 1 and self._idle_at(best[0]) is not None:
                 break
             aside = survey.moved(home, (1.0 + attempt) / STARTS * chance.normal(size=self.nv))
             try:
@@ -237,9 +237,6 @@ class ChainPlan(ChainTree):
                 "home was found that is not; choose another home"
             )
         return best
-
-    def _posture(self, q_full: Array) -> Posture:
-        return Posture(self.chain.actuated(q_full), q_full)
 
     @once
     def plan(self) -> Plan:
