@@ -3,18 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager
-from typing import Generic, Protocol, Self, TypeVar, overload
+from typing import Generic, Self, TypeVar, overload
 
-
-class Locked(Protocol):
-    """An object with a re-entrant lock."""
-
-    @property
-    def _lock(self) -> AbstractContextManager[bool]: ...
-
-
-Owner = TypeVar("Owner", bound=Locked)
+Owner = TypeVar("Owner")
 T = TypeVar("T")
 
 
@@ -37,7 +28,7 @@ class once(Generic[Owner, T]):
             return self
         known: dict[str, T] = instance.__dict__
         if self.name not in known:
-            with instance._lock:
+            with vars(instance)["_lock"]:
                 if self.name not in known:
                     known[self.name] = self.function(instance)
         return known[self.name]

@@ -18,8 +18,8 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.machine.kernel import Kernel, RunLoop, Sizes
-from cutjoint.compile.machine.llvm.run_loop import run_loop
-from cutjoint.compile.machine.llvm.text import declarations, flat_function, row_loop
+from cutjoint.compile.machine.llvm.run_loop import RunLoopText
+from cutjoint.compile.machine.llvm.text import FlatFunction, declarations, row_loop
 from cutjoint.compile.once import once
 
 _LOCK = threading.Lock()
@@ -177,9 +177,9 @@ class NativeRuns:
 
     def _compiled(self, lanes: int) -> tuple[Machine, RunLoop]:
         parts = [_flat(program, name, lanes, self._fast) for name, program in self._programs.items()]
-        machine = Machine(*parts, run_loop("runs", self._sizes, lanes))
+        machine = Machine(*parts, RunLoopText("runs", self._sizes, lanes).text())
         return machine, _RUNS(machine.address("runs"))
 
 
 def _flat(program: Program, symbol: str, lanes: int, fast: bool) -> str:
-    return flat_function(program, symbol, lanes, width=host().lanes, fused=host().fused, fast=fast)
+    return FlatFunction(program, symbol, lanes, host().lanes, host().fused, fast).text()

@@ -10,7 +10,7 @@ from cutjoint.compile.machine.kernel import Sizes
 from cutjoint.compile.machine.llvm.lanes import Lanes, Writer
 
 
-def run_loop(symbol: str, sizes: Sizes, lanes: int) -> str:
+class RunLoopText:
     """`void symbol(int64 begin, int64 end, int64 steps, int64 every, double h, double limit, const int64 *table)`.
 
     Calls `rate(x, y)` with x = state, row of the reference, per-run arguments and y = rates, watched values, strain;
@@ -20,12 +20,8 @@ def run_loop(symbol: str, sizes: Sizes, lanes: int) -> str:
     columns), records (group, record, state + watched, lane), sums (group, 2 watched + 2, lane), and the number of
     records.  Sums are the largest |w| and the integral of w^2 of every watched value, the first step whose strain was
     beyond the limit (steps + 1: none), and the largest residual.
-    """
-    return _RunLoop(symbol, sizes, lanes).text()
 
-
-class _RunLoop:
-    """Writes the loop, block by block.
+    It is written block by block.
 
     Attributes:
         x, y: arguments and results of `rate`.

@@ -32,8 +32,9 @@ PIECE = 500
 """Longer programs are cut into functions of this length, which hand values on in memory."""
 
 
-def flat_function(program: Program, symbol: str, lanes: int, *, width: int, fused: bool, fast: bool = False) -> str:
-    """`void symbol(const T *x, T *y)`: all results `y` of one evaluation with all arguments `x`, without a branch.
+class FlatFunction:
+    """`void symbol(const T *x, T *y)`: all results `y` of one evaluation with all arguments `x`, without a branch; in
+    pieces where it is long.
 
     A scalar function takes sine and cosine of its angles `width` at a time, which changes no digit.
 
@@ -45,11 +46,6 @@ def flat_function(program: Program, symbol: str, lanes: int, *, width: int, fuse
         fused: whether the processor has fused multiply-add.
         fast: allow the compiler to reassociate (off: every digit is what the program says).
     """
-    return _Flat(program, symbol, lanes, width, fused, fast).text()
-
-
-class _Flat:
-    """Writes one flat function, in pieces where it is long."""
 
     def __init__(self, program: Program, symbol: str, lanes: int, width: int, fused: bool, fast: bool) -> None:
         self.program, self.symbol, self.lanes, self.width = program, symbol, lanes, width
