@@ -63,6 +63,15 @@ class Frozen(Values):
             own[name] = readonly_mapping(own[name])
 
 
+class Sealed:
+    """Base of objects whose public attributes are given once, when they are made."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name in self.__dict__ and not name.startswith("_"):
+            raise AttributeError(f"'{name}' of {type(self).__name__} cannot be changed; make another one with it")
+        object.__setattr__(self, name, value)
+
+
 def readonly_mapping(values: Mapping[str, T]) -> Mapping[str, T]:
     """A copy of `values` that nobody can write into."""
     return MappingProxyType(dict(values))

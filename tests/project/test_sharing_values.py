@@ -16,6 +16,7 @@ import pytest
 
 import cutjoint
 from cutjoint.arrays import Values, readonly
+from cutjoint.compile import compiled
 from cutjoint.control import LAWS, law
 from cutjoint.crosscheck import compare, effort_along, hypothesis_cost, sample_states, workspace_box
 from cutjoint.description import load_description
@@ -24,7 +25,7 @@ from cutjoint.motion import Circle, Hold, Lissajous, PointToPoint, Reference
 from cutjoint.papers.cpm import CpmModel, CpmRotaryModel
 from cutjoint.papers.cpm.model import InferredCpmModel
 from cutjoint.papers.omega3 import Omega3Model
-from cutjoint.robots import PUBLISHED
+from cutjoint.robots import PUBLISHED, load
 from cutjoint.simulation import Adaptive, ConstrainedPlant, DormandPrince, ReducedPlant, RungeKutta4, run
 
 ROOMS = ("mechanism", "motion", "control", "crosscheck", "simulation", "description", "engines")
@@ -252,3 +253,12 @@ def test_efforts_along_a_path_are_not_views_of_anything() -> None:
     efforts, gravity = effort_along(CpmModel(), [(readonly([0.5, 0.4, 0.3]), V, A)])
     assert efforts.base is None
     assert gravity.base is None
+
+
+def test_a_robot_s_public_attributes_are_given_once() -> None:
+    """Compiled or not: what it is cannot be exchanged under those who hold it, nor by assignment to a copy."""
+    chain = load("fourbar")
+    for robot in (chain, compiled(chain), pickle.loads(pickle.dumps(chain)), copy.deepcopy(chain)):
+        for name in ("n", "home", "name", "actuators"):
+            with pytest.raises(AttributeError, match=name):
+                setattr(robot, name, getattr(robot, name))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, as_vector
+from cutjoint.arrays import Array, Sealed, as_vector
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 # long: the public face of a robot, a line or two of code a method
-class ClosedChain:
+class ClosedChain(Sealed):
     """A robot with loops, built from its description.
 
     Args:

@@ -15,7 +15,7 @@ from typing import Generic, Self, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, Frozen, as_vector, readonly
+from cutjoint.arrays import Array, Frozen, Sealed, as_vector, readonly
 from cutjoint.compile.equations.reduction import STRAIN_LIMIT
 from cutjoint.compile.functions.library import Library, Options
 from cutjoint.compile.machine.kernel import Kernel
@@ -43,7 +43,7 @@ class Derivatives(Frozen):
     by_input: Array
 
 
-class Parametrised(Generic[Model_co]):
+class Parametrised(Sealed, Generic[Model_co]):
     """A model and the present values of the inertial parameters that are arguments; who it is, it takes from the model.
 
     Args:
