@@ -112,11 +112,11 @@ class ClosedLoop:
         times = TimeGrid(size, steps, stride)
         q0 = rows[:1, 1 : 1 + self.plant.n] if start is None else start
         variation = Variation(self.traced, gains or {}, parameters or {}, q0, start_velocity)
-        taken = variation.count * times.samples * (self.sizes.state + self.sizes.watched) * 8
+        taken = variation.count * len(times.chosen) * (self.sizes.state + self.sizes.watched) * 8
         if taken > LARGEST_RECORD:
             raise InputError(
-                f"{variation.count} runs of {times.samples} samples would take {taken / 2**30:.1f} GiB; record less "
-                f"often: every={size * stride} s now"
+                f"{variation.count} runs of {len(times.chosen)} samples would take {taken / 2**30:.1f} GiB; record "
+                f"less often: every={size * stride} s now"
             )
         records, sums = self._simulate(variation, rows, times, threads, progress)
         return Outcome(self.traced, variation, records, sums, times).many(reference)
@@ -132,7 +132,7 @@ class ClosedLoop:
         """Records (N, samples, state + watched) and sums (N, 2 watched + 2)."""
         lanes = 1 if variation.count == 1 else self._runs.lanes
         call = self._runs.loop(lanes)
-        count, samples, steps = variation.count, times.samples, times.steps
+        count, samples, steps = variation.count, len(times.chosen), times.steps
         groups = -(-count // lanes)
         state, given = _grouped(variation.state, groups, lanes), _grouped(variation.given, groups, lanes)
         width, totals = self.sizes.state + self.sizes.watched, 2 * self.sizes.watched + 2

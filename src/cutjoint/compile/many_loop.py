@@ -37,11 +37,6 @@ class TimeGrid:
     stride: int
 
     @property
-    def samples(self) -> int:
-        """Number of samples."""
-        return -(-self.steps // self.stride) + 1
-
-    @property
     def chosen(self) -> list[int]:
         """The steps that are samples."""
         return [*range(0, self.steps, self.stride), self.steps]
@@ -70,11 +65,6 @@ class TracedLoop:
     rate: Program
     settle: Program | None
     sizes: Sizes
-
-    @property
-    def positions(self) -> int:
-        """Position variables of the plant."""
-        return self.plant.source.positions
 
 
 def traced_loop(

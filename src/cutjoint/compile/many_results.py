@@ -122,11 +122,11 @@ class Outcome:
     """Turns what the compiled loop left into a `Many`, and does again by the model what it could not do."""
 
     def __init__(self, loop: TracedLoop, variation: Variation, records: Array, sums: Array, times: TimeGrid) -> None:
-        n, p, steps = loop.plant.n, loop.positions, times.steps
+        source, n, steps = loop.plant.source, loop.plant.n, times.steps
+        p = source.positions
         self.loop, self.variation, self.times = loop, variation, times
         self.time = times.step * np.array(times.chosen, dtype=np.float64)
         self.positions = records[:, :, :p]
-        source = loop.plant.source
         self.q = records[:, :, list(source.actuated)] if isinstance(source, ChainSource) else self.positions
         self.v = records[:, :, p : p + n]
         self.effort = records[:, :, loop.sizes.state : loop.sizes.state + n]
@@ -179,7 +179,7 @@ class Outcome:
         )
         chosen = times.chosen
         error = result.desired_q - result.q
-        places = result.q if loop.positions == loop.plant.n else result.q_full
+        places = result.q if loop.plant.source.positions == loop.plant.n else result.q_full
         return {
             "q": result.q[chosen],
             "v": result.v[chosen],

@@ -172,13 +172,10 @@ class NativeRuns:
     def loop(self, lanes: int) -> RunLoop:
         with self._lock:
             if lanes not in self._loops:
-                self._loops[lanes] = self._compiled(lanes)
+                parts = [_flat(program, name, lanes, self._fast) for name, program in self._programs.items()]
+                machine = Machine(*parts, RunLoopText("runs", self._sizes, lanes).text())
+                self._loops[lanes] = machine, _RUNS(machine.address("runs"))
             return self._loops[lanes][1]
-
-    def _compiled(self, lanes: int) -> tuple[Machine, RunLoop]:
-        parts = [_flat(program, name, lanes, self._fast) for name, program in self._programs.items()]
-        machine = Machine(*parts, RunLoopText("runs", self._sizes, lanes).text())
-        return machine, _RUNS(machine.address("runs"))
 
 
 def _flat(program: Program, symbol: str, lanes: int, fast: bool) -> str:
