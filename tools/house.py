@@ -24,7 +24,8 @@ MODULE_LINES = 350
 CLASS_METHODS = 15
 FUNCTION_LINES = 60
 ANY_USES = 59
-TOTAL_LINES = 30_222
+TOTAL_LINES = 30_650
+"""A ratchet: lower it when the source gets shorter; raise it for what the source can do, not for how it says it."""
 REASON = re.compile(r"\s*# long: \S")
 HEAD = 40
 """Lines of a module among which its reason may stand."""
