@@ -116,7 +116,11 @@ def modules(source: Path) -> dict[str, Path]:
 
 
 def imports(module: str, file: Path, known: Mapping[str, Path]) -> Iterator[Import]:
-    """The imports of one file.  `from package import submodule` is an import of the submodule."""
+    """The imports of one file.  `from package import submodule` is an import of the submodule.
+
+    So is `import_module` of a name, and of an f-string that begins with `cutjoint.` or `{__name__}.`: of every module
+    whose name begins so.
+    """
     tree = ast.parse(file.read_text(encoding="utf-8"), filename=str(file))
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -127,6 +131,26 @@ def imports(module: str, file: Path, known: Mapping[str, Path]) -> Iterator[Impo
             inner = {f"{base}.{alias.name}" for alias in node.names}
             for target in {one if one in known else base for one in inner}:
                 yield Import(module, node.lineno, target)
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", getattr(node.func, "attr", "")) == "import_module":
+            for target in _by_name(node.args[0], module, known):
+                yield Import(module, node.lineno, target)
+
+
+def _by_name(name: ast.expr, module: str, known: Mapping[str, Path]) -> list[str]:
+    """The modules that `import_module(name)` may import, as far as the source tells."""
+    if isinstance(name, ast.Constant):
+        return [str(name.value)]
+    if not isinstance(name, ast.JoinedStr):
+        return []
+    start = ""
+    for part in name.values:
+        if isinstance(part, ast.Constant):
+            start += str(part.value)
+        elif isinstance(part, ast.FormattedValue) and getattr(part.value, "id", "") == "__name__":
+            start += module
+        else:
+            break
+    return [one for one in known if start and one.startswith(start)]
 
 
 def _absolute(module: str, node: ast.ImportFrom, *, is_package: bool) -> str:

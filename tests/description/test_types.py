@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from enum import StrEnum
+from itertools import combinations
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,9 +26,9 @@ from cutjoint.description import (
     check,
     load_description,
 )
-from cutjoint.description.cuts import HINGE, POINT, dot, slide
+from cutjoint.description.cuts import HINGE, LOCK, POINT, Equation, Kind, dot, slide
 from cutjoint.description.formats import WRITERS, write
-from cutjoint.description.formats.mjcf.types import MADE_OF
+from cutjoint.description.formats.mjcf.types import MADE_OF, carrier_parts
 from cutjoint.description.transforms import placement
 from cutjoint.errors import InputError
 
@@ -128,6 +130,56 @@ def test_a_new_cut_type_comes_back(form: str, equations: tuple[object, ...], add
 def test_equations_that_mjcf_cannot_say_are_refused(form: str, add_row: AddRow, tmp_path: Path) -> None:
     add_row(CutType, "other", IMPOSSIBLE, "", "test")
     assert comes_back_or_is_refused(robot(JointType.FLOATING, CutType("other")), form, tmp_path)
+
+
+def held(equations: tuple[Equation, ...]) -> np.ndarray:
+    """What the equations hold of the twist (linear, angular) of frame B in frame A, where the two are alike."""
+    one = np.eye(3)
+    linear, angular = np.hstack([one, np.zeros((3, 3))]), np.hstack([np.zeros((3, 3)), one])
+    rows = [np.zeros((0, 6))]
+    for equation in equations:
+        match equation.kind:
+            case Kind.POINT:
+                rows.append(linear)
+            case Kind.LOCK:
+                rows.append(angular)
+            case Kind.HINGE:
+                rows.append(angular[:2])
+            case Kind.SLIDE:
+                rows.append(linear[list(equation.axes)])
+            case Kind.DOT:
+                i, j = equation.axes
+                rows.append(np.cross(one[i], one[j]) @ angular)
+    return np.vstack([np.reshape(row, (-1, 6)) for row in rows])
+
+
+def free(parts: list[tuple[str, np.ndarray | None]]) -> np.ndarray:
+    """Twists, one a column, that joints of MuJoCo leave free."""
+    columns = [np.zeros((6, 0))]
+    for kind, axis in parts:
+        columns.append(np.vstack([np.zeros((3, 3)), np.eye(3)]) if axis is None else np.zeros((6, 1)))
+        if axis is not None:
+            columns[-1][:3, 0] = axis * (kind == "slide")
+            columns[-1][3:, 0] = axis * (kind != "slide")
+    return np.hstack(columns)
+
+
+PLACES = [(), (POINT,), *(tuple(slide(k) for k in axes) for n in (1, 2) for axes in combinations(range(3), n))]
+TURNS = [(), (LOCK,), (HINGE,), *((dot(i, j, "t"),) for i in range(3) for j in range(3))]
+
+
+@pytest.mark.parametrize("turn", TURNS, ids=lambda one: "-".join(f"{e.kind.name}{e.axes}" for e in one) or "none")
+def test_carriers_in_mjcf_move_as_the_equations_allow_or_are_refused(turn: tuple[Equation, ...]) -> None:
+    """Over every kind of place and turn: what two hinges about one axis would make of `dot(i, i)` is refused."""
+    for place in PLACES:
+        cut = SimpleNamespace(name="c", type=SimpleNamespace(value="new", equations=(*place, *turn)))
+        if turn and turn[0].kind is Kind.DOT and len(set(turn[0].axes)) == 1:
+            with pytest.raises(InputError, match="MJCF cannot say cut type 'new'"):
+                carrier_parts(cut)  # type: ignore[arg-type]
+            continue
+        rows, moves = held((*place, *turn)), free(carrier_parts(cut))  # type: ignore[arg-type]
+        assert np.abs(rows @ moves).max(initial=0.0) == 0.0
+        assert np.linalg.matrix_rank(moves) == moves.shape[1] == 6 - (np.linalg.matrix_rank(rows) if len(rows) else 0)
 
 
 def test_a_cylindrical_cut_is_a_slide_and_a_hinge_in_mujoco(add_row: AddRow, tmp_path: Path) -> None:

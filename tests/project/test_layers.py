@@ -47,6 +47,13 @@ def test_sound_package_passes(layers: ModuleType, tmp_path: Path) -> None:
         ("papers/cpm.py", "from cutjoint.description import model\n", "papers may not import description"),
         ("papers/cpm.py", "def f():\n    from cutjoint import chain\n", "papers may not import chain"),
         ("papers/cpm.py", "from .. import chain\n", "papers may not import chain"),
+        ("papers/cpm.py", "import_module('cutjoint.chain')\n", "papers may not import chain"),
+        (
+            "papers/cpm.py",
+            "def f(x):\n    importlib.import_module(f'cutjoint.cha{x}')\n",
+            "papers may not import chain",
+        ),
+        ("description/__init__.py", "import_module(f'cutjoint.chain{1}')\n", "description may not import chain"),
         ("papers/__init__.py", "from ..chain import C\n", "papers may not import chain"),
         ("errors.py", "import cutjoint.arrays\n", "errors may not import arrays"),
         (
@@ -72,6 +79,13 @@ def test_late_imports_and_those_for_types_make_a_circle_too(layers: ModuleType, 
     assert "import cycle" in layers.offences(write(tmp_path, SOUND | late))[0]
     types = {"chain/a.py": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import cutjoint.chain.b\n"}
     assert "import cycle" in layers.offences(write(tmp_path, SOUND | late | types))[0]
+
+
+def test_modules_that_are_imported_by_name_make_a_circle_too(layers: ModuleType, tmp_path: Path) -> None:
+    package = {"description/__init__.py": "def f(x):\n    import_module(f'{__name__}.{x}')\n", "description/a.py": ""}
+    assert layers.offences(write(tmp_path, SOUND | package)) == []
+    back = {"description/a.py": "import cutjoint.description\n"}
+    assert "import cycle" in layers.offences(write(tmp_path, SOUND | package | back))[0]
 
 
 def test_folders_of_a_room_need_each_other_one_way(layers: ModuleType, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import warnings
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -223,7 +224,7 @@ def check_target(path: str | Path) -> Path:
 
 
 def load(path: str | Path) -> Result:
-    """Read a result that `save` wrote as npz.
+    """Read a result that `save` wrote as npz.  Columns without a row in `OBSERVABLES` are left out, with a warning.
 
     Raises:
         ResultFileError: no such file, cut short, damaged, or of another schema version.
@@ -249,6 +250,9 @@ def load(path: str | Path) -> Result:
     missing = [name for name in (*ARRAYS, "about") if name not in content]
     if missing:
         raise refused(f" lacks {', '.join(missing)}")
+    if unknown := [name for name in content if name not in OBSERVABLES and name not in ("schema", "about")]:
+        told = f"{source} also holds {', '.join(unknown)}, for which OBSERVABLES has no row; left out"
+        warnings.warn(told, stacklevel=2)
     try:
         about = json.loads(str(content["about"]))
         return result_of({name: content[name] for name in OBSERVABLES if name in content}, about)

@@ -66,7 +66,7 @@ def carrier_parts(cut: CutJoint) -> list[Part]:
             return slides
         case [Kind.HINGE]:
             return [*slides, ("hinge", np.eye(3)[2])]
-        case [Kind.DOT]:
+        case [Kind.DOT] if turning[0].axes[0] != turning[0].axes[1]:  # else two hinges would be one
             return [*slides, *(("hinge", np.eye(3)[axis]) for axis in turning[0].axes)]
     raise unsaid("MJCF", cut)
 
