@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from enum import StrEnum
 from pathlib import Path
 
 import pytest
@@ -32,3 +33,17 @@ def own_caches(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
             del os.environ[name]
         else:
             os.environ[name] = value
+
+
+@pytest.fixture
+def add_row(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Adds a member to a table of types (`CutType`, `JointType`) for the time of a test: (table, name, *row)."""
+
+    def add(table: type[StrEnum], name: str, *row: object) -> None:
+        member = table.__new_member__(table, name, *row)  # type: ignore[attr-defined]
+        member._name_ = name.upper()
+        monkeypatch.setitem(table._value2member_map_, name, member)
+        monkeypatch.setitem(table._member_map_, name.upper(), member)
+        monkeypatch.setattr(table, "_member_names_", [*table._member_names_, name.upper()])
+
+    return add

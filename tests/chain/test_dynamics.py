@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +13,8 @@ from kit.shipped import DETERMINED, OTHERS, SHIPPED, VARIANTS
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
+from cutjoint.compile import compiled
+from cutjoint.description.cuts import HINGE, LOCK, POINT, dot, slide
 from cutjoint.description.model import CutJoint, CutType, Frame, Home, Joint, JointType, Link, RobotDescription
 from cutjoint.description.transforms import placement
 from cutjoint.errors import ActuationError, DynamicsError
@@ -81,6 +84,33 @@ def test_loop_forces_of_every_cut_type(kind: str, kit: Any) -> None:
         q = np.array(chain.assemble(start, keep_actuators=False).q_full)
         free = kit.motions(chain, q)
         check_forces(chain, q, free @ rng.normal(size=free.shape[1]), rng.normal(size=chain.nv))
+
+
+TURNS = ((), (LOCK,), (HINGE,), *((dot(i, j, "t"),) for i in range(3) for j in range(3)))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_cuts_made_of_any_equations(seed: int, add_row: Callable[..., None], kit: Any) -> None:
+    """A type is its equations: random ones in any order stay closed, balance, and are the same compiled."""
+    rng = np.random.default_rng(seed)
+    slides = [slide(k) for k in rng.permutation(3)[: rng.integers(0, 3)]]
+    equations = [*TURNS[seed], *([POINT] if rng.integers(0, 3) == 0 else slides)] or [slide(1)]
+    if seed % 4 == 3:
+        equations.append(dot(*((seed + k) % 3 for k in (0, 1)), "more"))
+    rng.shuffle(equations)
+    add_row(CutType, "new", tuple(equations), "", "test")
+    chain = ClosedChain(kit.two_bodies("new"))
+    assert chain.mobility().mobility == 12 - chain.mobility().rank
+    start = pin.integrate(chain.model, np.array(chain.home.q_full), 0.3 * rng.normal(size=chain.nv))
+    q = np.array(chain.assemble(start, keep_actuators=False).q_full)
+    free = kit.motions(chain, q)
+    v, effort = free @ rng.normal(size=free.shape[1]), rng.normal(size=chain.nv)
+    check_forces(chain, q, v, effort)
+    a = chain.full_forward_dynamics(q, v, effort).acceleration
+    gaps = [sum(chain.gap(pin.integrate(chain.model, q, h * v + 0.5 * h**2 * a))) for h in (1e-2, 5e-3)]
+    assert gaps[1] < 0.17 * gaps[0] or gaps[0] < 1e-12, "what is left open falls with the third power of time"
+    code = compiled(chain, cached=False).kernel("full_forward")(q, v, effort, np.zeros(0))
+    np.testing.assert_allclose(code[: chain.nv], a, rtol=0, atol=1e-8 * np.abs(a).max())
 
 
 @pytest.mark.parametrize("name", SHIPPED)

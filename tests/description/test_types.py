@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from enum import StrEnum
 from itertools import combinations
 from pathlib import Path
 from types import SimpleNamespace
@@ -34,20 +33,6 @@ from cutjoint.errors import InputError
 
 AddRow = Callable[..., None]
 IMPOSSIBLE = (POINT, dot(0, 1, "a"), dot(0, 2, "b"), dot(1, 2, "c"))
-
-
-@pytest.fixture
-def add_row(monkeypatch: pytest.MonkeyPatch) -> AddRow:
-    """Adds a member to a table of types for the time of a test."""
-
-    def add(table: type[StrEnum], name: str, *row: object) -> None:
-        member = table.__new_member__(table, name, *row)
-        member._name_ = name.upper()
-        monkeypatch.setitem(table._value2member_map_, name, member)
-        monkeypatch.setitem(table._member_map_, name.upper(), member)
-        monkeypatch.setattr(table, "_member_names_", [*table._member_names_, name.upper()])
-
-    return add
 
 
 def robot(kind: JointType, cut: CutType = CutType.SPHERICAL) -> RobotDescription:
