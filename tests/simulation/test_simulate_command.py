@@ -201,3 +201,15 @@ def test_a_gain_of_a_new_law_is_an_option(monkeypatch):
         assert about in str(CliRunner().invoke(anew, [*plain, *given]).exception)
     monkeypatch.undo()
     importlib.reload(simulate_command)
+
+
+def test_a_gain_that_is_called_like_another_option_is_told(monkeypatch):
+    class Limited(PD):
+        def __init__(self, kp: Kp, kd: Kd, limit: Annotated[float, GainHelp("largest effort", "N")]) -> None:
+            super().__init__(kp, kd)
+
+    monkeypatch.setitem(LAWS, "limited", LawRow(Limited, "PD with an end"))
+    with pytest.raises(ValueError, match="called like other options: --limit; rename them"):
+        importlib.reload(simulate_command)
+    monkeypatch.undo()
+    importlib.reload(simulate_command)

@@ -53,8 +53,11 @@ def with_gains(command: Command) -> Command:
     """`command`, whose `**gains` become an option for every gain of every law, with a help that says whose it is."""
     whole = signature(command, eval_str=True)
     named = [one for one in whole.parameters.values() if one.kind is not Parameter.VAR_KEYWORD]
+    gains = _options()
+    if taken := [option(one.name) for one in gains if one.name in whole.parameters]:
+        raise ValueError(f"gains of control laws are called like other options: {', '.join(taken)}; rename them")
     # Typer reads a command's options off its signature.
-    command.__signature__ = whole.replace(parameters=[*named, *_options()])  # type: ignore[attr-defined]
+    command.__signature__ = whole.replace(parameters=[*named, *gains])  # type: ignore[attr-defined]
     return command
 
 
