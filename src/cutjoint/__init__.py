@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from cutjoint.errors import CutjointError
-from cutjoint.mechanism import Actuator, Mechanism, Posture, Terms, Tool, kinetic_energy
+from cutjoint.mechanism import Actuator, Mechanism, Pose, Posture, Task, Terms, Tool, kinetic_energy
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, FullMotion, MobilityReport
@@ -44,8 +44,10 @@ __all__ = [
     "FullMotion",
     "Mechanism",
     "MobilityReport",
+    "Pose",
     "Posture",
     "RobotDescription",
+    "Task",
     "Terms",
     "Tool",
     "__version__",

@@ -165,6 +165,32 @@ class LimbReachError(UnreachableError, ClosureError):
         CutjointError.__init__(self, message)
 
 
+class LimitError(UnreachableError, ClosureError):
+    """A joint would have to go beyond its limits.
+
+    Attributes:
+        joint: its name.
+        value: where it would have to be, [m] or [rad].
+        bounds: its limits.
+        progress: fraction of the straight way at which it meets its limit, 0 to 1.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        joint: str,
+        value: float,
+        bounds: tuple[float, float],
+        target: npt.NDArray[np.float64],
+        progress: float = 0.0,
+    ) -> None:
+        self.joint, self.value, self.bounds = joint, value, bounds
+        self.target, self.reached, self.progress = _still(target), None, progress
+        self.gap, self.cut = (0.0, 0.0), ""
+        CutjointError.__init__(self, message)
+
+
 class SingularError(CutjointError):
     """The posture is singular (or so near that no digit of the answer would hold).
 

@@ -13,7 +13,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.compile import compiled
 from cutjoint.compile.equations.coordinates import to_rates
 from cutjoint.compile.equations.cut_rows import WRITTEN
-from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.pose import TreePose
 from cutjoint.description.cuts import CutType, Kind
 from cutjoint.description.model import Coupling
 
@@ -25,9 +25,9 @@ def agrees(chain: ClosedChain) -> None:
 
     def residual(step: float) -> np.ndarray:
         at = pin.integrate(source.model, q, step * v)
-        return np.array([row.residual for row in source.loops.rows(Pose(source.tree, at.tolist()))], dtype=float)
+        return np.array([row.residual for row in source.loops.rows(TreePose(source.tree, at.tolist()))], dtype=float)
 
-    pose = Pose(source.tree, q.tolist())
+    pose = TreePose(source.tree, q.tolist())
     u, rows = to_rates(pose, v.tolist()), source.loops.rows(pose)
     assert len(rows) == source.loops.count == len(chain.constraint_jacobian(q))
     found = np.array([sum(c * u[k] for k, c in row.coefficients.items()) for row in rows], dtype=float)

@@ -10,7 +10,7 @@ from cutjoint.chain import joints
 from cutjoint.compile.equations.coordinates import configuration_rate, from_rates, moved, to_rates
 from cutjoint.compile.equations.dynamics import accelerations, generalised_forces, mass_matrix, velocities
 from cutjoint.compile.equations.joints import JOINTS, StepKind
-from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.description.joints import JointType
 from cutjoint.errors import InputError
@@ -38,7 +38,7 @@ def agrees(model: pin.Model) -> None:
     data, tree = model.createData(), JointTree(model)
     q = pin.integrate(model, pin.neutral(model), rng.normal(size=model.nv))
     v, a = rng.normal(size=model.nv), rng.normal(size=model.nv)
-    pose = Pose(tree, q.tolist())
+    pose = TreePose(tree, q.tolist())
     units = [to_rates(pose, one.tolist()) for one in np.eye(model.nv)]
     mass = mass_matrix(pose, [velocities(pose, one) for one in units])
     upper = np.triu(pin.crba(model, data, q))
@@ -48,7 +48,7 @@ def agrees(model: pin.Model) -> None:
     u = to_rates(pose, v.tolist())
     h = 1e-6
     ahead, behind = (
-        to_rates(Pose(tree, pin.integrate(model, q, s * h * v).tolist()), (v + s * h * a).tolist()) for s in (1, -1)
+        to_rates(TreePose(tree, pin.integrate(model, q, s * h * v).tolist()), (v + s * h * a).tolist()) for s in (1, -1)
     )
     du = ((np.array(ahead) - np.array(behind)) / (2 * h)).tolist()
     base = (-float(tree.gravity[0]), -float(tree.gravity[1]), -float(tree.gravity[2]))

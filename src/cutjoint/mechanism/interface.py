@@ -7,13 +7,18 @@ written against it takes either.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol, Self, runtime_checkable
+from typing import Any, Literal, Protocol, Self, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
+from cutjoint.mechanism.task import Task
 from cutjoint.mechanism.types import Posture, Terms, Tool
+
+
+JointLimits = Literal["respect", "ignore"]
+"""What is done about joints that would go beyond their limits."""
 
 
 @dataclass(frozen=True)
@@ -59,26 +64,45 @@ class Mechanism(Protocol):
     def home(self) -> Posture:
         """The posture that calls without `near` start from; it picks the branch."""
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    @property
+    def task(self) -> Task:
+        """Which motions of the tool are led.
+
+        Raises:
+            InputError: the robot has no tool, or its task cannot be told.
+        """
+
+    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """The closed posture with actuated coordinates `q`, on the branch of `near` (default: of `home`).
 
         Raises:
             InputError: wrong shape or not finite.
             ClosureError: the loops cannot be closed there.
+            LimitError: a joint would go beyond its limits, and they are not to be ignored.
             SingularError: a singular posture lies at or before `q`.
         """
 
-    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
-        """The closed posture with the tool at `p`, shape (3,) [m] (inverse kinematics), on the branch of `near`.
+    def reach(
+        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+    ) -> Posture:
+        """The closed posture with the tool at `target` (inverse kinematics), on the branch of `near`.
+
+        Args:
+            target: a point (3,) [m]; a pose (`Pose`, (4, 4), x y z qx qy qz qw, or pin.SE3); or coordinates of the task
+                by name, such as {"x": 0.1, "y": 0.0, "rz": 0.2}, [m] and [rad].
+            near: picks the branch; default home.
+            free: whether what the target does not say may be as it likes; it moves as little as it can then.
+            limits: whether joint limits are respected or ignored.
 
         Raises:
-            InputError: wrong shape or not finite.
-            UnreachableError: outside the workspace of this branch.
-            SingularError: a singular posture lies at or before `p`.
+            InputError: it is no target, or does not fix the task, and the rest is not free.
+            UnreachableError: outside the workspace of this branch, or a pose that this tool cannot have.
+            LimitError: a joint would go beyond its limits, and they are not to be ignored.
+            SingularError: a singular posture lies at or before the target.
         """
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
-        """Position, Jacobian and J_dot v of the tool point.  Without `v` the drift is zero."""
+        """Pose, frame Jacobian, its drift and twist of the tool.  Without `v` drift and twist are zero."""
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
         """Mass matrix, Coriolis vector and gravity.  Without `v` the Coriolis vector is zero."""

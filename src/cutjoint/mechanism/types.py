@@ -7,7 +7,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cutjoint.arrays import Array, Frozen
+import numpy as np
+
+from cutjoint.arrays import Array, Frozen, readonly
+from cutjoint.mechanism.pose import Pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,14 +45,45 @@ class Terms(Frozen):
 
 @dataclass(frozen=True, eq=False)
 class Tool(Frozen):
-    """Kinematics of the tool point.
+    """Kinematics of the tool: a frame, whose origin is the tool point.
 
     Attributes:
-        position: in the world frame, shape (3,), [m].
-        jacobian: tool velocity = jacobian @ v, shape (3, n).
-        drift: time derivative of the Jacobian times v, shape (3,), [m/s2]; tool acceleration = jacobian @ a + drift.
+        position: of the tool point in the world frame, shape (3,), [m].
+        rotation: axes of the tool as columns, in the world frame, shape (3, 3).
+        frame_jacobian: twist = frame_jacobian @ v: rows of the velocity of the tool point, then of the angular velocity,
+            both along the axes of the world, shape (6, n).
+        frame_drift: time derivative of the frame Jacobian times v, shape (6,), [m/s2] and [rad/s2]; without v zero.
+        twist: velocity of the tool point [m/s] and angular velocity [rad/s], shape (6,); without v zero.
     """
 
     position: Array
-    jacobian: Array
-    drift: Array
+    rotation: Array
+    frame_jacobian: Array
+    frame_drift: Array
+    twist: Array
+
+    @classmethod
+    def of_point(cls, position: Array, jacobian: Array, drift: Array, v: Array | None = None) -> Tool:
+        """Of a tool that never turns, from what is known of its point: shapes (3,), (3, n), (3,)."""
+        still = np.zeros_like(jacobian)
+        twist = np.zeros(6) if v is None else np.concatenate([jacobian @ v, np.zeros(3)])
+        frame_drift = np.concatenate([drift, np.zeros(3)])
+        return cls(position, _UNTURNED, np.concatenate([jacobian, still]), frame_drift, twist)
+
+    @property
+    def jacobian(self) -> Array:
+        """Velocity of the tool point = jacobian @ v, shape (3, n)."""
+        return self.frame_jacobian[:3]
+
+    @property
+    def drift(self) -> Array:
+        """Acceleration of the tool point = jacobian @ a + drift, shape (3,), [m/s2]."""
+        return self.frame_drift[:3]
+
+    @property
+    def pose(self) -> Pose:
+        """Position and rotation."""
+        return Pose(self.position, self.rotation)
+
+
+_UNTURNED = readonly(np.eye(3))

@@ -24,7 +24,7 @@ from cutjoint.arrays import Array
 from cutjoint.compile.equations.cloud import run
 from cutjoint.compile.equations.dynamics import Motion, mass_matrix, velocities
 from cutjoint.compile.equations.elimination_order import Idle, Plan
-from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.reduction import MassFactor, Reduction
 from cutjoint.compile.expressions.functions import is_zero
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
@@ -81,7 +81,7 @@ def weighed(masses: Sequence[tuple[Array, Array]], support: tuple[frozenset[int]
 
 
 def idle_masses(
-    pose: Pose, reduction: Reduction, graph: Graph, q: Sequence[Expression], scale: Array, cloud: Array
+    pose: TreePose, reduction: Reduction, graph: Graph, q: Sequence[Expression], scale: Array, cloud: Array
 ) -> list[tuple[Array, Array]]:
     """What `weighed` asks, from the expressions, on every posture of a cloud; `scale` makes rates dimensionless."""
     nv, count = pose.tree.nv, len(reduction.plan.idle.support) if reduction.plan.idle else 0

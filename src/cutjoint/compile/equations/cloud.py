@@ -19,7 +19,7 @@ from cutjoint.chain.rank import Split, null_space, singular_values, threshold
 from cutjoint.compile.equations import newton
 from cutjoint.compile.equations.coordinates import moved
 from cutjoint.compile.equations.cut_rows import Loops
-from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions.graph import Graph
 from cutjoint.compile.expressions.program import Program, interpret
@@ -43,7 +43,7 @@ class Survey:
         graph = Graph()
         q = graph.symbols(tree.nq)
         u = graph.symbols(tree.nv)
-        pose = Pose(tree, q)
+        pose = TreePose(tree, q)
         rows = loops.rows(pose)
         self.pattern = [set(row.coefficients) for row in rows]
         self._constant = [

@@ -10,14 +10,14 @@ from collections.abc import Sequence
 
 from cutjoint.compile.equations.dynamics import Motion
 from cutjoint.compile.equations.joints import StepKind, TreeStep
-from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.expressions import functions
 from cutjoint.compile.expressions.functions import is_zero
 from cutjoint.compile.expressions.graph import Number
 from cutjoint.compile.expressions.vectors import Vector, cross, dot, transposed, turn
 
 
-def to_rates(pose: Pose, v: Sequence[Number]) -> list[Number]:
+def to_rates(pose: TreePose, v: Sequence[Number]) -> list[Number]:
     """Pinocchio's velocities (or, dually, forces) as rates `u`."""
     u = list(v)
     for k, first in _turned(pose):
@@ -29,7 +29,7 @@ def to_rates(pose: Pose, v: Sequence[Number]) -> list[Number]:
     return u
 
 
-def from_rates(pose: Pose, u: Sequence[Number]) -> list[Number]:
+def from_rates(pose: TreePose, u: Sequence[Number]) -> list[Number]:
     """Rates `u` as Pinocchio's velocities."""
     v = list(u)
     for k, first in _turned(pose):
@@ -42,13 +42,13 @@ def from_rates(pose: Pose, u: Sequence[Number]) -> list[Number]:
     return v
 
 
-def from_rate_derivatives(pose: Pose, u: Sequence[Number], motion: Motion, du: Sequence[Number]) -> list[Number]:
+def from_rate_derivatives(pose: TreePose, u: Sequence[Number], motion: Motion, du: Sequence[Number]) -> list[Number]:
     """Derivatives of the rates as Pinocchio's accelerations (time derivative of its velocities)."""
     turned = turning_axes(pose, u, motion)
     return from_rates(pose, [x if is_zero(y) else x + y for x, y in zip(du, turned, strict=True)])
 
 
-def turning_axes(pose: Pose, u: Sequence[Number], motion: Motion) -> list[Number]:
+def turning_axes(pose: TreePose, u: Sequence[Number], motion: Motion) -> list[Number]:
     """What Pinocchio's accelerations are beside the derivatives of the rates, because its axes turn, length nv."""
     changed: list[Number] = [0.0] * pose.tree.nv
     for k, first in _turned(pose):
@@ -61,18 +61,18 @@ def turning_axes(pose: Pose, u: Sequence[Number], motion: Motion) -> list[Number
     return changed
 
 
-def _turned(pose: Pose) -> list[tuple[int, int]]:
+def _turned(pose: TreePose) -> list[tuple[int, int]]:
     """(step whose axes Pinocchio uses, first rate) of every triple of rates in world axes."""
     return [(step.body, step.u) for step in pose.tree.steps if step.kind.in_world]
 
 
-def _flat(pose: Pose) -> list[tuple[int, TreeStep]]:
+def _flat(pose: TreePose) -> list[tuple[int, TreeStep]]:
     """(first rate, step that turns the plane) of every pair of rates in a plane that turns."""
     steps = pose.tree.steps
     return [(step.u, steps[step.body]) for k, step in enumerate(steps) if step.kind is StepKind.FLAT and step.body > k]
 
 
-def configuration_rate(pose: Pose, u: Sequence[Number]) -> list[Number]:
+def configuration_rate(pose: TreePose, u: Sequence[Number]) -> list[Number]:
     """Time derivative of the configuration (quaternions and cosines included), length nq."""
     rate: list[Number] = [0.0] * pose.tree.nq
     for k, step in enumerate(pose.tree.steps[1:], start=1):
@@ -80,7 +80,7 @@ def configuration_rate(pose: Pose, u: Sequence[Number]) -> list[Number]:
     return rate
 
 
-def moved(pose: Pose, u: Sequence[Number]) -> list[Number]:
+def moved(pose: TreePose, u: Sequence[Number]) -> list[Number]:
     """The configuration after a small step `u`: exact for angles and lengths, to first order for the others, whose
     quaternions and cosines are brought back to unit length."""
     q: list[Number] = [x + dx for x, dx in zip(pose.q, configuration_rate(pose, u), strict=True)]

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cutjoint.compile.equations.dynamics import Motion
-from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions.functions import is_zero
 from cutjoint.compile.expressions.graph import Number
@@ -53,7 +53,7 @@ class Loops:
         )
         self.count = sum(cut.type.rows for cut in cuts) + len(self.couplings)
 
-    def rows(self, pose: Pose, motion: Motion | None = None, bias: Motion | None = None) -> list[ConstraintRow]:
+    def rows(self, pose: TreePose, motion: Motion | None = None, bias: Motion | None = None) -> list[ConstraintRow]:
         """All rows; the drift is zero without `motion` and `bias` (velocities, and accelerations at constant rates)."""
         found: list[ConstraintRow] = []
         for equations, a, b in self.cuts:
@@ -72,7 +72,7 @@ class Loops:
 class _End:
     """One frame of a cut: its axes, and per rate the velocity of its origin and its angular velocity."""
 
-    def __init__(self, pose: Pose, frame: tuple[int, Matrix, Vector]) -> None:
+    def __init__(self, pose: TreePose, frame: tuple[int, Matrix, Vector]) -> None:
         self.step, rotation, lever = frame
         columns = pose.columns(self.step, lever)
         self.axes = product(pose.rotation[self.step], rotation)
@@ -93,7 +93,7 @@ class _Relative:
         swing, spin: relative angular velocity, and relative angular acceleration at constant rates.
     """
 
-    def __init__(self, pose: Pose, a: _End, b: _End, motion: Motion | None, bias: Motion | None) -> None:
+    def __init__(self, pose: TreePose, a: _End, b: _End, motion: Motion | None, bias: Motion | None) -> None:
         self.a, self.b = a, b
         self.apart = _apart(pose, a, b)
         self.velocity = _difference(b.velocity, a.velocity)
@@ -117,7 +117,7 @@ def _difference(on_b: dict[int, Vector], on_a: dict[int, Vector]) -> dict[int, V
     return {u: sub(on_b.get(u, ZERO), on_a.get(u, ZERO)) for u in sorted({*on_a, *on_b})}
 
 
-def _apart(pose: Pose, a: _End, b: _End) -> Vector:
+def _apart(pose: TreePose, a: _End, b: _End) -> Vector:
     """From the origin of frame A to that of frame B.  The common part of the two paths cancels symbolically."""
     up_a, up_b = pose.tree.path(a.step), pose.tree.path(b.step)
     shared = set(up_a) & set(up_b)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cutjoint.compile.equations.inertia import BodyInertia
-from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.expressions.functions import is_zero
 from cutjoint.compile.expressions.graph import Number
 from cutjoint.compile.expressions.vectors import ZERO, Vector, add, cross, dot, scale
@@ -24,7 +24,7 @@ class Motion:
         return add(self.linear[step], cross(self.angular[step], arm))
 
 
-def velocities(pose: Pose, u: Sequence[Number]) -> Motion:
+def velocities(pose: TreePose, u: Sequence[Number]) -> Motion:
     """Velocities of all steps for the rates `u`."""
     angular, linear = [ZERO], [ZERO]
     for k, step in enumerate(pose.tree.steps[1:], start=1):
@@ -36,7 +36,7 @@ def velocities(pose: Pose, u: Sequence[Number]) -> Motion:
     return Motion(tuple(angular), tuple(linear))
 
 
-def accelerations(pose: Pose, u: Sequence[Number], motion: Motion, du: Sequence[Number], base: Vector = ZERO) -> Motion:
+def accelerations(pose: TreePose, u: Sequence[Number], motion: Motion, du: Sequence[Number], base: Vector = ZERO) -> Motion:
     """Accelerations of all steps for the rates `u`, their velocities `motion` and the rates' derivatives `du`.
 
     `base` is the acceleration given to the world: minus gravity makes weights appear as inertia forces.
@@ -58,13 +58,13 @@ def accelerations(pose: Pose, u: Sequence[Number], motion: Motion, du: Sequence[
     return Motion(tuple(angular), tuple(linear))
 
 
-def _parts(pose: Pose, k: int, u: Sequence[Number]) -> tuple[Vector, Vector]:
+def _parts(pose: TreePose, k: int, u: Sequence[Number]) -> tuple[Vector, Vector]:
     """Parts of a step's velocity and angular velocity that come from its own rates."""
     own = pose.own_rate(k, u)
     return (own, ZERO) if pose.tree.steps[k].kind.slides else (ZERO, own)
 
 
-def inertia_times(pose: Pose, body: BodyInertia, w: Vector) -> Vector:
+def inertia_times(pose: TreePose, body: BodyInertia, w: Vector) -> Vector:
     """Inertia of a body, about the step's origin, times `w`."""
     total = ZERO if is_zero(body.base) else scale(body.base, w)
     for weight, axis in body.axes:
@@ -73,7 +73,7 @@ def inertia_times(pose: Pose, body: BodyInertia, w: Vector) -> Vector:
     return total
 
 
-def generalised_forces(pose: Pose, motion: Motion, acceleration: Motion) -> list[Number]:
+def generalised_forces(pose: TreePose, motion: Motion, acceleration: Motion) -> list[Number]:
     """Forces along the rates that the accelerations need (recursive Newton-Euler), length nv."""
     tree = pose.tree
     force = [ZERO] * len(tree.steps)
@@ -104,7 +104,7 @@ def generalised_forces(pose: Pose, motion: Motion, acceleration: Motion) -> list
     return result
 
 
-def _gyroscopic(pose: Pose, body: BodyInertia, w: Vector) -> Vector:
+def _gyroscopic(pose: TreePose, body: BodyInertia, w: Vector) -> Vector:
     """w x (inertia w); the part of the inertia that is the same about all axes gives nothing."""
     total = ZERO
     for weight, axis in body.axes:
@@ -113,7 +113,7 @@ def _gyroscopic(pose: Pose, body: BodyInertia, w: Vector) -> Vector:
     return total
 
 
-def mass_matrix(pose: Pose, columns: Sequence[Motion]) -> list[list[Number]]:
+def mass_matrix(pose: TreePose, columns: Sequence[Motion]) -> list[list[Number]]:
     """Kinetic energy of every pair of velocity columns, symmetric: the sum over bodies of
     m vi.vj + vi.(wj x h) + vj.(wi x h) + wi.(inertia wj)."""
     n = len(columns)
@@ -147,7 +147,7 @@ def mass_matrix(pose: Pose, columns: Sequence[Motion]) -> list[list[Number]]:
     return result
 
 
-def potential_energy(pose: Pose, origin: Vector = ZERO) -> Number:
+def potential_energy(pose: TreePose, origin: Vector = ZERO) -> Number:
     """Potential energy of gravity [J], zero at the world's origin; the tree stands at `origin` in the world."""
     total: Number = -dot(pose.tree.gravity, pose.tree.anchored)
     for body in pose.bodies:

@@ -13,7 +13,7 @@ from cutjoint.compile.expressions.graph import Number
 from cutjoint.compile.expressions.vectors import IDENTITY, ZERO, Matrix, Vector, add, cross, dot, product, turn
 
 
-class Pose:
+class TreePose:
     """Placements of all steps for a configuration `q` (expressions, Pinocchio's layout).
 
     Attributes:

@@ -17,7 +17,7 @@ from collections.abc import Collection, Sequence
 from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.dynamics import Motion, accelerations, generalised_forces, mass_matrix, velocities
 from cutjoint.compile.equations.elimination_order import Plan
-from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.expressions.functions import absolute, is_zero, maximum
 from cutjoint.compile.expressions.graph import Expression, Number
 from cutjoint.compile.expressions.vectors import ZERO, dot, scale
@@ -37,7 +37,7 @@ class Reduction:
         strain: see the module.
     """
 
-    def __init__(self, pose: Pose, loops: Loops, plan: Plan) -> None:
+    def __init__(self, pose: TreePose, loops: Loops, plan: Plan) -> None:
         self.pose, self.loops, self.plan = pose, loops, plan
         self.n = len(plan.independent)
         self._rows = loops.rows(pose)

@@ -18,7 +18,7 @@ from cutjoint.compile.equations.coordinates import (
     turning_axes,
 )
 from cutjoint.compile.equations.dynamics import Motion, accelerations, potential_energy, velocities
-from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.reduction import MassFactor, Reduction
 from cutjoint.compile.equations.tree import motion_subspace
 from cutjoint.compile.expressions import vectors
@@ -32,7 +32,7 @@ from cutjoint.errors import ActuationError, CompileError, CutjointError, InputEr
 class ChainState:
     """A `TracedState` of a closed chain, and what only chains have."""
 
-    def __init__(self, source: ChainPlan, graph: Graph, q: Sequence[Expression], pose: Pose) -> None:
+    def __init__(self, source: ChainPlan, graph: Graph, q: Sequence[Expression], pose: TreePose) -> None:
         self.source, self.graph, self.q = source, graph, list(q)
         self.pose = pose
         self.whole = Reduction(pose, source.loops, source.plan)

@@ -23,7 +23,7 @@ from cutjoint.compile.equations.cloud import Survey
 from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.elimination_order import Idle, Plan, choose
 from cutjoint.compile.equations.inertia import BodyInertia, PointMass
-from cutjoint.compile.equations.pose import Pose
+from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.reduction import Reduction
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions import vectors
@@ -93,7 +93,7 @@ class ChainTree:
             model.inertias[joint] = total
         return model
 
-    def pose(self, q: Sequence[Number], parameters: Sequence[Number]) -> Pose:
+    def pose(self, q: Sequence[Number], parameters: Sequence[Number]) -> TreePose:
         """The tree at the configuration `q`, with the values of the inertial parameters."""
         points: list[PointMass] = []
         bodies: list[BodyInertia] = []
@@ -103,7 +103,7 @@ class ChainTree:
                 points.append(PointMass(step, value, lever))
             else:
                 bodies.append(self._body(name, value))
-        return Pose(self.tree, q, bodies, points)
+        return TreePose(self.tree, q, bodies, points)
 
     @once
     def tool_point(self) -> tuple[int, vectors.Vector]:

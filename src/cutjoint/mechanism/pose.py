@@ -1,0 +1,71 @@
+"""A pose: where a frame is and how it is turned; and what may be said where a pose is wanted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array, Frozen, as_vector
+from cutjoint.errors import InputError
+from cutjoint.mechanism.rotations import quaternion_of, rotation_from, turned
+
+FORMS = "a Pose, a (4, 4) matrix, seven numbers x, y, z, qx, qy, qz, qw, or a pin.SE3"
+
+
+@dataclass(frozen=True, eq=False)
+class Pose(Frozen):
+    """Position and rotation of a frame in the world.
+
+    Attributes:
+        position: shape (3,), [m].
+        rotation: axes of the frame as columns, shape (3, 3).
+    """
+
+    position: Array
+    rotation: Array
+
+    @classmethod
+    def of(cls, given: Any) -> Pose:  # arrays of several shapes, and classes of other packages
+        """From anything that tells a pose: see `FORMS`.
+
+        Raises:
+            InputError: it is none.
+        """
+        if isinstance(given, Pose):
+            return given
+        if hasattr(given, "homogeneous"):
+            given = given.homogeneous
+        try:
+            array = np.asarray(given, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"a pose is {FORMS}; found {given!r}") from error
+        if array.shape == (7,):
+            values = as_vector("pose", array, 7)
+            return cls(values[:3], rotation_from(values[3:]))
+        if array.shape != (4, 4):
+            raise InputError(f"a pose is {FORMS}; found shape {array.shape}")
+        if not np.isfinite(array).all() or np.abs(array[3] - (0.0, 0.0, 0.0, 1.0)).max() > 1e-9:
+            raise InputError(f"a (4, 4) pose is finite and its last row is 0, 0, 0, 1; found {array.tolist()}")
+        return cls(array[:3, 3], rotation_from(array[:3, :3]))
+
+    @property
+    def matrix(self) -> Array:
+        """Homogeneous, shape (4, 4)."""
+        found = np.eye(4)
+        found[:3, :3], found[:3, 3] = self.rotation, self.position
+        return found
+
+    @property
+    def quaternion(self) -> Array:
+        """x, y, z, w of the rotation, w >= 0, shape (4,)."""
+        return np.array(quaternion_of(self.rotation))
+
+    def moved(self, by: npt.ArrayLike = (0.0, 0.0, 0.0), turn: npt.ArrayLike = (0.0, 0.0, 0.0)) -> Pose:
+        """The pose `by` (3,) [m] further, turned about itself by the rotation vector `turn` (3,) [rad], both along the
+        axes of the world."""
+        return Pose(
+            self.position + as_vector("by", by, 3, "m"), turned(as_vector("turn", turn, 3, "rad")) @ self.rotation
+        )

@@ -1,0 +1,253 @@
+"""The task of a robot: which motions of its tool are led, in which axes; and what a target asks of them.
+
+A task is some of x, y, z, rx, ry, rz.  Its coordinates are the tool's position along the axes of the task [m], and the
+rotation vector [rad] by which the tool is turned away from how it stands at home, in the same axes.  Where only some
+rotations are led, with Q the rotation since home and Q_d the wanted one, Q = Q_d E, and what is asked of E is that its
+quaternion has no part along the led axes:
+
+- all three: Q = Q_d;
+- two, such as rx and ry: the third axis, carried by the tool, points where it should (tilt, whatever the torsion);
+- one, such as rz: the turn about it is as wanted, whatever the swing.
+
+With q, w the quaternion of E in the task's axes A, and (v, u) the velocity and angular velocity of the tool, the error
+e = (A' (p - p_d), 2 q), of which the led rows are kept, changes by
+
+    e_dot = C ((v, u) - (v_d, u_d)),    C = diag(A', (w 1 - [q]) A' Q_d')
+
+After I. A. Bonev, D. Zlatanov, C. M. Gosselin: Advantages of the modified Euler angles in the design and control of PKMs
+(2002), for tilt and torsion; and J. S. Dai: Euler-Rodrigues formula variations, quaternion conjugation and intrinsic
+connections.  Mech. Mach. Theory 92 (2015) 144-152, for the rates of quaternions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any, Literal
+
+import numpy as np
+
+from cutjoint.arrays import Array, Frozen, as_vector
+from cutjoint.errors import InputError
+from cutjoint.mechanism.pose import FORMS, Pose
+from cutjoint.mechanism.rotations import crossing, quaternion_of, turned, vector_of
+
+NAMES = ("x", "y", "z", "rx", "ry", "rz")
+Axes = Literal["world", "tool"]
+
+
+@dataclass(frozen=True, eq=False)
+class Target(Frozen):
+    """What is asked of the tool.
+
+    Attributes:
+        pose: the wanted pose; what is not asked for is as at home.
+        led: numbers of the rows (of the six) that lead the robot there.
+        asked: numbers of the rows that must be met.
+        words: the target for messages.
+    """
+
+    pose: Pose
+    led: tuple[int, ...]
+    asked: tuple[int, ...]
+    words: str
+
+
+@dataclass(frozen=True, eq=False)
+class Task(Frozen):
+    """Which motions of a tool are led.
+
+    Attributes:
+        names: some of `NAMES`, in that order.
+        home: pose of the tool at home.
+        robot: its name, for messages.
+        axes: "world", or "tool": the tool's axes at home, from where it is then.
+    """
+
+    names: tuple[str, ...]
+    home: Pose
+    robot: str
+    axes: Axes = "world"
+
+    @property
+    def rows(self) -> tuple[int, ...]:
+        """Numbers of its rows."""
+        return tuple(NAMES.index(name) for name in self.names)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of every coordinate."""
+        return tuple("m" if row < 3 else "rad" for row in self.rows)
+
+    @property
+    def is_of_point(self) -> bool:
+        """Whether the tool point says all that is led."""
+        return all(row < 3 for row in self.rows)
+
+    @property
+    def basis(self) -> Array:
+        """Its axes as columns, shape (3, 3)."""
+        return self.home.rotation if self.axes == "tool" else _UNIT
+
+    def __str__(self) -> str:
+        return " ".join(self.names) + (" in the axes of the tool at home" if self.axes == "tool" else "")
+
+    # ---- coordinates -----------------------------------------------------------------------------------------------
+
+    def coordinates(self, pose: Pose) -> Array:
+        """Coordinates of a pose of the tool, shape (rows,), [m] and [rad]."""
+        basis = self.basis
+        start = self.home.position if self.axes == "tool" else np.zeros(3)
+        place = basis.T @ (pose.position - start)
+        turn = np.zeros(3)
+        led = [row - 3 for row in self.rows if row >= 3]
+        if led:
+            since = basis.T @ pose.rotation @ self.home.rotation.T @ basis
+            turn = vector_of(since)
+            if len(led) == 2:
+                (free,) = {0, 1, 2}.difference(led)
+                turn = _tilt(since[:, free], free)
+            elif len(led) == 1:
+                quaternion = quaternion_of(since)
+                turn[led[0]] = 2.0 * np.arctan2(quaternion[led[0]], quaternion[3])
+        return np.concatenate([place, turn])[list(self.rows)]
+
+    def pose(self, coordinates: Mapping[str, float] | Sequence[float] | Array) -> Pose:
+        """The pose with these coordinates, by name or in the order of `names`; the others are as at home.
+
+        Raises:
+            InputError: not the right number of them, or not finite.
+        """
+        if not isinstance(coordinates, Mapping):
+            coordinates = dict(zip(self.names, as_vector("coordinates", coordinates, len(self.names)), strict=True))
+        unknown = [name for name in coordinates if name not in NAMES]
+        if unknown:
+            raise InputError(f"'{unknown[0]}' is no coordinate of a tool; they are {', '.join(NAMES)}")
+        basis, at_home = self.basis, self.axes == "tool"
+        start = np.zeros(3) if at_home else self.home.position
+        values = np.concatenate([start, np.zeros(3)])
+        for name, value in coordinates.items():
+            values[NAMES.index(name)] = float(value)
+        values = as_vector("coordinates", values, 6)
+        place = basis @ values[:3] + (self.home.position if at_home else 0.0)
+        return Pose(place, turned(basis @ values[3:]) @ self.home.rotation)
+
+    # ---- targets ---------------------------------------------------------------------------------------------------
+
+    def target(self, given: Any, free: bool = False) -> Target:  # arrays of several shapes, mappings, poses
+        """What `given` asks of the tool: a point (3,), a pose (see `FORMS`), or coordinates by name.
+
+        Args:
+            free: whether what is not given may be as it likes.
+
+        Raises:
+            InputError: it is none of these; or it does not fix what the robot leads, and the rest is not free.
+        """
+        if isinstance(given, Mapping):
+            return self._by_name(given, free)
+        shape = np.shape(given) if isinstance(given, list | tuple | np.ndarray) else None
+        if shape == (3,):
+            point = as_vector("target", given, 3, "m")
+            if not (self.is_of_point or free):
+                raise InputError(
+                    f"a point does not fix {self.robot}, whose task is {self}: give a pose ({FORMS}) or the "
+                    f"coordinates by name, such as {self._example()}; or say that the rest is free (free=True)"
+                )
+            return Target(Pose(point, self.home.rotation), _POINT, _POINT, f"{np.round(point, 6).tolist()} m")
+        if shape is not None and shape not in ((7,), (4, 4)):
+            raise InputError(
+                f"a target is a point (3,), a pose ({FORMS}) or coordinates by name ({self._example()}); found shape "
+                f"{shape}"
+            )
+        pose = Pose.of(given)
+        words = f"the pose at {np.round(pose.position, 6).tolist()} m"
+        return Target(pose, self.rows, self.rows if free else _ALL, words)
+
+    def _by_name(self, given: Mapping[str, float], free: bool) -> Target:
+        missing = [name for name in self.names if name not in given]
+        other = [name for name in given if name not in self.names]
+        if other and not free:
+            raise InputError(
+                f"{self.robot} cannot be led by {', '.join(map(str, other))}; its task is {self}, so give {self._example()}"
+            )
+        if missing and not free:
+            raise InputError(
+                f"{', '.join(map(str, given)) or 'nothing'} does not fix {self.robot}, whose task is {self}: give also "
+                f"{', '.join(missing)}, or say that the rest is free (free=True)"
+            )
+        pose = self.pose(given)
+        rows = tuple(row for row, name in enumerate(NAMES) if name in given)
+        return Target(pose, rows, rows, ", ".join(f"{name} {float(value):.6g}" for name, value in given.items()))
+
+    def _example(self) -> str:
+        at_home = self.coordinates(self.home)
+        return "{" + ", ".join(f'"{name}": {value:.4g}' for name, value in zip(self.names, at_home, strict=True)) + "}"
+
+    # ---- errors and rates ------------------------------------------------------------------------------------------
+
+    def error(self, at: Pose, wanted: Pose, rows: Sequence[int]) -> Array:
+        """What the rows of a pose miss of the wanted one, shape (rows,), [m] and [rad]."""
+        return self._both(at, wanted)[0][list(rows)]
+
+    def condition(self, at: Pose, wanted: Pose, rows: Sequence[int]) -> Array:
+        """C of the module's head, shape (rows, 6)."""
+        return self._both(at, wanted)[1][list(rows)]
+
+    def _both(self, at: Pose, wanted: Pose) -> tuple[Array, Array]:
+        basis, condition = self.basis, np.zeros((6, 6))
+        condition[:3, :3] = basis.T
+        into = basis.T @ self.home.rotation @ wanted.rotation.T  # A' Q_d'
+        x, y, z, w = quaternion_of(into @ at.rotation @ self.home.rotation.T @ basis)
+        condition[3:, 3:] = np.array([[w, z, -y], [-z, w, x], [y, -x, w]]) @ into
+        return np.concatenate([basis.T @ (at.position - wanted.position), (2.0 * x, 2.0 * y, 2.0 * z)]), condition
+
+    def turning(self, at: Pose, wanted: Pose, twist: Array, wanted_twist: Array, rows: Sequence[int]) -> Array:
+        """C_dot ((v, u) - (v_d, u_d)), shape (rows,): what the second derivative of the error has beside
+        C times the difference of the accelerations."""
+        found = np.zeros(6)
+        away = twist[3:] - wanted_twist[3:]
+        if away.any():
+            basis = self.basis
+            into = basis.T @ self.home.rotation @ wanted.rotation.T
+            *vector, w = quaternion_of(into @ at.rotation @ self.home.rotation.T @ basis)
+            q, rate = np.array(vector), into @ away
+            half = w * np.eye(3) - crossing(q)
+            q_rate, w_rate = 0.5 * half @ rate, -0.5 * float(q @ rate)
+            found[3:] = (w_rate * np.eye(3) - crossing(q_rate)) @ rate - half @ into @ np.cross(wanted_twist[3:], away)
+        return found[list(rows)]
+
+    def left(self, at: Pose, target: Target) -> tuple[float, float]:
+        """How far [m] and by how much turned [rad] a pose is from what a target asks for."""
+        missed = self._both(at, target.pose)[0]
+        lengths = [missed[row] for row in target.asked if row < 3]
+        angles = [missed[row] for row in target.asked if row >= 3]
+        return sqrt(sum(x * x for x in lengths)), sqrt(sum(x * x for x in angles))
+
+
+_UNIT = np.eye(3)
+_UNIT.setflags(write=False)
+_POINT, _ALL = (0, 1, 2), (0, 1, 2, 3, 4, 5)
+
+
+def _tilt(carried: Array, axis: int) -> Array:
+    """The rotation vector without a part along `axis` that brings that axis to where it is carried."""
+    from_axis = np.zeros(3)
+    from_axis[axis] = 1.0
+    across = np.cross(from_axis, carried)
+    size = float(np.linalg.norm(across))
+    if size < 1e-300:
+        return across
+    return np.asarray(across * (np.arctan2(size, carried[axis]) / size))
+
+
+def pose_between(start: Pose, goal: Pose, fraction: float) -> Pose:
+    """The pose at a fraction of the straight way, turning about one axis."""
+    if fraction == 1.0:
+        return goal
+    turn = vector_of(goal.rotation @ start.rotation.T)
+    return Pose(
+        start.position + fraction * (goal.position - start.position), turned(fraction * turn) @ start.rotation
+    )
+
+
