@@ -83,5 +83,5 @@ def motion_of_tool(kinematics: Kinematics, placed: Placed, velocity: Array, acce
 
     v = least("velocity", np.concatenate([still, velocity / k.length]))
     moving = k.moving(placed.q, v)
-    drift = np.concatenate([k.row_scale * moving.drift, moving.tool_drift / k.length])
+    drift = np.concatenate([k.row_scale * moving.drift, moving.tool_drift[:3] / k.length])
     return v, least("acceleration", np.concatenate([still, acceleration / k.length]) - drift)

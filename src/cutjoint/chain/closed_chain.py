@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +26,7 @@ from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
 from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.model import RobotDescription
-from cutjoint.mechanism import Posture, Terms, Tool
+from cutjoint.mechanism import JointLimits, Posture, Task, Terms, Tool
 
 if TYPE_CHECKING:
     from cutjoint import CompiledChain
@@ -83,7 +83,7 @@ class ClosedChain(Sealed):
 
     # ---- closing ---------------------------------------------------------------------------------------------------
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """The closed posture with actuated coordinates `q`, shape (n,) [m] or [rad], on the branch of `near`.
 
         The robot is walked there along a path without singular postures, which keeps it on its branch.
@@ -91,22 +91,35 @@ class ClosedChain(Sealed):
         Raises:
             InputError: wrong shape or not finite.
             ClosureError: on this branch the loops cannot be kept closed all the way.
+            LimitError: a joint would go beyond its limits, and they are not to be ignored.
             SingularError: the way leads through a type-2 singularity, where branches meet.
         """
-        return self._closing.close(q, near)
+        return self._closing.close(q, near, limits)
 
-    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
-        """The closed posture with the tool point at `p`, shape (3,) [m], on the branch of `near`.
+    def reach(
+        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+    ) -> Posture:
+        """The closed posture with the tool at a target, on the branch of `near`; see `Mechanism.reach` for its forms.
 
-        The tool is walked there along a line (or two) inside the workspace, which keeps the robot on its branch.  Where
-        it can only move on a curve or a surface, it is walked along that.
+        The tool is walked there along a line (or two) inside the workspace, turning about one axis, which keeps the
+        robot on its branch.  Where it can only move on a curve or a surface, it is walked along that.
 
         Raises:
-            InputError: wrong shape, not finite, or the robot has no tool.
-            UnreachableError: the tool cannot come there on this branch.
+            InputError: no target, not finite, it does not fix the task, or the robot has no tool.
+            UnreachableError: the tool cannot come there on this branch, or cannot have that pose.
+            LimitError: a joint would go beyond its limits, and they are not to be ignored.
             SingularError: the way leads through a type-1 singularity, where branches meet.
         """
-        return self._closing.reach(p, near)
+        return self._closing.reach(target, near, free, limits)
+
+    @property
+    def task(self) -> Task:
+        """Which motions of the tool are led, as the description says or as they are at home.
+
+        Raises:
+            InputError: no tool, or the task cannot be told (the message says how to choose), or cannot be done.
+        """
+        return self._closing.task
 
     def posture(self, q_full: npt.ArrayLike) -> Posture:
         """A configuration that is closed already, as a posture.
@@ -208,7 +221,7 @@ class ClosedChain(Sealed):
         return self._reduced.drift(at, v)
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
-        """Position, Jacobian (3, n) and J_dot v of the tool point in world axes.
+        """Pose, frame Jacobian (6, n), its drift and twist of the tool in world axes.
 
         Raises:
             InputError: the robot has no tool, or `at` is another robot's posture.

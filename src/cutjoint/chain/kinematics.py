@@ -22,6 +22,7 @@ from cutjoint.chain.joints import support, travelling, velocity_scale
 from cutjoint.chain.tree import TreeModel
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import InputError
+from cutjoint.mechanism import Pose
 
 _UNIT = np.eye(6)
 
@@ -84,6 +85,11 @@ class Placed:
         return pin.SE3(self._tool_axes, self.tool_position)
 
     @property
+    def tool_pose(self) -> Pose:
+        """The same as a value."""
+        return Pose(self.tool_position, self._tool_axes)
+
+    @property
     def tool_jacobian(self) -> Array:
         """Linear velocity of the tool point and angular velocity of its body per velocity, shape (6, nv)."""
         assert self._k.tool_support is not None
@@ -115,13 +121,14 @@ class Moving(Placed):
 
     @property
     def tool_drift(self) -> Array:
-        """Classical acceleration of the tool point with zero joint accelerations, shape (3,) [m/s2]."""
+        """Classical acceleration of the tool point and angular acceleration of its body with zero joint accelerations,
+        shape (6,), [m/s2] and [rad/s2]."""
         assert self._k.tool_support is not None
         masked = self._k.tool_support * self.v
         twist, rate = self.twists @ masked, self.rates @ masked
         velocity = twist[:3] + np.cross(twist[3:], self.tool_position)
-        classical: Array = rate[:3] + np.cross(rate[3:], self.tool_position) + np.cross(twist[3:], velocity)
-        return classical
+        classical = rate[:3] + np.cross(rate[3:], self.tool_position) + np.cross(twist[3:], velocity)
+        return np.concatenate([classical, rate[3:]])
 
 
 class Kinematics:

@@ -181,17 +181,18 @@ class ReducedDynamics:
         return drift
 
     def tool(self, at: Posture, v: npt.ArrayLike | None) -> Tool:
-        """The tool point in world axes."""
+        """The tool in world axes."""
         k = self._k
         k.need_tool()
         here = self.at(at)
-        if v is None:
-            placed, drift = here.placed, np.zeros(3)
-        else:
+        placed, drift, twist = here.placed, np.zeros(6), np.zeros(6)
+        if v is not None:
             v_full = self.velocity(at, v)
             placed = moving = k.moving(at.q_full, v_full)
-            drift = moving.tool_drift + moving.tool_jacobian[:3] @ here.drift(v_full)
-        return Tool(placed.tool_position + k.origin, placed.tool_jacobian[:3] @ here.map, drift)
+            drift = moving.tool_drift + moving.tool_jacobian @ here.drift(v_full)
+            twist = moving.tool_jacobian @ v_full
+        pose = placed.tool_pose
+        return Tool(pose.position + k.origin, pose.rotation, placed.tool_jacobian @ here.map, drift, twist)
 
     def terms(self, at: Posture, v: npt.ArrayLike | None) -> Terms:
         """Mass matrix (n, n), Coriolis vector (n,) and gravity (n,)."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -198,6 +198,8 @@ class RobotDescription(Frozen):
     couplings: tuple[Coupling, ...] = ()
     actuators: tuple[str, ...] = ()
     tool: Frame | None = None
+    task: tuple[str, ...] = ()
+    task_axes: Literal["world", "tool"] = "world"
     gravity: Array = field(default_factory=lambda: readonly([0.0, 0.0, -9.81]))
     homes: tuple[Home, ...] = ()
     variants: tuple[Variant, ...] = ()

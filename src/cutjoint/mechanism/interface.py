@@ -16,7 +16,6 @@ from cutjoint.arrays import Array
 from cutjoint.mechanism.task import Task
 from cutjoint.mechanism.types import Posture, Terms, Tool
 
-
 JointLimits = Literal["respect", "ignore"]
 """What is done about joints that would go beyond their limits."""
 

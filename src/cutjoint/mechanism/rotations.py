@@ -88,10 +88,14 @@ def rotation_from(values: npt.ArrayLike) -> Array:
         given = as_vector("quaternion", array, 4)
         size = float(np.linalg.norm(given))
         if abs(size - 1.0) > 1e3 * NOT_QUITE:
-            raise InputError(f"a quaternion (x, y, z, w) must have length 1, found {given.tolist()} of length {size:.6g}")
+            raise InputError(
+                f"a quaternion (x, y, z, w) must have length 1, found {given.tolist()} of length {size:.6g}"
+            )
         return matrix_of(given / size)
     if array.shape != (3, 3) or not np.isfinite(array).all():
-        raise InputError(f"a rotation must be a finite (3, 3) matrix or quaternion (x, y, z, w), found {array.tolist()}")
+        raise InputError(
+            f"a rotation must be a finite (3, 3) matrix or quaternion (x, y, z, w), found {array.tolist()}"
+        )
     off = float(np.abs(array @ array.T - np.eye(3)).max())
     if off > NOT_QUITE or np.linalg.det(array) < 0.0:
         what = "a reflection" if off <= NOT_QUITE else f"rows that miss being orthogonal unit vectors by {off:.2g}"

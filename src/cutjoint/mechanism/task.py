@@ -239,15 +239,3 @@ def _tilt(carried: Array, axis: int) -> Array:
     if size < 1e-300:
         return across
     return np.asarray(across * (np.arctan2(size, carried[axis]) / size))
-
-
-def pose_between(start: Pose, goal: Pose, fraction: float) -> Pose:
-    """The pose at a fraction of the straight way, turning about one axis."""
-    if fraction == 1.0:
-        return goal
-    turn = vector_of(goal.rotation @ start.rotation.T)
-    return Pose(
-        start.position + fraction * (goal.position - start.position), turned(fraction * turn) @ start.rotation
-    )
-
-

@@ -18,9 +18,11 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, as_vector, readonly
-from cutjoint.errors import InputError
-from cutjoint.mechanism import Actuator, Posture, Terms, Tool
+from cutjoint.errors import InputError, UnreachableError
+from cutjoint.mechanism import Actuator, JointLimits, Posture, Task, Terms, Tool
+from cutjoint.mechanism.rotations import vector_of
 from cutjoint.papers.scalars import NUMBERS, Functions, Scalar, Vector, Vector3
+from cutjoint.tolerances import REACHED
 
 
 class PaperParameters(Protocol):
@@ -103,12 +105,45 @@ class ReducedModel(ABC, Generic[P]):
         """The posture that calls without `near` start from; it picks the branch."""
 
     @abstractmethod
-    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
-        """The posture with the actuators at `q`, on the branch of `near` (default: of `home`)."""
+    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
+        """The posture with the actuators at `q`, on the branch of `near` (default: of `home`).  The papers give no
+        limits of joints."""
 
     @abstractmethod
-    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def reach_point(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The posture with the tool at `p` [m], on the branch of `near` (default: of `home`)."""
+
+    @cached_property
+    def task(self) -> Task:
+        """Where the tool point is; the tool never turns, and its axes are those of the world."""
+        return Task(("x", "y", "z"), self.tool(self.home).pose, self.name)
+
+    def reach(
+        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+    ) -> Posture:
+        """The posture with the tool at a target, see `Mechanism.reach`; what is raised besides is that of
+        `reach_point`.
+
+        Raises:
+            InputError: it is no target.
+            UnreachableError: a pose that is turned, which this tool cannot be.
+        """
+        if isinstance(target, np.ndarray) and target.shape == (3,):
+            return self.reach_point(target, near)
+        wanted = self.task.target(target, free)
+        point = wanted.pose.position
+        if not set(wanted.led) >= {0, 1, 2}:
+            start = self.tool(self.home if near is None else near).position
+            point = np.array([point[i] if i in wanted.led else start[i] for i in range(3)])
+        angle = float(np.linalg.norm(vector_of(wanted.pose.rotation)))
+        if angle > REACHED.value and not set(wanted.asked) <= {0, 1, 2}:
+            raise UnreachableError(
+                f"{self.name} cannot give its tool {wanted.words}: it never turns, and the pose is turned by "
+                f"{math.degrees(angle):.3g} deg; ask for the point alone",
+                target=point,
+                progress=0.0,
+            )
+        return self.reach_point(point, near)
 
     @abstractmethod
     def state(self, at: Posture) -> EquationState:
@@ -119,9 +154,11 @@ class ReducedModel(ABC, Generic[P]):
         """The same kind of robot, on the same branch at home, with other parameters."""
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
-        """Position, Jacobian and dJ/dt v of the tool point."""
-        position, jacobian, drift = self.state(at).tool(None if v is None else self._numbers("v", v, self._rate))
-        return Tool(np.array(position), np.array(jacobian), np.array(drift))
+        """Pose, which never turns, frame Jacobian, its drift and twist of the tool."""
+        speed = None if v is None else self._numbers("v", v, self._rate)
+        position, jacobian, drift = self.state(at).tool(speed)
+        given = None if speed is None else np.array(speed)
+        return Tool.of_point(np.array(position), np.array(jacobian), np.array(drift), given)
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
         """Mass matrix, Coriolis vector and gravity."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cached_property, partial
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -9,16 +12,21 @@ from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.chain.closing.assembling import assembled
 from cutjoint.chain.closing.continuation import Stopped
-from cutjoint.chain.closing.drivers import Driver, ToolDriver
+from cutjoint.chain.closing.drivers import Driver, TaskDriver, ToolDriver
 from cutjoint.chain.closing.equations import System
+from cutjoint.chain.closing.joint_limits import LimitCheck, Way
 from cutjoint.chain.closing.newton import settled
 from cutjoint.chain.closing.short_steps import short_way
 from cutjoint.chain.closing.walking import Walker
 from cutjoint.chain.kinematics import Placed
 from cutjoint.chain.mobility import Mobility
 from cutjoint.chain.rank import null_space
-from cutjoint.errors import ClosureError, SingularError, UnreachableError
-from cutjoint.mechanism import Posture
+from cutjoint.chain.task import all_motions, task_of
+from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
+from cutjoint.mechanism import JointLimits, Posture, Target, Task
+
+POINT = {0, 1, 2}
+"""Rows of a tool's pose that are its point."""
 
 
 class Closing:
@@ -27,6 +35,7 @@ class Closing:
     def __init__(self, mobility: Mobility) -> None:
         self._mobility, self._postures, self._walker = mobility, mobility.postures, Walker(mobility)
         self._k, self._actuated = mobility.postures.k, mobility.postures.actuated
+        self._limits = LimitCheck(self._k)
 
     def posture(self, q_full: npt.ArrayLike) -> Posture:
         """A configuration (nq,) that is closed already."""
@@ -76,7 +85,7 @@ class Closing:
         momentum = tangent.idle.T @ (k.tree.mass_matrix(placed.q) @ (v_full - driven))
         return placed.q, driven + tangent.idle @ momentum
 
-    def close(self, q: npt.ArrayLike, near: Posture | None) -> Posture:
+    def close(self, q: npt.ArrayLike, near: Posture | None, limits: JointLimits) -> Posture:
         """The closed posture with actuated coordinates `q` (n,), on the branch of `near`."""
         own = self._actuated
         target = as_vector("q", q, own.n)
@@ -84,40 +93,95 @@ class Closing:
         origin = own.of(start.q)
         found: Placed | Stopped | None = self._short(start, own.lead(origin, target))
         if found is None:
-            found = self._walker.walk(start, origin, target, own.lead)
+            found = self._walker.walk(start, origin, target, own.lead, own.lengths)
         if isinstance(found, Stopped):
             raise self._not_closed(found, origin, target)
+        if limits == "respect":
+            beyond = self._limits.beyond(start.q, found.q)
+            if beyond is not None:
+                raise self._limits.error(beyond, Way(start, origin, target, own.lead), f"close at {own.show(target)}")
         return self._postures.make(found)
 
-    def reach(self, p: npt.ArrayLike, near: Posture | None) -> Posture:
-        """The closed posture with the tool point at `p` (3,), on the branch of `near`."""
-        target = as_vector("p", p, 3, "m")
-        self._k.need_tool()
+    @cached_property
+    def task(self) -> Task:
+        """The task of the tool, in the world.
+
+        Raises:
+            InputError: the robot has no tool, or its task cannot be told, or cannot be done.
+        """
+        return task_of(self._mobility)
+
+    def reach(self, given: Any, near: Posture | None, free: bool, limits: JointLimits) -> Posture:  # see `Task.target`
+        """The closed posture with the tool at a target, on the branch of `near`."""
+        k = self._k
+        k.need_tool()
+        task = self._any_task if free else self.task
+        target = task.target(given, free)
         start = self._postures.placed(near)
-        goal, origin = target - self._k.origin, start.tool_position
-        found: Placed | Stopped | None = self._short(start, ToolDriver(origin, goal))
+        way = self._way(task, target, start)
+        found: Placed | Stopped | None = self._short(start, way.driver(way.origin, way.goal))
         if found is None:
-            found = self._lead_tool(start, origin, goal)
+            found = self._lead_tool(way)
         if isinstance(found, Stopped):
             raise self._not_reached(found, target)
+        self._check_rest(task, target, found)
+        if limits == "respect":
+            beyond = self._limits.beyond(start.q, found.q)
+            if beyond is not None:
+                raise self._limits.error(beyond, way, f"reach {target.words}", target.pose.position)
         return self._postures.make(found)
+
+    @cached_property
+    def _any_task(self) -> Task:
+        """The task, or all motions where it cannot be told: what is not led is free anyway."""
+        try:
+            return self.task
+        except InputError:
+            return all_motions(self._postures)
+
+    def _way(self, task: Task, target: Target, start: Placed) -> Way:
+        """The way of the tool from a configuration to a target, in the model."""
+        foot, goal = start.tool_pose, target.pose.moved(-self._k.origin)
+        if set(target.led) <= POINT <= set(target.asked):
+            return Way(start, foot.position, goal.position, ToolDriver)
+        length = self._k.length
+        driver = partial(TaskDriver, task, target.led, foot, length)
+        return Way(start, TaskDriver.way(foot, foot, length), TaskDriver.way(foot, goal, length), driver)
 
     def _short(self, start: Placed, driver: Driver) -> Placed | None:
         """A short way in one go, where that is plainly on the same branch."""
         quick = self._mobility.quick
         return short_way(quick, start, driver) if quick is not None else None
 
-    def _lead_tool(self, start: Placed, origin: Array, goal: Array) -> Placed | Stopped:
-        """Walk the tool from `origin` to `goal` in the model: straight, else along what it can reach at all."""
-        found = self._walker.walk(start, origin, goal, ToolDriver)
+    def _lead_tool(self, way: Way) -> Placed | Stopped:
+        """Walk the tool along a way in the model: straight, else along what its point can reach at all."""
+        found = self._walker.walk(way.start, way.origin, way.goal, way.driver)
         if not isinstance(found, Stopped) or (found.singular and found.fraction == 0.0):
             return found
-        there, beside = ToolDriver(goal, goal), None
+        there, beside = way.driver(way.goal, way.goal), None
+        if not isinstance(there, ToolDriver):
+            return found
         if self._actuated.n == 1:
-            beside = self._walker.along_curve(start, there)
+            beside = self._walker.along_curve(way.start, there)
         elif self._mobility.is_determined and self._mobility.structure.directions == 2:
-            beside = self._walker.over_surface(start, there)
+            beside = self._walker.over_surface(way.start, there)
         return found if beside is None else beside
+
+    def _check_rest(self, task: Task, target: Target, found: Placed) -> None:
+        """Raises UnreachableError where the tool has not all of the pose that was asked for."""
+        if target.asked == target.led:
+            return
+        pose = found.tool_pose.moved(self._k.origin)
+        distance, angle = task.left(pose, target)
+        if distance > tolerances.REACHED.value * self._k.reach or angle > tolerances.REACHED.value:
+            raise UnreachableError(
+                f"{self._k.name} cannot give its tool {target.words}: led by {task}, the tool stays {distance:.3g} m "
+                f"and {np.degrees(angle):.3g} deg away from it; ask for {task} alone (free=True), or for a pose that the "
+                "tool can have",
+                target=target.pose.position,
+                reached=pose.position,
+                progress=1.0,
+            )
 
     # ---- what stopped a walk ---------------------------------------------------------------------------------------
 
@@ -138,16 +202,15 @@ class Closing:
             progress=stopped.fraction,
         )
 
-    def _not_reached(self, stopped: Stopped, target: Array) -> UnreachableError | SingularError:
-        wanted = np.round(target, 6).tolist()
+    def _not_reached(self, stopped: Stopped, target: Target) -> UnreachableError | SingularError:
         if stopped.singular:
-            return self._crossing(f"reach {wanted} m", stopped, "type-1")
+            return self._crossing(f"reach {target.words}", stopped, "type-1")
         reached = readonly(stopped.placed.tool_position + self._k.origin)
         return UnreachableError(
-            f"{self._k.name} cannot reach {wanted} m on this branch: it got {stopped.fraction:.1%} of the way, to "
+            f"{self._k.name} cannot reach {target.words} on this branch: it got {stopped.fraction:.1%} of the way, to "
             f"{np.round(reached, 6).tolist()} m, where {stopped.why}; choose a target inside the workspace or start "
             "from a posture of another working mode",
-            target=readonly(target),
+            target=target.pose.position,
             reached=reached,
             progress=stopped.fraction,
         )

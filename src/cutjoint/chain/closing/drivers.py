@@ -1,10 +1,11 @@
-"""What is prescribed besides the closure: the actuated coordinates, the tool point, or the tool's pose.
+"""What is prescribed besides the closure: the actuated coordinates, the tool point, its task, or its pose.
 
 A driver leads the robot along a way: `fraction` runs from 0 at its start to 1 at its target.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -12,19 +13,27 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.chain.kinematics import Placed
+from cutjoint.mechanism import Pose, Task
+from cutjoint.mechanism.rotations import turned, vector_of
 
 
 class Driver(Protocol):
-    """What is prescribed besides the closure; `is_length` says of each row whether it is a length, shape (rows,)."""
+    """What is prescribed besides the closure.
+
+    Attributes:
+        is_length: whether each row is a length, shape (rows,).
+        is_of_tool: whether its lengths are places of the tool.
+    """
 
     is_length: Array
+    is_of_tool: bool = False
 
     def error(self, placed: Placed, fraction: float) -> Array:
         """Present minus wanted value at this fraction of the way, shape (rows,)."""
         ...
 
-    def jacobian(self, placed: Placed) -> Array:
-        """Derivative of the error, shape (rows, nv)."""
+    def jacobian(self, placed: Placed, fraction: float = 1.0) -> Array:
+        """Derivative of the error at this fraction of the way, shape (rows, nv)."""
         ...
 
     def put(self, q: Array, fraction: float) -> None:
@@ -36,7 +45,7 @@ class Driver(Protocol):
 class ToolDriver(Driver):
     """Prescribes the tool point in the model, on a straight line from `start` to `target`, shape (3,) [m]."""
 
-    is_length = np.ones(3, dtype=bool)
+    is_length, is_of_tool = np.ones(3, dtype=bool), True
 
     def __init__(self, start: Array, target: Array) -> None:
         self._start, self._target = start, target
@@ -44,8 +53,42 @@ class ToolDriver(Driver):
     def error(self, placed: Placed, fraction: float) -> Array:
         return np.asarray(placed.tool_position - _on_line(self._start, self._target, fraction))
 
-    def jacobian(self, placed: Placed) -> Array:
+    def jacobian(self, placed: Placed, fraction: float = 1.0) -> Array:
         return placed.tool_jacobian[:3]
+
+
+class TaskDriver(Driver):
+    """Prescribes rows of a task, on a straight way of the tool in the model that turns about one axis.
+
+    The way leads from `start` to `target`, shape (6,) each: position, and rotation vector away from `foot`, whose
+    angles are lengths too, at the radius `length` [m].
+    """
+
+    is_of_tool = True
+
+    def __init__(self, task: Task, rows: Sequence[int], foot: Pose, length: float, start: Array, target: Array) -> None:
+        self._task, self._rows, self._foot, self._length = task, list(rows), foot, length
+        self._start, self._target = start, target
+        self._goal = self._pose(target)
+        self.is_length = np.array([row < 3 for row in rows])
+
+    @staticmethod
+    def way(foot: Pose, pose: Pose, length: float) -> Array:
+        """A pose as a place on the way, shape (6,) [m]."""
+        return np.concatenate([pose.position, length * vector_of(pose.rotation @ foot.rotation.T)])
+
+    def error(self, placed: Placed, fraction: float) -> Array:
+        return self._task.error(placed.tool_pose, self._wanted(fraction), self._rows)
+
+    def jacobian(self, placed: Placed, fraction: float = 1.0) -> Array:
+        condition = self._task.condition(placed.tool_pose, self._wanted(fraction), self._rows)
+        return np.asarray(condition @ placed.tool_jacobian)
+
+    def _wanted(self, fraction: float) -> Pose:
+        return self._goal if fraction == 1.0 else self._pose(_on_line(self._start, self._target, fraction))
+
+    def _pose(self, place: Array) -> Pose:
+        return Pose(place[:3], turned(place[3:] / self._length) @ self._foot.rotation)
 
 
 class ActuatedDriver(Driver):
@@ -58,7 +101,7 @@ class ActuatedDriver(Driver):
     def error(self, placed: Placed, fraction: float) -> Array:
         return np.asarray(placed.q[self._q_index] - _on_line(self._start, self._target, fraction))
 
-    def jacobian(self, placed: Placed) -> Array:
+    def jacobian(self, placed: Placed, fraction: float = 1.0) -> Array:
         return self._selection
 
     def put(self, q: Array, fraction: float) -> None:
@@ -81,7 +124,7 @@ class PoseDriver(Driver):
         pose = placed.tool
         return np.concatenate([pose.translation - self._pose.translation, self._turn(pose.rotation)])
 
-    def jacobian(self, placed: Placed) -> Array:
+    def jacobian(self, placed: Placed, fraction: float = 1.0) -> Array:
         return placed.tool_jacobian
 
     def _turn(self, rotation: Array) -> Array:
@@ -98,7 +141,7 @@ class TiltDriver(PoseDriver):
         self._axis, self._flat = axis, np.eye(3) - np.outer(axis, axis)
         self._aside = np.linalg.svd(self._flat)[0][:, 0]
 
-    def jacobian(self, placed: Placed) -> Array:
+    def jacobian(self, placed: Placed, fraction: float = 1.0) -> Array:
         jacobian = placed.tool_jacobian
         jacobian[3:] = self._flat @ jacobian[3:]
         return jacobian
@@ -122,8 +165,8 @@ class Both(Driver):
     def error(self, placed: Placed, fraction: float) -> Array:
         return np.concatenate([self._one.error(placed, fraction), self._two.error(placed, fraction)])
 
-    def jacobian(self, placed: Placed) -> Array:
-        return np.concatenate([self._one.jacobian(placed), self._two.jacobian(placed)])
+    def jacobian(self, placed: Placed, fraction: float = 1.0) -> Array:
+        return np.concatenate([self._one.jacobian(placed, fraction), self._two.jacobian(placed, fraction)])
 
     def put(self, q: Array, fraction: float) -> None:
         self._one.put(q, fraction)

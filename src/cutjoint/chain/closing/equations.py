@@ -9,7 +9,7 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.closing.drivers import Driver, ToolDriver
+from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.kinematics import Kinematics, Placed
 
 WELL = 1e-3
@@ -46,7 +46,7 @@ class Scales(NamedTuple):
             lengths = k.closure.is_length if driver is None else np.concatenate([k.closure.is_length, driver.is_length])
             scale = np.where(lengths, 1.0 / k.length, 1.0)
             driven = scale[k.closure.rows :, None] * k.column_scale
-            rounded = k.rounded if isinstance(driver, ToolDriver) else 0.0
+            rounded = k.rounded if driver is not None and driver.is_of_tool else 0.0
             far = np.where(np.arange(len(lengths)) >= k.closure.rows, rounded, 0.0)
             found = Scales(lengths, scale, driven, far, None)
             if not k.travels:
@@ -72,7 +72,7 @@ class System:
             raw = np.concatenate([raw, self.driver.error(placed, fraction)])
         closed = scales.closed_by(self.k.closed_within(placed.q)) if scales.closed is None else scales.closed
         left = raw * closed
-        return Equations(self, placed, scales.scale * raw, sqrt(left.dot(left)))
+        return Equations(self, placed, fraction, scales.scale * raw, sqrt(left.dot(left)))
 
 
 class Equations(NamedTuple):
@@ -80,12 +80,14 @@ class Equations(NamedTuple):
 
     Attributes:
         placed: the configuration.
+        fraction: of the driver's way.
         error: of all rows, dimensionless, shape (rows,).
         openness: norm of the errors in units of what counts as closed; 1 is closed.
     """
 
     system: System
     placed: Placed
+    fraction: float
     error: Array
     openness: float
 
@@ -95,7 +97,9 @@ class Equations(NamedTuple):
         driver = self.system.driver
         if driver is None:
             return self.placed.scaled
-        return np.concatenate([self.placed.scaled, driver.jacobian(self.placed) * self.system.scales.driven])
+        return np.concatenate(
+            [self.placed.scaled, driver.jacobian(self.placed, self.fraction) * self.system.scales.driven]
+        )
 
     @property
     def driven(self) -> Array:

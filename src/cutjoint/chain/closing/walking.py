@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
@@ -39,11 +40,19 @@ class Walker:
         self._scale = np.where(self._actuated.lengths, self._k.length, 1.0)
 
     def walk(
-        self, start: Placed, origin: Array, target: Array, driver: Callable[[Array, Array], Driver]
+        self,
+        start: Placed,
+        origin: Array,
+        target: Array,
+        driver: Callable[[Array, Array], Driver],
+        lengths: npt.NDArray[np.bool_] | None = None,
     ) -> Placed | Stopped:
         """Follow the straight line from `origin` to `target`, or where it leaves the workspace, a detour of two lines.
 
         A detour is tried only where the robot can be closed at the target at all, and only for short ways.
+
+        Args:
+            lengths: which coordinates of the line are lengths; default all.
         """
         line = driver(origin, target)
         free = self._free(start, line)
@@ -53,7 +62,8 @@ class Walker:
         if assemble(self._k, straight.placed.q, driver(target, target)) is None:
             return replace(straight, why=UNBOUND, singular=False) if straight.singular else straight
         length = self._k.length
-        if np.abs((target - origin) / np.where(line.is_length, length, 1.0)).max(initial=0.0) > FURTHEST_DETOUR:
+        scale = length if lengths is None else np.where(lengths, length, 1.0)
+        if np.abs((target - origin) / scale).max(initial=0.0) > FURTHEST_DETOUR:
             return straight
         for corner in _detours(origin, target, length):
             there = follow(self._k, start, driver(origin, corner), free)

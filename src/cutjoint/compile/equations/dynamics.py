@@ -36,7 +36,9 @@ def velocities(pose: TreePose, u: Sequence[Number]) -> Motion:
     return Motion(tuple(angular), tuple(linear))
 
 
-def accelerations(pose: TreePose, u: Sequence[Number], motion: Motion, du: Sequence[Number], base: Vector = ZERO) -> Motion:
+def accelerations(
+    pose: TreePose, u: Sequence[Number], motion: Motion, du: Sequence[Number], base: Vector = ZERO
+) -> Motion:
     """Accelerations of all steps for the rates `u`, their velocities `motion` and the rates' derivatives `du`.
 
     `base` is the acceleration given to the world: minus gravity makes weights appear as inertia forces.

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.errors import InputError, LimbReachError, SingularError
-from cutjoint.mechanism import Actuator, Posture, Tool
+from cutjoint.mechanism import Actuator, JointLimits, Posture, Tool
 from cutjoint.papers.cpm import equations, per_limb
 from cutjoint.papers.cpm.equations import CpmState
 from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
@@ -151,7 +151,7 @@ class CpmModel(CpmQuantities, ClosedFormModel[CpmParameters, Signs]):
         """Characteristic length [m]: the mean of the two links of a limb."""
         return 0.5 * (self.parameters.L1 + self.parameters.L2)
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """The posture with the sliders at `q` = (x, y, z) [m], on the elbow branch of `near`.
 
         Raises:
@@ -161,7 +161,7 @@ class CpmModel(CpmQuantities, ClosedFormModel[CpmParameters, Signs]):
         """
         return self._place(three("q", q, "m"), self.signs if near is None else self.branch(near))
 
-    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def reach_point(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The posture with the tool at `p` [m]; the same as `close` (equation 10), with the same errors."""
         return self._place(three("p", p, "m"), self.signs if near is None else self.branch(near))
 
@@ -176,10 +176,9 @@ class CpmModel(CpmQuantities, ClosedFormModel[CpmParameters, Signs]):
         )
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
-        """The tool follows the sliders: the Jacobian is the identity, the drift zero (equation 10)."""
-        if v is not None:
-            three("v", v, "m/s")
-        return Tool(np.array(self.full(at)[:3]), _IDENTITY, _STILL)
+        """The tool follows the sliders: the Jacobian of its point is the identity, the drift zero (equation 10)."""
+        speed = None if v is None else np.array(three("v", v, "m/s"))
+        return Tool.of_point(np.array(self.full(at)[:3]), _IDENTITY, _STILL, speed)
 
     def state_at(self, parameters: CpmParameters, q: Vector3, branch: Signs, fn: Functions = NUMBERS) -> CpmState:
         """Equation (39) with the sliders at `q`."""

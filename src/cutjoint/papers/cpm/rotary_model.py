@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import ClosureError, SingularError
-from cutjoint.mechanism import Actuator, Posture
+from cutjoint.mechanism import Actuator, JointLimits, Posture
 from cutjoint.papers.cpm import equations, forward, per_limb, rotary
 from cutjoint.papers.cpm.model import HOME_TOOL, check_limb
 from cutjoint.papers.cpm.parameters import CpmParameters
@@ -49,7 +49,7 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
         """Characteristic length [m]: the mean of the two links of a limb."""
         return 0.5 * (self.parameters.L1 + self.parameters.L2)
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """The posture with the motors at `q` [rad] on the branch of `near`: the motors are turned there, all at once.
 
         The way is walked in steps that are proved to stay on the branch (`cutjoint.papers.cpm.tracking`).  A limb that
@@ -67,7 +67,7 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
             raise self._refusal(target, track)
         return self._checked(target, track.tool, self._rods(target, track.tool))
 
-    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def reach_point(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The posture with the tool at `p` [m] in the working mode of `near` (inverse kinematics, closed form).
 
         Motor angles are those that leading the tool there on a straight line gives, also beyond a turn.

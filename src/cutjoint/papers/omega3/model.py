@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import ClosureError, LimbReachError, SingularError
-from cutjoint.mechanism import Actuator, Posture
+from cutjoint.mechanism import Actuator, JointLimits, Posture
 from cutjoint.papers.omega3 import equations
 from cutjoint.papers.omega3.equations import Arms, Omega3State
 from cutjoint.papers.omega3.parameters import Omega3Parameters
@@ -55,7 +55,7 @@ class Omega3Model(MeetingRodsModel[Omega3Parameters], ClosedFormModel[Omega3Para
     def _home_branch(self) -> Branch:
         return self.branch(self.home)
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """The posture with the arms at `q` [rad], in the assembly mode of `near` (forward kinematics, closed form).
 
         A type-1 singularity is no obstacle here: moving the arms, the robot can pass it.
@@ -69,7 +69,7 @@ class Omega3Model(MeetingRodsModel[Omega3Parameters], ClosedFormModel[Omega3Para
         arms = equations.arms(self.parameters, angles)
         return self._meet(angles, arms, (self._home_branch if near is None else self.branch(near)).assembly)
 
-    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def reach_point(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The posture with the tool at `p` [m], in the working mode of `near` (inverse kinematics, equation 4).
 
         Arm angles are taken within half a turn of those of `near`.
