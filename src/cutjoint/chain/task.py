@@ -127,8 +127,8 @@ def _how_to_choose(around: list[Array]) -> str:
         " ".join(NAMES[row] for row in rows) for rows in combinations(active, rank) if rank_of(home[list(rows)]) == rank
     ]
     return (
-        f"it has {rank} independent motions in {' '.join(NAMES[row] for row in active)}; say {rank} of them under [tool], "
-        f"such as task = {_as_list(fitting[0] if fitting else 'x y z')} (possible here: {', '.join(fitting[:8])})"
+        f"it has {rank} independent motions in {' '.join(NAMES[row] for row in active)}; say {rank} of them under "
+        f"[tool], such as task = {_as_list(fitting[0] if fitting else 'x y z')} (possible here: {', '.join(fitting[:8])})"
     )
 
 

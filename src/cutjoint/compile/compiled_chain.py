@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +17,9 @@ from cutjoint.compile.functions.verify import Checker
 from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain import ChainSource
-from cutjoint.compile.sources.interface import PAYLOAD, Need
+from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.description.model import Inertial
-from cutjoint.mechanism import Posture
+from cutjoint.mechanism import JointLimits, Posture
 
 
 class CompiledChain(CompiledMechanism[ClosedChain]):
@@ -83,20 +84,18 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
             return self.with_parameters(**{PAYLOAD: self.parameters[PAYLOAD] + mass})
         return CompiledChain(self.chain.with_payload(mass), self.options)
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """See `ClosedChain.close`.  Steps that are long against the links are left to the chain's own continuation."""
         target = as_vector("q", q, self.n)
         start = self._closing.start(self.home if near is None else near)
         found = self._closing.to(start, target) if self.source.determined else None
-        return self.chain.close(target, near) if found is None else found
+        return self.chain.close(target, near, limits=limits) if found is None else found
 
-    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def reach(
+        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+    ) -> Posture:
         """See `ClosedChain.reach`.  Targets that are far away are left to the chain's own continuation."""
-        target = as_vector("p", p, 3, "m")
-        found = None
-        if 0 < self.n <= 3 and self.source.lacks(Need.TOOL) is None and self.source.determined:
-            found = self._closing.reach(self.home if near is None else near, target)
-        return self.chain.reach(target, near) if found is None else found
+        return self.chain.reach(target, near, free=free, limits=limits)
 
     @property
     def idle_is_cyclic(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Hashable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +18,7 @@ from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.compile.sources.paper import PaperModel, PaperSource
-from cutjoint.mechanism import Posture
+from cutjoint.mechanism import JointLimits, Posture
 
 
 class CompiledPaper(CompiledMechanism[PaperModel]):
@@ -64,13 +65,15 @@ class CompiledPaper(CompiledMechanism[PaperModel]):
         """The same on many states at once."""
         return PaperBatch(self)
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """See the published model; closed form, so there is nothing to compile."""
-        return self.plain.close(q, near)
+        return self.plain.close(q, near, limits=limits)
 
-    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def reach(
+        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+    ) -> Posture:
         """See the published model; closed form, so there is nothing to compile."""
-        return self.plain.reach(p, near)
+        return self.plain.reach(target, near, free=free, limits=limits)
 
     def _rebuilt(self, parameters: Mapping[str, float]) -> PaperModel:
         own = {name: value for name, value in parameters.items() if name != PAYLOAD}

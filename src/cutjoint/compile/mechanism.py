@@ -10,7 +10,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Generic, Self, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,7 @@ from cutjoint.compile.functions.library import Library, Options
 from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.once import once
 from cutjoint.errors import InputError, SingularError, UnknownNameError
-from cutjoint.mechanism import Mechanism, Posture, Terms, Tool
+from cutjoint.mechanism import JointLimits, Mechanism, Posture, Task, Terms, Tool
 
 Model_co = TypeVar("Model_co", bound=Mechanism, covariant=True)
 
@@ -118,11 +118,18 @@ class CompiledMechanism(Parametrised[Model_co]):
         """The position variables of a posture."""
         raise NotImplementedError
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    @property
+    def task(self) -> Task:
+        """See `Mechanism.task`."""
+        return self.model.task
+
+    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """See `Mechanism.close`."""
         raise NotImplementedError
 
-    def reach(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
+    def reach(
+        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+    ) -> Posture:
         """See `Mechanism.reach`."""
         raise NotImplementedError
 
@@ -138,12 +145,7 @@ class CompiledMechanism(Parametrised[Model_co]):
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
         """See `Mechanism.tool`."""
-        parts = self._call("tool", at, np.zeros(self.n) if v is None else v)
-        if parts is None:
-            return self.plain.tool(at, v)
-        if v is None:
-            parts["drift"] = np.zeros(3)
-        return Tool(**parts)
+        return self.plain.tool(at, v)
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
         """See `Mechanism.terms`."""

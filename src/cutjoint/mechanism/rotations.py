@@ -1,8 +1,8 @@
 """Rotations in numbers: matrices, rotation vectors and unit quaternions, written out for three coordinates.
 
-A rotation vector is axis times angle [rad]; a quaternion is (x, y, z, w), the order of Pinocchio and ROS.  From a matrix
-to a quaternion by the largest of its four squares (S. W. Shepperd: Quaternion from rotation matrix.  J. Guidance and
-Control 1 (1978) 223-224).
+A rotation vector is axis times angle [rad]; a quaternion is (x, y, z, w), the order of Pinocchio and ROS.  From a
+matrix to a quaternion by the largest of its four squares (S. W. Shepperd: Quaternion from rotation matrix.  J. Guidance
+and Control 1 (1978) 223-224).
 """
 
 from __future__ import annotations

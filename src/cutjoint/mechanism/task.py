@@ -14,9 +14,9 @@ e = (A' (p - p_d), 2 q), of which the led rows are kept, changes by
 
     e_dot = C ((v, u) - (v_d, u_d)),    C = diag(A', (w 1 - [q]) A' Q_d')
 
-After I. A. Bonev, D. Zlatanov, C. M. Gosselin: Advantages of the modified Euler angles in the design and control of PKMs
-(2002), for tilt and torsion; and J. S. Dai: Euler-Rodrigues formula variations, quaternion conjugation and intrinsic
-connections.  Mech. Mach. Theory 92 (2015) 144-152, for the rates of quaternions.
+After I. A. Bonev, D. Zlatanov, C. M. Gosselin: Advantages of the modified Euler angles in the design and control of
+PKMs (2002), for tilt and torsion; and J. S. Dai: Euler-Rodrigues formula variations, quaternion conjugation and
+intrinsic connections.  Mech. Mach. Theory 92 (2015) 144-152, for the rates of quaternions.
 """
 
 from __future__ import annotations
@@ -169,7 +169,8 @@ class Task(Frozen):
         other = [name for name in given if name not in self.names]
         if other and not free:
             raise InputError(
-                f"{self.robot} cannot be led by {', '.join(map(str, other))}; its task is {self}, so give {self._example()}"
+                f"{self.robot} cannot be led by {', '.join(map(str, other))}; its task is {self}, so give "
+                f"{self._example()}"
             )
         if missing and not free:
             raise InputError(
@@ -181,7 +182,7 @@ class Task(Frozen):
         return Target(pose, rows, rows, ", ".join(f"{name} {float(value):.6g}" for name, value in given.items()))
 
     def _example(self) -> str:
-        at_home = self.coordinates(self.home)
+        at_home = np.round(self.coordinates(self.home), 12) + 0.0
         return "{" + ", ".join(f'"{name}": {value:.4g}' for name, value in zip(self.names, at_home, strict=True)) + "}"
 
     # ---- errors and rates ------------------------------------------------------------------------------------------

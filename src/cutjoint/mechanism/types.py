@@ -50,8 +50,8 @@ class Tool(Frozen):
     Attributes:
         position: of the tool point in the world frame, shape (3,), [m].
         rotation: axes of the tool as columns, in the world frame, shape (3, 3).
-        frame_jacobian: twist = frame_jacobian @ v: rows of the velocity of the tool point, then of the angular velocity,
-            both along the axes of the world, shape (6, n).
+        frame_jacobian: twist = frame_jacobian @ v: rows of the velocity of the tool point, then of the angular
+            velocity, both along the axes of the world, shape (6, n).
         frame_drift: time derivative of the frame Jacobian times v, shape (6,), [m/s2] and [rad/s2]; without v zero.
         twist: velocity of the tool point [m/s] and angular velocity [rad/s], shape (6,); without v zero.
     """

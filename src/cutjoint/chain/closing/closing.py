@@ -176,8 +176,8 @@ class Closing:
         if distance > tolerances.REACHED.value * self._k.reach or angle > tolerances.REACHED.value:
             raise UnreachableError(
                 f"{self._k.name} cannot give its tool {target.words}: led by {task}, the tool stays {distance:.3g} m "
-                f"and {np.degrees(angle):.3g} deg away from it; ask for {task} alone (free=True), or for a pose that the "
-                "tool can have",
+                f"and {np.degrees(angle):.3g} deg away from it; ask for {task} alone (free=True), or for a pose that "
+                "the tool can have",
                 target=target.pose.position,
                 reached=pose.position,
                 progress=1.0,

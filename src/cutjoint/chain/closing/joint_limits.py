@@ -89,8 +89,8 @@ class LimitCheck:
         side = "lower" if value < lower else "upper"
         return LimitError(
             f"{k.name} cannot {what} within its joint limits: '{name}' would be at {value:.6g} {unit}, its limits are "
-            f"{lower:.6g} to {upper:.6g} {unit}, and it meets the {side} one after {low:.1%} of the way; choose a nearer "
-            'target, or ignore them (limits="ignore")',
+            f"{lower:.6g} to {upper:.6g} {unit}, and it meets the {side} one after {low:.1%} of the way; choose a "
+            'nearer target, or ignore them (limits="ignore")',
             joint=name,
             value=value,
             bounds=(lower, upper),
