@@ -128,7 +128,7 @@ def _how_to_choose(around: list[Array]) -> str:
     ]
     return (
         f"it has {rank} independent motions in {' '.join(NAMES[row] for row in active)}; say {rank} of them under "
-        f"[tool], such as task = {_as_list(fitting[0] if fitting else 'x y z')} (possible here: {', '.join(fitting[:8])})"
+        f"[tool], such as task = {_as_list(fitting[0] if fitting else 'x y z')} (possible: {', '.join(fitting[:8])})"
     )
 
 
