@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism
-from cutjoint.motion.paths import Circle, Hold, PointToPoint, Trajectory
+from cutjoint.motion.paths import Circle, Hold, PointToPoint
+from cutjoint.motion.values import Trajectory
 
 
 @dataclass(frozen=True)

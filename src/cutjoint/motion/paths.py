@@ -1,5 +1,4 @@
-"""What a trajectory is, a function from time to position, velocity and acceleration of the tool; and those there are:
-hold, point to point, circle and Lissajous curve.
+"""The paths of the tool point that there are: hold, point to point, circle and Lissajous curve.
 
 Point to point is the minimum-jerk quintic (T. Flash, N. Hogan: The coordination of arm movements. J. Neurosci. 5 (1985)
 1688-1703), the circle that of the Cartesian Parallel Manipulator (Elkady et al. 2008, section 5.3), the Lissajous curve
@@ -10,44 +9,13 @@ velocity.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from cutjoint.arrays import Array, Frozen, Values, as_vector, positive, readonly
+from cutjoint.arrays import Array, Values, as_vector, positive, readonly
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
-
-
-@dataclass(frozen=True, eq=False)
-class ToolMotion(Frozen):
-    """The tool at one instant, in the world frame.
-
-    Attributes:
-        position: shape (3,), [m].
-        velocity: shape (3,), [m/s].
-        acceleration: shape (3,), [m/s2].
-    """
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-
-
-@runtime_checkable
-class Trajectory(Protocol):
-    """A desired motion of the tool, defined for every time from 0 on."""
-
-    @property
-    def name(self) -> str:
-        """For messages, tables and file names."""
-
-    @property
-    def duration(self) -> float:
-        """Time after which it repeats or rests [s]."""
-
-    def at(self, t: float) -> ToolMotion:
-        """The desired motion at time `t` [s]."""
+from cutjoint.motion.values import ToolMotion
 
 
 @dataclass(frozen=True, eq=False)

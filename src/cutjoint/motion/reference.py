@@ -13,7 +13,7 @@ import numpy as np
 from cutjoint.arrays import Array, Frozen, positive, readonly
 from cutjoint.errors import ClosureError, CutjointError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Mechanism, Posture
-from cutjoint.motion.paths import ToolMotion, Trajectory
+from cutjoint.motion.values import ToolMotion, Trajectory
 
 # Anchors to a way: near enough to one another that inverse kinematics from the nearest one stays on its branch.
 ANCHORS = 64
