@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-import numpy as np
-
 from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.errors import InputError
 from cutjoint.mechanism.task import NAMES
