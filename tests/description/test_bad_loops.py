@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from cutjoint.description import load_description, read_checked
+from cutjoint.description import check, load_description, read_checked
+from cutjoint.description.model import TASK_NAMES
 from cutjoint.errors import DescriptionError, UnknownNameError
 
 COUPLING = '[[coupling]]\nname = "gear"\njoint = "rocker_turn"\ndriver = "crank_turn"\nratio = 2.0\n\n[tool]'
@@ -104,6 +107,38 @@ ERRORS = {
         "",
         "'coupler'",
     ),
+    "unknown coordinate of the task": (
+        [("[tool]", '[tool]\ntask = ["x", "rotz"]')],
+        "task =",
+        "the task has 'rotz'",
+        "one of x, y, z, rx, ry, rz",
+        "'rz'",
+    ),
+    "repeated coordinate of the task": (
+        [("[tool]", '[tool]\ntask = ["x", "y", "x"]')],
+        "task =",
+        "the task has 'x' 2 times",
+        "once",
+        "remove",
+    ),
+    "empty task": ([("[tool]", "[tool]\ntask = []")], "task =", r"task of \[tool\] is \[\]", "some of x.*home", ""),
+    "task is a string": ([("[tool]", '[tool]\ntask = "xy"')], "task =", "task of .*'xy'", "list of strings", ""),
+    "task with a number": ([("[tool]", '[tool]\ntask = ["x", 2]')], "task =", "task of .*2", "list of strings", ""),
+    "task without a frame": (
+        [('frame = { link = "coupler", xyz = [0.2, 0.1, 0.0] }', 'task = ["x"]')],
+        "[tool]",
+        "without 'frame'",
+        "a link",
+        "add frame",
+    ),
+    "unknown axes": (
+        [("[tool]", '[tool]\naxes = "tol"')],
+        "axes =",
+        "the task has the axes 'tol'",
+        "one of world, tool",
+        "'tool'",
+    ),
+    "axes is a list": ([("[tool]", "[tool]\naxes = [1]")], "axes =", r"axes of .*\[1\]", "a string", ""),
     "gravity text": (
         [("gravity = [0.0", 'gravity = ["0.0"')],
         "gravity",
@@ -247,6 +282,45 @@ def test_the_cut_that_fixed_joints_satisfy_already(fourbar) -> None:
     loops = [(", rocker_turn = 1.2", ""), ('{ link = "coupler", xyz = [0.4, 0.0, 0.0] }', '"ground"')]
     problems = read_checked(fourbar(urdf=welded, loops=loops)).problems
     assert any("'ground' and 'rocker', which fixed joints hold together" in one.found for one in problems), problems
+
+
+def test_a_wrong_task_is_one_problem_a_fault(fourbar) -> None:
+    loops = [('frame = { link = "coupler", xyz = [0.2, 0.1, 0.0] }', 'task = ["x", "u", "v"]\naxes = "base"')]
+    assert [one.found for one in read_checked(fourbar(loops=loops)).problems] == [
+        "[tool] without 'frame'",
+        "the task has the axes 'base'",
+    ]
+    loops = [("[tool]", '[tool]\ntask = ["u", "x", "v"]\naxes = "base"')]
+    assert [one.found for one in read_checked(fourbar(loops=loops)).problems] == [
+        "the task has the axes 'base'",
+        "the task has 'u'",
+        "the task has 'v'",
+    ]
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_a_task_is_read_in_its_order(seed: int, fourbar) -> None:
+    rng = np.random.default_rng(seed)
+    given = list(rng.permutation(TASK_NAMES)[: rng.integers(1, 7)])
+    axes = ("world", "tool")[seed % 2]
+    quoted = ", ".join(f'"{name}"' for name in given)
+    robot = load_description(fourbar(loops=[("[tool]", f'[tool]\ntask = [{quoted}]\naxes = "{axes}"')]))
+    assert robot.task == tuple(name for name in TASK_NAMES if name in given)
+    assert robot.task_axes == axes
+    plain = load_description(fourbar())
+    assert (plain.task, plain.task_axes) == ((), "world")
+
+
+def test_a_task_made_in_python_is_checked_alike(fourbar) -> None:
+    robot = load_description(fourbar())
+    found = {one.found: one for one in check(replace(robot, tool=None, task=("rz", "q", "rz"), task_axes="home"))}
+    assert set(found) == {
+        "a task without a tool",
+        "the task has 'rz' 2 times",
+        "the task has 'q'",
+        "the task has the axes 'home'",
+    }
+    assert check(replace(robot, task=("rz", "y"))) == check(robot)
 
 
 def test_each_cut_has_its_own_line(fourbar) -> None:

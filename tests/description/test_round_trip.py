@@ -28,6 +28,7 @@ from cutjoint.description import (
 )
 from cutjoint.description.catalogue import names
 from cutjoint.description.formats import WRITERS, write
+from cutjoint.description.model import TASK_AXES, TASK_NAMES
 from cutjoint.description.transforms import placement
 from cutjoint.errors import UnknownNameError
 
@@ -99,6 +100,8 @@ def menagerie(mesh: Path, seed: int = 0) -> RobotDescription:
         ),
         actuators=(names_of[JointType.REVOLUTE],),
         tool=Frame(links[3].name, somewhere()),
+        task=tuple(generator.permutation(TASK_NAMES)[: generator.integers(7)].tolist()),
+        task_axes=TASK_AXES[seed % 2],
         gravity=np.array([0.1, 9.81, -0.3]),
         homes=(
             Home(

@@ -21,6 +21,11 @@ from cutjoint.description.joints import JointType as JointType
 from cutjoint.errors import InputError, UnknownNameError
 
 IDENTITY: Array = readonly(np.eye(4))
+TASK_NAMES = ("x", "y", "z", "rx", "ry", "rz")
+"""What a task is made of: motions of the tool along and about the axes of the task."""
+TaskAxes = Literal["world", "tool"]
+"""Whose axes these are: the world's, or the tool's at home."""
+TASK_AXES: tuple[TaskAxes, ...] = ("world", "tool")
 
 
 @dataclass(frozen=True)
@@ -187,8 +192,10 @@ Named = TypeVar("Named", Link, Joint, Variant)
 class RobotDescription(Frozen):
     """A robot with loops.  What `load_description` returns has passed `check()`.
 
-    `places` tells where in the files the parts stand that hold no place of their own: "actuators", "tool", "gravity",
-    "home.NAME" and "variant.NAME".
+    `task` tells which motions of the tool are led, some of `TASK_NAMES` in that order (in whatever order they are
+    given), and `task_axes` along whose axes; where `task` is empty, the robot's mobility at home tells.
+    `places` tells where in the files the parts stand that hold no place of their own: "actuators", "tool", "task",
+    "gravity", "home.NAME" and "variant.NAME".
     """
 
     name: str
@@ -199,7 +206,7 @@ class RobotDescription(Frozen):
     actuators: tuple[str, ...] = ()
     tool: Frame | None = None
     task: tuple[str, ...] = ()
-    task_axes: Literal["world", "tool"] = "world"
+    task_axes: TaskAxes = "world"
     gravity: Array = field(default_factory=lambda: readonly([0.0, 0.0, -9.81]))
     homes: tuple[Home, ...] = ()
     variants: tuple[Variant, ...] = ()
@@ -208,6 +215,12 @@ class RobotDescription(Frozen):
     path: Path | None = None
     variant_name: str = ""
     places: Mapping[str, Place] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        rank = {name: number for number, name in enumerate(TASK_NAMES)}
+        ordered = sorted(self.task, key=lambda name: rank.get(name, len(rank)))
+        object.__setattr__(self, "task", tuple(ordered))
 
     @property
     def root(self) -> str:

@@ -1,4 +1,4 @@
-"""What closes and drives the tree: cut joints, couplings, actuators, tool, homes, variants, gravity."""
+"""What closes, drives and leads the tree: cut joints, couplings, actuators, tool and task, homes, variants, gravity."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from cutjoint.description.checks.tree import rigid_groups
-from cutjoint.description.findings import Findings, listing, nearest
-from cutjoint.description.model import Frame, Home, JointType, Place, RobotDescription
+from cutjoint.description.findings import Findings, clip, listing, nearest
+from cutjoint.description.model import TASK_AXES, TASK_NAMES, Frame, Home, JointType, Place, RobotDescription
 
 SINGLE = "a joint with one coordinate: " + listing(kind.value for kind in JointType if kind.single)
 
@@ -25,6 +25,7 @@ def check_loops(robot: RobotDescription, sound: bool, findings: Findings) -> Non
     _actuators(robot, findings)
     if robot.tool is not None:
         _frame(robot.tool, "tool", links, findings, robot.places.get("tool", Place()))
+    _task(robot, findings)
     for home in robot.homes:
         _home(home, robot, findings)
     for variant in robot.variants:
@@ -139,6 +140,20 @@ def _actuators(robot: RobotDescription, findings: Findings) -> None:
         if name in driven:
             found = f"actuators name joint '{name}', which coupling '{driven[name]}' drives already"
             findings.error(found, "independent joints", "actuate the driver only", place)
+
+
+def _task(robot: RobotDescription, findings: Findings) -> None:
+    place = robot.places.get("task", Place())
+    if robot.task and robot.tool is None:
+        findings.error("a task without a tool", "the frame that it leads", "name it under [tool]", place)
+    for name, count in Counter(robot.task).items():
+        if name not in TASK_NAMES:
+            findings.unknown(f"the task has '{clip(name)}'", name, TASK_NAMES, place)
+        elif count > 1:
+            found = f"the task has '{name}' {count} times"
+            findings.error(found, "each coordinate once", "remove the repetition", place)
+    if robot.task_axes not in TASK_AXES:
+        findings.unknown(f"the task has the axes '{clip(robot.task_axes)}'", robot.task_axes, TASK_AXES, place)
 
 
 def _home(home: Home, robot: RobotDescription, findings: Findings) -> None:

@@ -20,6 +20,7 @@ from cutjoint.description.model import (
     Link,
     Place,
     RobotDescription,
+    TaskAxes,
     Variant,
 )
 from cutjoint.errors import Problem
@@ -84,6 +85,8 @@ class Extras:
 
     actuators: tuple[str, ...] | None = None
     tool: Frame | None = None
+    task: tuple[str, ...] = ()
+    task_axes: TaskAxes = "world"
     gravity: Array = field(default_factory=lambda: EARTH)
     cuts: tuple[CutJoint, ...] = ()
     couplings: tuple[Coupling, ...] = ()
@@ -121,6 +124,8 @@ def described(
         couplings=couplings,
         actuators=actuators,
         tool=tool,
+        task=extras.task,
+        task_axes=extras.task_axes,
         gravity=extras.gravity,
         homes=extras.homes,
         variants=extras.variants,

@@ -1,6 +1,7 @@
 """The keys of a loops.toml, in a file of its own or inside another.
 
-Actuators, tool, gravity, couplings, homes, variants, title, source, and joints whose type the tree's format lacks.
+Actuators, tool and its task, gravity, couplings, homes, variants, title, source, and joints whose type the tree's
+format lacks.
 """
 
 from __future__ import annotations
@@ -9,10 +10,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from cutjoint.arrays import readonly
-from cutjoint.description.findings import Findings
+from cutjoint.description.findings import Findings, clip
 from cutjoint.description.formats.common.extras import EARTH, Change, Extras
 from cutjoint.description.formats.common.toml.table import TomlTable, parse
 from cutjoint.description.model import (
+    TASK_AXES,
+    TASK_NAMES,
     Coupling,
     CutJoint,
     CutType,
@@ -21,6 +24,7 @@ from cutjoint.description.model import (
     Inertial,
     JointType,
     Place,
+    TaskAxes,
     Variant,
 )
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, unit_axis
@@ -50,9 +54,12 @@ def take_extras(top: TomlTable, actuators_required: bool) -> Extras:
     variants = tuple(_variant(name, table) for name, table in top.named_tables("variant"))
     joints = tuple(_joint(name, table) for name, table in top.named_tables("joint"))
     gravity = top.vector("gravity", 3, tuple(EARTH))
+    tool, task, axes = _tool(top)
     return Extras(
         actuators=top.strings("actuators", required=actuators_required),
-        tool=_tool(top),
+        tool=tool,
+        task=task,
+        task_axes=axes,
         gravity=EARTH if gravity is None else readonly(gravity),
         cuts=tuple(one for one in cuts if one is not None),
         couplings=tuple(one for one in couplings if one is not None),
@@ -68,6 +75,7 @@ def take_extras(top: TomlTable, actuators_required: bool) -> Extras:
 
 def _places(top: TomlTable, homes: Sequence[Home], variants: Sequence[Variant]) -> dict[str, Place]:
     places = {key: top.place(key) for key in ("actuators", "tool", "gravity")}
+    places["task"] = TomlTable({}, ("tool",), top.lines, top.findings).place("task")
     for kind, names in (("home", [one.name for one in homes]), ("variant", [one.name for one in variants])):
         for name in names:
             places[f"{kind}.{name}"] = TomlTable({}, (kind, name), top.lines, top.findings).place()
@@ -107,13 +115,21 @@ def _cut(table: TomlTable) -> CutJoint | None:
     return CutJoint(name, CutType(text), ends[0], ends[1], table.place())
 
 
-def _tool(top: TomlTable) -> Frame | None:
+def _tool(top: TomlTable) -> tuple[Frame | None, tuple[str, ...], TaskAxes]:
+    """Frame of the tool, names of its task, which `description.checks` looks at, and its axes."""
     table = top.table("tool")
     if table is None:
-        return None
+        return None, (), "world"
     value = table.take("frame", required=True, expected="a link")
+    task, axes = table.strings("task"), table.string("axes", "world")
+    if task == ():
+        table.wrong("task", [], f"some of {', '.join(TASK_NAMES)}; or no such key, and it is found at home")
+    if axes not in TASK_AXES:
+        table.findings.unknown(f"the task has the axes '{clip(axes)}'", axes, TASK_AXES, table.place("axes"))
     table.finish()
-    return None if value is None else take_frame(table, "frame", value)
+    if value is None:
+        return None, (), "world"
+    return take_frame(table, "frame", value), task or (), "tool" if axes == "tool" else "world"
 
 
 def _joint(name: str, table: TomlTable) -> Change | None:

@@ -45,6 +45,8 @@ def toml_text(
     lines.append(f"actuators = [{', '.join(map(text, robot.actuators))}]")
     if robot.tool is not None:
         lines += ["", "[tool]", f"frame = {_frame(robot.tool)}"]
+        lines += [f"task = [{', '.join(map(text, robot.task))}]"] if robot.task else []
+        lines += [f"axes = {text(robot.task_axes)}"] if robot.task_axes != "world" else []
     for name, keys in joints.items():
         lines += ["", f"[joint.{key(name)}]", *(f"{one} = {_value(value)}" for one, value in keys.items())]
     for cut in cuts:
