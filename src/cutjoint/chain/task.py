@@ -1,7 +1,7 @@
 """The task of a chain: as its description says, else as the motions of its tool at home tell.
 
-With J the six rows of the tool's Jacobian on all motions that the loops allow, dimensionless, and r its rank, the task
-is
+With J the six rows of the tool's Jacobian on all motions that the loops allow, dimensionless, at home (or around it,
+where home is singular), and r its rank, the task is
 
 1. all six, where r is six;
 2. the rows that are not zero at home, where there are r of them, in the axes of the world, else of the tool at home;
@@ -42,7 +42,8 @@ def task_of(mobility: Mobility) -> Task:
     k, said = postures.k, postures.k.description
     k.need_tool()
     whole = all_motions(postures)
-    around = [_motions(postures, placed) for placed in mobility.regular]
+    usual = mobility.structure.rank
+    around = [_motions(postures, placed) for placed in mobility.regular if rank_of(placed.scaled) == usual]
     if said.task:
         task = Task(said.task, whole.home, k.name, said.task_axes)
         _check_declared(task, around)
@@ -68,8 +69,10 @@ def _motions(postures: Postures, placed: Placed) -> Array:
 
 def _found(around: list[Array], whole: Task) -> Task | None:
     rank = max(map(rank_of, around))
-    if rank == 6 or rank == 0:
+    if rank == 6:
         return whole
+    if rank == 0:
+        return _task(whole, (0, 1, 2), "world")
     home = next(motions for motions in around if rank_of(motions) == rank)
     choices: list[tuple[Axes, tuple[int, ...]]] = []
     turned = _in_axes(home, whole.home.rotation)
