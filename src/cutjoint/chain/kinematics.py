@@ -35,6 +35,7 @@ class Placed:
         twists: joint Jacobians about the origin in its axes, shape (6, nv).
         frames: of the cuts.
         tool_position: of the tool point in the model, shape (3,) [m].
+        tool_axes: axes of the tool as columns, shape (3, 3).
     """
 
     def __init__(self, kinematics: Kinematics, q: Array, placements: Array, twists: Array) -> None:
@@ -43,7 +44,7 @@ class Placed:
         count = len(k.closure.cuts)
         axes, at = placements[:, :3, :3], placements[:, :3, 3]
         self.frames = CutFrames(axes[:count], axes[count : 2 * count], at[:count], at[count : 2 * count])
-        self._tool_axes, self.tool_position = axes[-1], at[-1]
+        self.tool_axes, self.tool_position = axes[-1], at[-1]
 
     @cached_property
     def gather(self) -> Array:
@@ -82,12 +83,12 @@ class Placed:
     @property
     def tool(self) -> pin.SE3:
         """Placement of the tool frame in the model, away from the world by its origin."""
-        return pin.SE3(self._tool_axes, self.tool_position)
+        return pin.SE3(self.tool_axes, self.tool_position)
 
     @property
     def tool_pose(self) -> Pose:
         """The same as a value."""
-        return Pose(self.tool_position, self._tool_axes)
+        return Pose(self.tool_position, self.tool_axes)
 
     @property
     def tool_jacobian(self) -> Array:

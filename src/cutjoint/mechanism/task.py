@@ -22,8 +22,8 @@ intrinsic connections.  Mech. Mach. Theory 92 (2015) 144-152, for the rates of q
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import sqrt
+from dataclasses import dataclass, field
+from math import hypot
 from typing import Any, Literal
 
 import numpy as np
@@ -31,7 +31,7 @@ import numpy as np
 from cutjoint.arrays import Array, Frozen, as_vector
 from cutjoint.errors import InputError
 from cutjoint.mechanism.pose import FORMS, Pose
-from cutjoint.mechanism.rotations import crossing, quaternion_of, turned, vector_of
+from cutjoint.mechanism.rotations import Quaternion, crossing, quaternion_of, turned, vector_of
 
 NAMES = ("x", "y", "z", "rx", "ry", "rz")
 Axes = Literal["world", "tool"]
@@ -45,13 +45,19 @@ class Target(Frozen):
         pose: the wanted pose; what is not asked for is as at home.
         led: numbers of the rows (of the six) that lead the robot there.
         asked: numbers of the rows that must be met.
-        words: the target for messages.
+        names: what was given by name, for messages; empty where it was a point or a pose.
     """
 
     pose: Pose
     led: tuple[int, ...]
     asked: tuple[int, ...]
-    words: str
+    names: Mapping[str, float] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        if self.names:
+            return ", ".join(f"{name} {value:.6g}" for name, value in self.names.items())
+        place = f"{np.round(self.pose.position, 6).tolist()} m"
+        return place if self.asked == _POINT else f"the pose at {place}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,15 +160,14 @@ class Task(Frozen):
                     f"a point does not fix {self.robot}, whose task is {self}: give a pose ({FORMS}) or the "
                     f"coordinates by name, such as {self._example()}; or say that the rest is free (free=True)"
                 )
-            return Target(Pose(point, self.home.rotation), _POINT, _POINT, f"{np.round(point, 6).tolist()} m")
+            return Target(Pose(point, self.home.rotation), _POINT, _POINT)
         if shape is not None and shape not in ((7,), (4, 4)):
             raise InputError(
                 f"a target is a point (3,), a pose ({FORMS}) or coordinates by name ({self._example()}); found shape "
                 f"{shape}"
             )
         pose = Pose.of(given)
-        words = f"the pose at {np.round(pose.position, 6).tolist()} m"
-        return Target(pose, self.rows, self.rows if free else _ALL, words)
+        return Target(pose, self.rows, self.rows if free else _ALL)
 
     def _by_name(self, given: Mapping[str, float], free: bool) -> Target:
         missing = [name for name in self.names if name not in given]
@@ -179,7 +184,7 @@ class Task(Frozen):
             )
         pose = self.pose(given)
         rows = tuple(row for row, name in enumerate(NAMES) if name in given)
-        return Target(pose, rows, rows, ", ".join(f"{name} {float(value):.6g}" for name, value in given.items()))
+        return Target(pose, rows, rows, {name: float(value) for name, value in given.items()})
 
     def _example(self) -> str:
         at_home = np.round(self.coordinates(self.home), 12) + 0.0
@@ -187,43 +192,64 @@ class Task(Frozen):
 
     # ---- errors and rates ------------------------------------------------------------------------------------------
 
-    def error(self, at: Pose, wanted: Pose, rows: Sequence[int]) -> Array:
-        """What the rows of a pose miss of the wanted one, shape (rows,), [m] and [rad]."""
-        return self._both(at, wanted)[0][list(rows)]
-
-    def condition(self, at: Pose, wanted: Pose, rows: Sequence[int]) -> Array:
-        """C of the module's head, shape (rows, 6)."""
-        return self._both(at, wanted)[1][list(rows)]
-
-    def _both(self, at: Pose, wanted: Pose) -> tuple[Array, Array]:
-        basis, condition = self.basis, np.zeros((6, 6))
-        condition[:3, :3] = basis.T
-        into = basis.T @ self.home.rotation @ wanted.rotation.T  # A' Q_d'
-        x, y, z, w = quaternion_of(into @ at.rotation @ self.home.rotation.T @ basis)
-        condition[3:, 3:] = np.array([[w, z, -y], [-z, w, x], [y, -x, w]]) @ into
-        return np.concatenate([basis.T @ (at.position - wanted.position), (2.0 * x, 2.0 * y, 2.0 * z)]), condition
-
-    def turning(self, at: Pose, wanted: Pose, twist: Array, wanted_twist: Array, rows: Sequence[int]) -> Array:
-        """C_dot ((v, u) - (v_d, u_d)), shape (rows,): what the second derivative of the error has beside
-        C times the difference of the accelerations."""
-        found = np.zeros(6)
-        away = twist[3:] - wanted_twist[3:]
-        if away.any():
-            basis = self.basis
-            into = basis.T @ self.home.rotation @ wanted.rotation.T
-            *vector, w = quaternion_of(into @ at.rotation @ self.home.rotation.T @ basis)
-            q, rate = np.array(vector), into @ away
-            half = w * np.eye(3) - crossing(q)
-            q_rate, w_rate = 0.5 * half @ rate, -0.5 * float(q @ rate)
-            found[3:] = (w_rate * np.eye(3) - crossing(q_rate)) @ rate - half @ into @ np.cross(wanted_twist[3:], away)
-        return found[list(rows)]
+    def towards(self, wanted: Pose, rows: Sequence[int]) -> Condition:
+        """What `rows` (numbers of the six) ask of the tool at a wanted pose."""
+        return Condition(self, wanted, rows)
 
     def left(self, at: Pose, target: Target) -> tuple[float, float]:
         """How far [m] and by how much turned [rad] a pose is from what a target asks for."""
-        missed = self._both(at, target.pose)[0]
-        lengths = [missed[row] for row in target.asked if row < 3]
-        angles = [missed[row] for row in target.asked if row >= 3]
-        return sqrt(sum(x * x for x in lengths)), sqrt(sum(x * x for x in angles))
+        missed = self.towards(target.pose, target.asked).error(at.position, at.rotation).tolist()
+        pairs = list(zip(target.asked, missed, strict=True))
+        return hypot(*(x for row, x in pairs if row < 3)), hypot(*(x for row, x in pairs if row >= 3))
+
+
+class Condition:
+    """Rows of a task at one wanted pose: the error e and the matrix C of the module's head, and their rates.
+
+    The tool is told by its position (3,) and rotation (3, 3) in the world.
+    """
+
+    def __init__(self, task: Task, wanted: Pose, rows: Sequence[int]) -> None:
+        basis = task.basis
+        self._basis, self._place, self._rows = basis, wanted.position, list(rows)
+        self._since = task.home.rotation.T @ basis
+        self._into = self._since.T @ wanted.rotation.T  # A' Q_d'
+        self._turns = any(row >= 3 for row in rows)
+
+    def error(self, position: Array, rotation: Array) -> Array:
+        """What the rows miss, shape (rows,), [m] and [rad]."""
+        found = np.zeros(6)
+        found[:3] = self._basis.T @ (position - self._place)
+        if self._turns:
+            x, y, z, _ = self._away(rotation)
+            found[3:] = 2.0 * x, 2.0 * y, 2.0 * z
+        return found[self._rows]
+
+    def matrix(self, rotation: Array) -> Array:
+        """C, shape (rows, 6)."""
+        found = np.zeros((6, 6))
+        found[:3, :3] = self._basis.T
+        if self._turns:
+            x, y, z, w = self._away(rotation)
+            found[3:, 3:] = np.array(((w, z, -y), (-z, w, x), (y, -x, w))) @ self._into
+        return found[self._rows]
+
+    def turning(self, rotation: Array, twist: Array, wanted_twist: Array) -> Array:
+        """C_dot ((v, u) - (v_d, u_d)), shape (rows,): what the second derivative of the error has beside
+        C times the difference of the accelerations."""
+        found, away = np.zeros(6), twist[3:] - wanted_twist[3:]
+        if self._turns and away.any():
+            *vector, w = self._away(rotation)
+            q, rate = np.array(vector), self._into @ away
+            half = w * np.eye(3) - crossing(q)
+            q_rate, w_rate = 0.5 * half @ rate, -0.5 * float(q @ rate)
+            swept = half @ self._into @ np.cross(wanted_twist[3:], away)
+            found[3:] = (w_rate * np.eye(3) - crossing(q_rate)) @ rate - swept
+        return found[self._rows]
+
+    def _away(self, rotation: Array) -> Quaternion:
+        """E in the axes of the task."""
+        return quaternion_of(self._into @ rotation @ self._since)
 
 
 _UNIT = np.eye(3)

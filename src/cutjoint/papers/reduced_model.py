@@ -138,7 +138,7 @@ class ReducedModel(ABC, Generic[P]):
         angle = float(np.linalg.norm(vector_of(wanted.pose.rotation)))
         if angle > REACHED.value and not set(wanted.asked) <= {0, 1, 2}:
             raise UnreachableError(
-                f"{self.name} cannot give its tool {wanted.words}: it never turns, and the pose is turned by "
+                f"{self.name} cannot give its tool {wanted}: it never turns, and the pose is turned by "
                 f"{math.degrees(angle):.3g} deg; ask for the point alone",
                 target=point,
                 progress=0.0,

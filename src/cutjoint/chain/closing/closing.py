@@ -128,7 +128,7 @@ class Closing:
         if limits == "respect":
             beyond = self._limits.beyond(start.q, found.q)
             if beyond is not None:
-                raise self._limits.error(beyond, way, f"reach {target.words}", target.pose.position)
+                raise self._limits.error(beyond, way, f"reach {target}", target.pose.position)
         return self._postures.make(found)
 
     @cached_property
@@ -175,7 +175,7 @@ class Closing:
         distance, angle = task.left(pose, target)
         if distance > tolerances.REACHED.value * self._k.reach or angle > tolerances.REACHED.value:
             raise UnreachableError(
-                f"{self._k.name} cannot give its tool {target.words}: led by {task}, the tool stays {distance:.3g} m "
+                f"{self._k.name} cannot give its tool {target}: led by {task}, the tool stays {distance:.3g} m "
                 f"and {np.degrees(angle):.3g} deg away from it; ask for {task} alone (free=True), or for a pose that "
                 "the tool can have",
                 target=target.pose.position,
@@ -204,10 +204,10 @@ class Closing:
 
     def _not_reached(self, stopped: Stopped, target: Target) -> UnreachableError | SingularError:
         if stopped.singular:
-            return self._crossing(f"reach {target.words}", stopped, "type-1")
+            return self._crossing(f"reach {target}", stopped, "type-1")
         reached = readonly(stopped.placed.tool_position + self._k.origin)
         return UnreachableError(
-            f"{self._k.name} cannot reach {target.words} on this branch: it got {stopped.fraction:.1%} of the way, to "
+            f"{self._k.name} cannot reach {target} on this branch: it got {stopped.fraction:.1%} of the way, to "
             f"{np.round(reached, 6).tolist()} m, where {stopped.why}; choose a target inside the workspace or start "
             "from a posture of another working mode",
             target=target.pose.position,

@@ -15,6 +15,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain.kinematics import Placed
 from cutjoint.mechanism import Pose, Task
 from cutjoint.mechanism.rotations import turned, vector_of
+from cutjoint.mechanism.task import Condition
 
 
 class Driver(Protocol):
@@ -69,7 +70,7 @@ class TaskDriver(Driver):
     def __init__(self, task: Task, rows: Sequence[int], foot: Pose, length: float, start: Array, target: Array) -> None:
         self._task, self._rows, self._foot, self._length = task, list(rows), foot, length
         self._start, self._target = start, target
-        self._goal = self._pose(target)
+        self._goal = self._at(target)
         self.is_length = np.array([row < 3 for row in rows])
 
     @staticmethod
@@ -78,17 +79,17 @@ class TaskDriver(Driver):
         return np.concatenate([pose.position, length * vector_of(pose.rotation @ foot.rotation.T)])
 
     def error(self, placed: Placed, fraction: float) -> Array:
-        return self._task.error(placed.tool_pose, self._wanted(fraction), self._rows)
+        return self._wanted(fraction).error(placed.tool_position, placed.tool_axes)
 
     def jacobian(self, placed: Placed, fraction: float = 1.0) -> Array:
-        condition = self._task.condition(placed.tool_pose, self._wanted(fraction), self._rows)
-        return np.asarray(condition @ placed.tool_jacobian)
+        return np.asarray(self._wanted(fraction).matrix(placed.tool_axes).dot(placed.tool_jacobian))
 
-    def _wanted(self, fraction: float) -> Pose:
-        return self._goal if fraction == 1.0 else self._pose(_on_line(self._start, self._target, fraction))
+    def _wanted(self, fraction: float) -> Condition:
+        return self._goal if fraction == 1.0 else self._at(_on_line(self._start, self._target, fraction))
 
-    def _pose(self, place: Array) -> Pose:
-        return Pose(place[:3], turned(place[3:] / self._length) @ self._foot.rotation)
+    def _at(self, place: Array) -> Condition:
+        rotation = turned(place[3:] / self._length) @ self._foot.rotation
+        return self._task.towards(Pose(place[:3], rotation), self._rows)
 
 
 class ActuatedDriver(Driver):
