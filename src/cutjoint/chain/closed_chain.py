@@ -155,14 +155,16 @@ class ClosedChain(Sealed):
         """Solutions of inverse kinematics: closed postures that hold the tool as `at` (default home) does, `at` first.
 
         Args:
-            hold: "point" or "pose" of the tool; default the point where it says where the tool is, else the pose.
+            hold: "point", "pose" or "task" of the tool; default the task where the description declares one, else the
+                point where it says where the tool is, else the pose.
             starts: at most as many starts; fewer where everything was found several times.
 
         Raises:
-            InputError: the robot has no tool or no cuts, `hold` is neither, or `starts` not a whole number above 0.
+            InputError: the robot has no tool or no cuts, `hold` is none of them, or `starts` not a whole number above 0.
             ActuationError: holding the tool leaves the robot movable, so the modes are not discrete.
         """
-        return ModeSeeker(self._postures).working_modes(self._postures.placed(at), hold, starts)
+        task = self.task if hold == "task" or (hold is None and self.description.task) else None
+        return ModeSeeker(self._postures).working_modes(self._postures.placed(at), hold, starts, task)
 
     def assembly_modes(self, at: Posture | None = None, limbs: bool = False, starts: int = MOST_STARTS) -> Modes:
         """Solutions of forward kinematics: closed postures with the actuated coordinates of `at` (default home), `at`

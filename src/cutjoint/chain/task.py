@@ -4,12 +4,15 @@ With J the six rows of the tool's Jacobian on all motions that the loops allow, 
 where home is singular), and r its rank, the task is
 
 1. all six, where r is six;
-2. the rows that are not zero at home, where there are r of them, in the axes of the world, else of the tool at home;
-3. the point, where its rows alone have the rank r: it tells where the robot is.  Rows that are zero at home and around
-   it are left out where r stay (a plane of the world's axes), otherwise the point is on a curve or a surface;
-4. the rotations, where their rows have the rank r, and there are r of them.
+2. the rows that are not zero, where there are r of them, in the axes of the world, else of the tool at home;
+3. the rows that are not small, where there are r of them: a tripod moves its point sideways a little while it tilts;
+4. the point, where it tells where the robot is: its rows alone have the rank r.  A row that is zero at home and around
+   it is left out where r stay, in the axes of the world, else of the tool (the plane of a planar robot); otherwise the
+   point is on a curve or a surface;
+5. the rotations, where their rows have the rank r, and there are r of them.
 
-Otherwise it must be said.
+Rows that tell the motion do so well: their least singular value is not small beside that of all six.  Otherwise the
+task must be said.
 """
 
 from __future__ import annotations
@@ -30,6 +33,9 @@ from cutjoint.mechanism.task import NAMES, Axes
 
 STILL = 1e-6
 """Rows smaller than this beside the largest do not move."""
+WELL = 0.1
+"""Rows smaller than this beside the largest are side effects; and rows tell a motion well where their least singular
+value is not smaller than this beside that of all."""
 
 
 def task_of(mobility: Mobility) -> Task:
@@ -74,20 +80,35 @@ def _found(around: list[Array], whole: Task) -> Task | None:
     if rank == 0:
         return _task(whole, (0, 1, 2), "world")
     home = next(motions for motions in around if rank_of(motions) == rank)
-    choices: list[tuple[Axes, tuple[int, ...]]] = []
-    turned = _in_axes(home, whole.home.rotation)
-    choices.append(("world", _active([home])))
-    choices.append(("tool", _active([turned])))
-    for axes, rows in choices:
-        if len(rows) == rank:
-            return _task(whole, rows, axes)
-    if rank_of(home[:3]) == rank:
-        rows = tuple(row for row in _active(around) if row < 3)
-        return _task(whole, rows if len(rows) == rank else (0, 1, 2), "world")
+    views: dict[Axes, list[Array]] = {
+        "world": [home, *around],
+        "tool": [_in_axes(motions, whole.home.rotation) for motions in (home, *around)],
+    }
+    for least in (STILL, WELL):
+        for axes, seen in views.items():
+            rows = _active(seen[:1], least)
+            if len(rows) == rank and _tells(home, seen[0], rows):
+                return _task(whole, rows, axes)
+    if _tells(home, home, (0, 1, 2)):
+        for axes, seen in views.items():
+            rows = tuple(row for row in _active(seen) if row < 3)
+            if len(rows) == rank:
+                return _task(whole, rows, axes)
+        return _task(whole, (0, 1, 2), "world")
     rows = tuple(row for row in _active([home]) if row >= 3)
-    if len(rows) == rank == rank_of(home[3:]):
+    if len(rows) == rank and _tells(home, home, rows):
         return _task(whole, rows, "world")
     return None
+
+
+def _tells(home: Array, seen: Array, rows: tuple[int, ...]) -> bool:
+    """Whether rows of the motions `seen` in some axes tell the motions at home, and well."""
+    return _least(seen[list(rows)], rank_of(home)) >= WELL * _least(home, rank_of(home))
+
+
+def _least(motions: Array, rank: int) -> float:
+    values = np.linalg.svd(motions, compute_uv=False)
+    return float(values[rank - 1]) if len(values) >= rank else 0.0
 
 
 def _task(whole: Task, rows: tuple[int, ...], axes: Axes) -> Task:
@@ -98,10 +119,10 @@ def _in_axes(motions: Array, axes: Array) -> Array:
     return np.concatenate([axes.T @ motions[:3], axes.T @ motions[3:]])
 
 
-def _active(several: list[Array]) -> tuple[int, ...]:
+def _active(several: list[Array], least: float = STILL) -> tuple[int, ...]:
     """Rows that move at any of some postures."""
     size = np.max([np.linalg.norm(motions, axis=1) for motions in several], axis=0)
-    return tuple(np.flatnonzero(size > STILL * size.max(initial=1e-300)).tolist())
+    return tuple(np.flatnonzero(size > least * size.max(initial=1e-300)).tolist())
 
 
 def _check_declared(task: Task, around: list[Array]) -> None:
@@ -126,9 +147,8 @@ def _how_to_choose(around: list[Array]) -> str:
     rank = max(map(rank_of, around))
     home = next(motions for motions in around if rank_of(motions) == rank)
     active = _active([home])
-    fitting = [
-        " ".join(NAMES[row] for row in rows) for rows in combinations(active, rank) if rank_of(home[list(rows)]) == rank
-    ]
+    choices = [rows for rows in combinations(active, rank) if _tells(home, home, rows)]
+    fitting = [" ".join(NAMES[row] for row in rows) for rows in choices]
     return (
         f"it has {rank} independent motions in {' '.join(NAMES[row] for row in active)}; say {rank} of them under "
         f"[tool], such as task = {_as_list(fitting[0] if fitting else 'x y z')} (possible: {', '.join(fitting[:8])})"

@@ -13,6 +13,8 @@ can move, with its rotation counted, and r those of its point.
 - r < m: position and orientation say where the tool is, so its whole *pose* is held (a planar 3-RRR, a 3-PRS, a Stewart
   platform).
 
+A task that the description declares is held as it stands: its coordinates alone, the rest following.
+
 Directions in which the tool moves by less than COMMANDED of its fastest one are side effects, not what a motor is there
 for: a 3-PRS moves its point sideways a little while it tilts.
 """
@@ -27,7 +29,7 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.closing.drivers import Driver, PoseDriver, TiltDriver, ToolDriver
+from cutjoint.chain.closing.drivers import Driver, PoseDriver, TaskDriver, TiltDriver, ToolDriver
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.modes.limits import JointLimits
@@ -38,10 +40,10 @@ from cutjoint.chain.postures import Postures
 from cutjoint.chain.rank import null_space, rank_of
 from cutjoint.chain.structure import scaled_tool
 from cutjoint.errors import ActuationError, InputError
-from cutjoint.mechanism import Posture
+from cutjoint.mechanism import Posture, Task
 
-Held = Literal["point", "pose"]
-WAYS: tuple[Held, ...] = ("point", "pose")
+Held = Literal["point", "pose", "task"]
+WAYS: tuple[Held, ...] = ("point", "pose", "task")
 MOST_STARTS = 2000
 """Starts at most, unless asked otherwise: ten seconds for a robot of twenty joints."""
 
@@ -62,7 +64,7 @@ class Modes(Sequence[Posture]):
         unseen: share of further starts that would find something new, as Good and Turing estimate it: what was found
             once among what was found.  1 where nothing was found.
         settled: whether the search ended because all was found several times, not because it ran out of starts.
-        held: what all of them have in common: "point" or "pose" of the tool, or "actuators".
+        held: what all of them have in common: "point", "pose" or "task" of the tool, or "actuators".
     """
 
     postures: tuple[Posture, ...]
@@ -93,8 +95,12 @@ class ModeSeeker:
     def __init__(self, postures: Postures) -> None:
         self._postures, self._k, self._actuated = postures, postures.k, postures.actuated
 
-    def working_modes(self, at: Placed, hold: Held | None, starts: int) -> Modes:
-        """Postures that hold the tool as it is at a closed one; what of it is held, home tells, if as regular."""
+    def working_modes(self, at: Placed, hold: Held | None, starts: int, task: Task | None) -> Modes:
+        """Postures that hold the tool as it is at a closed one; what of it is held, home tells, if as regular.
+
+        Args:
+            task: whose coordinates are held, where that is so.
+        """
         k = self._k
         k.need_tool()
         if not k.closure.rows:
@@ -103,8 +109,13 @@ class ModeSeeker:
             raise InputError(
                 f"hold must be one of {', '.join(map(repr, WAYS))}, or None for the robot's own; found {hold!r}"
             )
+        if task is not None:
+            pose = at.tool_pose
+            place = TaskDriver.way(pose, pose, k.length)
+            driver: Driver = TaskDriver(task, task.rows, pose, k.length, place, place)
+            return self._all_ways(self._search(driver, driver, frozenset(), at, starts, "its task held"), "task")
         home = self._postures.at_home  # where robots are symmetric and side effects vanish, so it tells the task
-        held, axes = task_of(k, home if rank_of(home.scaled) >= rank_of(at.scaled) else at)
+        held, axes = commanded(k, home if rank_of(home.scaled) >= rank_of(at.scaled) else at)
         held = held if hold is None else hold
         guide, driver = holding(held, axes, at)
         search = self._search(guide, driver, frozenset(), at, starts, f"its tool's {held} held")
@@ -162,7 +173,7 @@ class ModeSeeker:
         )
 
 
-def task_of(kinematics: Kinematics, placed: Placed) -> tuple[Held, Array]:
+def commanded(kinematics: Kinematics, placed: Placed) -> tuple[Held, Array]:
     """Whether point or pose of the tool is commanded at a closed configuration, and an orthonormal basis of the
     axes, shape (3, k), about which it turns there."""
     k = kinematics
