@@ -109,11 +109,14 @@ class Standing:
         return self.joints_at(self.pose(x))
 
     def joints_at(self, pose: Array) -> Array:
-        """Actuated coordinates of a pose of the tool in the world (4, 4), shape (n,)."""
+        """Actuated coordinates of a pose of the tool in the world (4, 4), within half a turn of home, shape (n,)."""
         turned = self.size.rotation.T
         position = turned @ (pose[:3, 3] - self.size.offset) / self.size.length
         found = self.led.form.joints(position, turned @ pose[:3, :3] @ self.axes.T)
-        return found * self.size.length if self.led.slides else found
+        if self.led.slides:
+            return found * self.size.length
+        home = self.led.form.joints(self.led.form.centre, np.eye(3))
+        return found + 2.0 * np.pi * np.round((home - found) / (2.0 * np.pi))
 
     def missed(self, q: Array, x: Array) -> float:
         """How far actuated coordinates are from the closed form's, in robot lengths and radians, whole turns aside."""
@@ -127,8 +130,8 @@ class Standing:
         shift = np.abs(pose.position - wanted[:3, 3]).max() / self.length
         return max(float(shift), float(np.abs(pose.rotation - wanted[:3, :3]).max()))
 
-    def named(self, x: Array, axes: str) -> dict[str, float]:
-        """Coordinates of the task by name, in the world's axes or the tool's at home; base and tool lie along them."""
+    def named(self, x: Array, names: Sequence[str], axes: str) -> dict[str, float]:
+        """Coordinates by name in the world's axes or the tool's at home; turns that are named are freedoms along them."""
         wanted, home = self.pose(x), self.pose(0.0 * x)
         along = home[:3, :3] if axes == "tool" else np.eye(3)
         place = along.T @ (wanted[:3, 3] - (home[:3, 3] if axes == "tool" else 0.0))
@@ -137,12 +140,10 @@ class Standing:
         turns = [moved.get(name, 0.0) for name in ("rx", "ry", "rz")]
         turned = along.T @ self.size.rotation @ np.array(turns)
         values.update(zip(("rx", "ry", "rz"), turned.tolist(), strict=True))
-        return {name: values[name] for name in self.led.task}
+        return {name: values[name] for name in names}
 
 
-def stand(
-    led: Led, folder: Path, size: Size | None = None, axes: Array | None = None, **changes: Any
-) -> Standing:
+def stand(led: Led, folder: Path, size: Size | None = None, axes: Array | None = None, **changes: Any) -> Standing:
     """The robot as a description of this size, its tool turned by `axes` in the axes of the base (default: along)."""
     size, axes = size or Size(), np.eye(3) if axes is None else axes
     plain = load_description(led.plan.write(folder))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 from kit.blueprint import Blueprint, random_rotation, unit
-from kit.led import Led
+from kit.led import Led, Standing, stand
 from kit.mechanisms import on_circle
+from kit.sized import Size
 from oracles.closed_form import (
     Cranks,
     FiveBar,
@@ -223,3 +225,12 @@ def drawn(name: str, seed: int) -> Led:
         if led.is_regular(0.0 * led.spread) and sum(map(led.is_regular, trials)) >= 6:
             return led
     raise AssertionError(f"no regular {name}")
+
+
+def somewhere(name: str, seed: int, folder: Path, rng: Rng) -> Standing:
+    """A random shape on the ground: in the world's axes where the seed is even, else anywhere, of any size."""
+    size = Size()
+    if seed % 2:
+        length = 10.0 ** rng.uniform(-3.0, 3.0)
+        size = Size(length=length, rotation=random_rotation(rng), offset=length * rng.normal(size=3))
+    return stand(drawn(name, seed), folder / str(seed), size)
