@@ -1,7 +1,7 @@
 """Closed ways of the tool, gone round many times in small steps: the robot comes back to where it began.
 
-Each way is a random closed curve in the robot's freedoms, and every step starts from the posture before it.  After every
-lap the posture is that of the start in all joints: neither place nor orientation nor passive joints drift.
+Each way is a random closed curve in the robot's freedoms, and every step starts from the posture before it.  After
+every lap the posture is that of the start in all joints: neither place nor orientation nor passive joints drift.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
 """Robots whose inverse kinematics is known in closed form, of any size, standing anywhere, with any frame as tool.
 
-`LED` has a builder for each: it draws a random shape that is regular at home and around it.  `stand` puts a robot on the
-ground as a description; what it gives tells poses, coordinates and joints as the closed form knows them.
+`LED` has a builder for each: it draws a random shape that is regular at home and around it.  `stand` puts a robot on
+the ground as a description; what it gives tells poses, coordinates and joints as the closed form knows them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -131,7 +131,7 @@ class Standing:
         return max(float(shift), float(np.abs(pose.rotation - wanted[:3, :3]).max()))
 
     def named(self, x: Array, names: Sequence[str], axes: str) -> dict[str, float]:
-        """Coordinates by name in the world's axes or the tool's at home; turns that are named are freedoms along them."""
+        """Coordinates by name, in the world's axes or the tool's at home; turns that are named must be freedoms."""
         wanted, home = self.pose(x), self.pose(0.0 * x)
         along = home[:3, :3] if axes == "tool" else np.eye(3)
         place = along.T @ (wanted[:3, 3] - (home[:3, 3] if axes == "tool" else 0.0))

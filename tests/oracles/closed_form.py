@@ -124,7 +124,7 @@ class FiveBar(Cranks):
 
     def pose(self, x: Array) -> tuple[Array, Array]:
         still = np.eye(3)
-        position = self.centre + (x[0], x[1], 0.0)
+        position = self.centre + np.array([x[0], x[1], 0.0])
         before, now = (at - self.bends(at, still)[0] for at in (self.centre, position))
         return position, turn(Z, atan2(now[1], now[0]) - atan2(before[1], before[0]))
 
