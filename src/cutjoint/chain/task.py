@@ -5,10 +5,10 @@ where home is singular), and r its rank, the task is
 
 1. all six, where r is six;
 2. the rows that are not zero, where there are r of them, in the axes of the world, else of the tool at home;
-3. the rows that are not small, where there are r of them: a tripod moves its point sideways a little while it tilts;
-4. the point, where it tells where the robot is: its rows alone have the rank r.  A row that is zero at home and around
+3. the point, where it tells where the robot is: its rows alone have the rank r.  A row that is zero at home and around
    it is left out where r stay, in the axes of the world, else of the tool (the plane of a planar robot); otherwise the
    point is on a curve or a surface;
+4. the rows that are not small, where there are r of them: a tripod moves its point sideways a little while it tilts;
 5. the rotations, where their rows have the rank r, and there are r of them.
 
 Rows that tell the motion do so well: their least singular value is not small beside that of all six.  Otherwise the
@@ -84,17 +84,20 @@ def _found(around: list[Array], whole: Task) -> Task | None:
         "world": [home, *around],
         "tool": [_in_axes(motions, whole.home.rotation) for motions in (home, *around)],
     }
-    for least in (STILL, WELL):
-        for axes, seen in views.items():
-            rows = _active(seen[:1], least)
-            if len(rows) == rank and _tells(home, seen[0], rows):
-                return _task(whole, rows, axes)
+    for axes, seen in views.items():
+        rows = _active(seen[:1])
+        if len(rows) == rank:
+            return _task(whole, rows, axes)
     if _tells(home, home, (0, 1, 2)):
         for axes, seen in views.items():
             rows = tuple(row for row in _active(seen) if row < 3)
             if len(rows) == rank:
                 return _task(whole, rows, axes)
         return _task(whole, (0, 1, 2), "world")
+    for axes, seen in views.items():
+        rows = _active(seen[:1], WELL)
+        if len(rows) == rank and _tells(home, seen[0], rows):
+            return _task(whole, rows, axes)
     rows = tuple(row for row in _active([home]) if row >= 3)
     if len(rows) == rank and _tells(home, home, rows):
         return _task(whole, rows, "world")
