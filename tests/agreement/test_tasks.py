@@ -24,7 +24,7 @@ SHIPPED_TASKS = {
     "omega3": "x y z",
     "redundant": "x y",
     "stewart": "x y z rx ry rz",
-    "underactuated": "x z",
+    "underactuated": "x ry",
 }
 """Those that have one answer; the four-bar's coupler point goes along a curve of its plane."""
 

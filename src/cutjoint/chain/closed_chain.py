@@ -160,7 +160,7 @@ class ClosedChain(Sealed):
             starts: at most as many starts; fewer where everything was found several times.
 
         Raises:
-            InputError: the robot has no tool or no cuts, `hold` is none of them, or `starts` not a whole number above 0.
+            InputError: no tool or no cuts, `hold` is none of them, or `starts` is not a whole number above 0.
             ActuationError: holding the tool leaves the robot movable, so the modes are not discrete.
         """
         task = self.task if hold == "task" or (hold is None and self.description.task) else None
