@@ -1,19 +1,35 @@
-"""Trajectories of the tool, and the motion of the actuators that follows them through a mechanism."""
+"""Trajectories of the tool and of the actuators, and the motion of the actuators that follows them through a
+mechanism."""
 
 from cutjoint.motion.catalogue import TRAJECTORIES
-from cutjoint.motion.paths import Circle, Hold, Lissajous, PointToPoint
+from cutjoint.motion.joint_space import JointChirp, JointSine
+from cutjoint.motion.paths import Circle, Hold, Lissajous, PointToPoint, Trapezoidal
+from cutjoint.motion.pick_and_place import PickAndPlace
+from cutjoint.motion.pose_moves import PoseMove
 from cutjoint.motion.reference import Desired, Reference
+from cutjoint.motion.timing import Corners
 from cutjoint.motion.values import JointMotion, ToolMotion, Trajectory
+from cutjoint.motion.waypoints import JointWaypoints, Waypoints
+from cutjoint.motion.winding import Spiral
 
 __all__ = [
     "TRAJECTORIES",
     "Circle",
+    "Corners",
     "Desired",
     "Hold",
+    "JointChirp",
     "JointMotion",
+    "JointSine",
+    "JointWaypoints",
     "Lissajous",
+    "PickAndPlace",
     "PointToPoint",
+    "PoseMove",
     "Reference",
+    "Spiral",
     "ToolMotion",
     "Trajectory",
+    "Trapezoidal",
+    "Waypoints",
 ]

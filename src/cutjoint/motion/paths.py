@@ -1,20 +1,22 @@
-"""The paths of the tool point that there are: hold, point to point, circle and Lissajous curve.
+"""Simple paths of the tool point: hold, lines, circle and Lissajous curve.
 
-Point to point is the minimum-jerk quintic (T. Flash, N. Hogan: The coordination of arm movements. J. Neurosci. 5 (1985)
-1688-1703), the circle that of the Cartesian Parallel Manipulator (Elkady et al. 2008, section 5.3), the Lissajous curve
-that of the Omega-3 (equation 43).  The last two start at full speed: a robot at rest meets a step of the desired
-velocity.
+The laws of time of the lines are those of `timing`; the circle is that of the Cartesian Parallel Manipulator (Elkady et
+al. 2008, section 5.3), the Lissajous curve that of the Omega-3 (equation 43).  The last two start at full speed: a
+robot at rest meets a step of the desired velocity.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
+from cutjoint.motion.home import Home, orthonormal
+from cutjoint.motion.timing import Progress, minimum_jerk, trapezoid
 from cutjoint.motion.values import ToolMotion
 
 
@@ -44,9 +46,8 @@ class Hold(Values):
 class PointToPoint(Values):
     """A straight line from `start` to `goal`, shape (3,) [m], in `duration` [s], at rest at both ends.
 
-    The fraction of the way is the quintic 10 s^3 - 15 s^4 + 6 s^5 of s = t / duration, which has the least mean squared
-    jerk between two points at rest: position, velocity and acceleration are continuous.  Before 0 it rests at `start`,
-    after `duration` at `goal`.
+    The way has the least mean squared jerk between two points at rest: position, velocity and acceleration are
+    continuous (C2).  Before 0 it rests at `start`, after `duration` at `goal`.
     """
 
     start: Array
@@ -60,20 +61,42 @@ class PointToPoint(Values):
         positive("duration", self.duration, "s")
 
     @classmethod
-    def from_home(cls, mechanism: Mechanism, x: float, y: float, z: float, seconds: float) -> PointToPoint:
-        """From where the tool is at home to the point that is (x, y, z) [m] away from there."""
-        home = mechanism.tool(mechanism.home).position
-        return cls(home, home + np.array([x, y, z]), seconds)
+    def from_home(cls, mechanism: Mechanism, x: float, y: float, z: float, seconds: float) -> Self:
+        """From where the tool is at home to the point that is (x, y, z) [m] away from there, along the axes of the
+        task."""
+        home = Home.of(mechanism)
+        return cls(home.pose.position, home.by(x, y, z), seconds)
+
+    def progress(self, t: float) -> Progress:
+        """How far along its way it is at time `t` [s]."""
+        return minimum_jerk(t, self.duration)
 
     def at(self, t: float) -> ToolMotion:
         """The desired motion at time `t` [s]."""
-        s = min(max(t / self.duration, 0.0), 1.0)
+        s, rate, change = self.progress(t)
         way = self.goal - self.start
-        return ToolMotion(
-            self.start + s**3 * (10.0 - 15.0 * s + 6.0 * s * s) * way,
-            30.0 * s * s * (1.0 - s) ** 2 / self.duration * way,
-            60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / self.duration**2 * way,
-        )
+        return ToolMotion(self.start + s * way, rate * way, change * way)
+
+
+@dataclass(frozen=True, eq=False)
+class Trapezoidal(PointToPoint):
+    """The same line with a trapezoidal velocity: it speeds up for a `ramp` of the duration, and slows down for as long.
+
+    Only C1: the acceleration jumps at both ends of both ramps.  A ramp of 1/3 is usual; with 1/2 no part has constant
+    speed.
+    """
+
+    name: str = "trapezoidal"
+    ramp: float = 1.0 / 3.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 < positive("ramp", self.ramp, "of the duration") <= 0.5:
+            raise InputError(f"ramp must be at most half of the duration, found {self.ramp!r}")
+
+    def progress(self, t: float) -> Progress:
+        """How far along its way it is at time `t` [s]."""
+        return trapezoid(t, self.duration, self.ramp * self.duration)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,9 +123,7 @@ class Circle(Values):
         positive("|rate|", abs(self.rate), "rad/s")
         for name in ("first", "second"):
             object.__setattr__(self, name, readonly(as_vector(name, getattr(self, name), 3)))
-        axes = np.array([self.first, self.second])
-        if not np.allclose(axes @ axes.T, np.eye(2), rtol=0.0, atol=1e-12):
-            raise InputError(f"first and second must be orthogonal unit vectors, found {axes.tolist()}")
+        orthonormal("first and second", np.column_stack([self.first, self.second]), 2)
 
     @classmethod
     def through_home(cls, mechanism: Mechanism, radius: float, seconds: float) -> Circle:
@@ -113,12 +134,9 @@ class Circle(Values):
         """
         positive("radius", radius, "m")
         positive("seconds", seconds, "s")
-        tool = mechanism.tool(mechanism.home)
-        directions, sizes, _ = np.linalg.svd(tool.jacobian)
-        if mechanism.n < 2 or sizes[1] < 1e-9 * sizes[0]:
-            raise InputError(f"the tool of {mechanism.name} moves along a line; it cannot follow a circle")
-        first, second = (axis * np.sign(axis[np.argmax(np.abs(axis))]) for axis in directions.T[:2])
-        return cls(tool.position - radius * first, radius, 2.0 * np.pi / seconds, first, second)
+        home = Home.of(mechanism)
+        first, second = home.plane("a circle")
+        return cls(home.pose.position - radius * first, radius, 2.0 * np.pi / seconds, first, second)
 
     @property
     def duration(self) -> float:
@@ -135,9 +153,10 @@ class Circle(Values):
 
 @dataclass(frozen=True, eq=False)
 class Lissajous(Values):
-    """centre + amplitude cos(rate t + phase), each of shape (3,): [m], [m], [rad/s], [rad].
+    """centre + axes @ (amplitude cos(rate t + phase)), each of shape (3,): [m], [m], [rad/s], [rad].
 
     `duration` [s] is one period of the whole curve; the caller states it, because rates need not be commensurable.
+    `axes` are orthonormal columns, shape (3, 3); those of the world if nothing is said.
     """
 
     centre: Array
@@ -146,16 +165,32 @@ class Lissajous(Values):
     phase: Array
     duration: float
     name: str = "lissajous"
+    axes: Array = field(default_factory=lambda: readonly(np.eye(3)))
 
     def __post_init__(self) -> None:
         for name, unit in (("centre", "m"), ("amplitude", "m"), ("rate", "rad/s"), ("phase", "rad")):
             object.__setattr__(self, name, readonly(as_vector(name, getattr(self, name), 3, unit)))
+        object.__setattr__(self, "axes", readonly(orthonormal("axes", self.axes, 3)))
         positive("duration", self.duration, "s")
+
+    @classmethod
+    def through_home(cls, mechanism: Mechanism, width: float, height: float, seconds: float) -> Lissajous:
+        """A figure of eight through where the tool is at home, `width` across and `height` up [m], in `seconds` [s].
+
+        Raises:
+            InputError: the tool can only move along a line, or an argument is not > 0.
+        """
+        home = Home.of(mechanism)
+        up, across = home.upright("a Lissajous curve")
+        size = np.array([0.5 * positive("width", width, "m"), 0.5 * positive("height", height, "m"), 0.0])
+        rate = 2.0 * np.pi / positive("seconds", seconds, "s") * np.array([1.0, 2.0, 0.0])
+        axes = np.column_stack([across, up, np.cross(across, up)])
+        return cls(home.pose.position, size, rate, np.full(3, -0.5 * np.pi), seconds, axes=axes)
 
     def at(self, t: float) -> ToolMotion:
         """The desired motion at time `t` [s]."""
         angle = self.rate * t + self.phase
         swing = self.amplitude * np.cos(angle)
-        return ToolMotion(
-            self.centre + swing, -self.rate * self.amplitude * np.sin(angle), -self.rate * self.rate * swing
-        )
+        speed = -self.rate * self.amplitude * np.sin(angle)
+        axes = self.axes
+        return ToolMotion(self.centre + axes @ swing, axes @ speed, axes @ (-self.rate * self.rate * swing))

@@ -1,22 +1,25 @@
-"""A trajectory seen through a mechanism: what the actuators must do so that the tool follows it.
+"""A trajectory seen through a mechanism: what the actuators must do to follow it, along its whole way.
 
-Positions by inverse kinematics; rates from tool velocity = J v and tool acceleration = J a + drift.
+How one instant is followed is told in `following`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Lock
 
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen, positive, readonly
-from cutjoint.errors import ClosureError, CutjointError, InputError, SingularError, UnreachableError
-from cutjoint.mechanism import Mechanism, Posture
-from cutjoint.motion.values import ToolMotion, Trajectory
+from cutjoint.errors import ClosureError, CutjointError, LimitError, SingularError, UnreachableError
+from cutjoint.mechanism import JointLimits, Mechanism, Posture
+from cutjoint.motion.following import Instant, follower
+from cutjoint.motion.values import ROTATION, ToolMotion, Trajectory
 
-# Anchors to a way: near enough to one another that inverse kinematics from the nearest one stays on its branch.
-ANCHORS = 64
+# Anchors to a way, and to a second of it: near enough that kinematics from the nearest one stays on its branch.
+ANCHORS, ANCHORS_PER_SECOND, MOST_ANCHORS = 64, 20, 4096
 # Instants that are remembered: a few seconds of RK4 at 1 kHz, some ten megabytes.
 MEMORY = 10000
 
@@ -28,7 +31,7 @@ class Desired(Frozen):
     Attributes:
         t: time [s].
         q, v, a: actuated coordinates, velocity and acceleration, shape (n,).
-        tool: position, velocity and acceleration of the tool.
+        tool: motion of the tool, its rotation included: what is prescribed, and the rest as the posture gives it.
         posture: the posture at `q`, made by `mechanism`.
         mechanism: through which the trajectory was seen.
     """
@@ -47,47 +50,59 @@ class Desired(Frozen):
         Raises:
             ClosureError, SingularError: `model` cannot be closed there.
         """
-        return self.posture if model is self.mechanism else model.close(self.q)
+        return self.posture if model is self.mechanism else model.close(self.q, limits="ignore")
 
 
 class Reference:
     """The motion of the actuators of `mechanism` that follows `trajectory` for `duration` [s] from time 0 on.
 
-    The whole way is walked once when it is made, so that a trajectory that leaves the workspace is found before
-    anything moves; the postures on the way are kept and start the inverse kinematics later on.
+    The whole way is walked once when it is made, so that a trajectory that leaves the workspace, goes beyond a joint's
+    limits or asks for what the robot does not lead is found before anything moves; the postures on the way are kept and
+    start the kinematics later on.
 
     Attributes:
-        trajectory: the motion of the tool.
-        mechanism: whose inverse kinematics are used.
+        trajectory: the motion of the tool or of the actuators.
+        mechanism: whose kinematics are used.
         duration: how long it is followed [s].
+        limits: whether joint limits are respected or ignored.
     """
 
-    def __init__(self, trajectory: Trajectory, mechanism: Mechanism, duration: float | None = None) -> None:
+    def __init__(
+        self,
+        trajectory: Trajectory,
+        mechanism: Mechanism,
+        duration: float | None = None,
+        *,
+        limits: JointLimits = "respect",
+    ) -> None:
         """Walk the way.
 
         Raises:
-            InputError: a duration that is not > 0, or more than three actuators.
-            UnreachableError: the trajectory leaves the workspace; the message tells when and where.
+            InputError: a duration that is not > 0, a trajectory that gives no motion or that of another robot, a robot
+                whose task cannot be told.
+            UnreachableError: the trajectory leaves the workspace, or prescribes what is not led; it tells when.
+            LimitError: it goes beyond the limits of a joint, and they are not to be ignored.
         """
-        if mechanism.n > 3:
-            raise InputError(
-                f"a trajectory of the tool point cannot tell the {mechanism.n} actuators of {mechanism.name} what to "
-                "do; three are the most"
-            )
-        self.trajectory = trajectory
-        self.mechanism = mechanism
+        self.trajectory, self.mechanism, self.limits = trajectory, mechanism, limits
         self.duration = positive("duration", trajectory.duration if duration is None else duration, "s")
         self._known: dict[float, Desired] = {}
         self._writing = Lock()
-        anchors: list[tuple[Array, Posture]] = []
-        near: Posture | None = None
+        with self._telling(0.0):
+            self._follower = follower(trajectory, mechanism, limits)
         # A way that repeats, or rests at its end, is walked once.
-        for t in np.linspace(0.0, min(self.duration, trajectory.duration), ANCHORS + 1):
-            tool = trajectory.at(float(t))
-            near = self._reach(float(t), tool, near)
-            anchors.append((tool.position, near))
-        self._places = readonly([place for place, _ in anchors])
-        self._postures = tuple(posture for _, posture in anchors)
+        end = min(self.duration, trajectory.duration)
+        count = int(np.clip(np.ceil(end * ANCHORS_PER_SECOND), ANCHORS, MOST_ANCHORS))
+        places, postures, missed = [], [], _Missed()
+        near: Posture | None = None
+        for t in np.linspace(0.0, end, count + 1).tolist():
+            instant = self._follower.at(t)
+            near = self._posture(t, instant, near)
+            self._desired(t, instant, near)
+            missed.see(t, instant.missed(near))
+            places.append(instant.place)
+            postures.append(near)
+        missed.tell(trajectory, mechanism)
+        self._places, self._postures = readonly(places), tuple(postures)
 
     def __getstate__(self) -> dict[str, object]:
         # The memo stays behind: it is large, and another thread may be writing into it.
@@ -103,19 +118,15 @@ class Reference:
         """The desired motion at time `t` [s], which may lie past the duration.
 
         Raises:
-            UnreachableError: outside the workspace between two anchors, or past the duration.
+            UnreachableError, LimitError: outside the workspace or the limits between two anchors, or past the duration.
         """
         known = self._known.get(t)
         if known is not None:
             return known
-        tool = self.trajectory.at(t)
-        away = self._places - tool.position
+        instant = self._follower.at(t)
+        away = self._places - instant.place
         nearest = self._postures[int(np.argmin(np.einsum("ij,ij->i", away, away)))]
-        posture = self._reach(t, tool, nearest)
-        jacobian = self.mechanism.tool(posture).jacobian
-        v = _actuator_rates(jacobian, tool.velocity)
-        a = _actuator_rates(jacobian, tool.acceleration - self.mechanism.tool(posture, v).drift)
-        made = Desired(t, posture.q, v, a, tool, posture, self.mechanism)
+        made = self._desired(t, instant, self._posture(t, instant, nearest))
         # A memo of a pure function: stages of a method and runs on one time grid ask for the same instants again.
         with self._writing:
             self._known[t] = made
@@ -123,29 +134,75 @@ class Reference:
                 del self._known[next(iter(self._known))]
         return made
 
-    def _reach(self, t: float, tool: ToolMotion, near: Posture | None) -> Posture:
+    def _posture(self, t: float, instant: Instant, near: Posture | None) -> Posture:
+        with self._telling(t):
+            return instant.posture(near)
+
+    def _desired(self, t: float, instant: Instant, posture: Posture) -> Desired:
+        with self._telling(t):
+            v, a, tool = instant.rates(posture)
+        return Desired(t, posture.q, v, a, tool, posture, self.mechanism)
+
+    @contextmanager
+    def _telling(self, t: float) -> Iterator[None]:
+        """Says when and where it was that the robot could not follow."""
         try:
-            return self.mechanism.reach(tool.position, near)
+            yield
         except (UnreachableError, SingularError, ClosureError) as error:
-            raise _left_workspace(self.trajectory, self.mechanism, t, tool, error) from error
+            raise _cannot_follow(self.trajectory, self.mechanism, t, t / self.duration, error) from error
 
 
-def _actuator_rates(jacobian: Array, tool: Array) -> Array:
-    """The x with jacobian @ x = tool, shape (n,), for one to three actuators."""
-    if jacobian.shape == (3, 3):
-        return np.asarray(np.linalg.solve(jacobian, tool))
-    return np.asarray(np.linalg.lstsq(jacobian, tool, rcond=None)[0])
+class _Missed:
+    """The most by which coordinates are missed on a way, and when."""
+
+    def __init__(self) -> None:
+        self._most: dict[str, tuple[float, float]] = {}
+
+    def see(self, t: float, missed: dict[str, float]) -> None:
+        """What is missed at `t` [s]."""
+        for name, size in missed.items():
+            if size > self._most.get(name, (0.0, 0.0))[0]:
+                self._most[name] = size, t
+
+    def tell(self, trajectory: Trajectory, mechanism: Mechanism) -> None:
+        """Raises UnreachableError where something was missed."""
+        if not self._most:
+            return
+        parts = [
+            f"{name} by {np.degrees(size):.4g} deg at t = {t:.4g} s"
+            if name in ROTATION
+            else f"{name} by {size:.4g} m at t = {t:.4g} s"
+            for name, (size, t) in self._most.items()
+        ]
+        raise UnreachableError(
+            f"trajectory '{trajectory.name}' cannot be followed by {mechanism.name}, which leads {mechanism.task}: it "
+            f"would miss {', '.join(parts)}. Leave that as it is at home, or prescribe only what the robot leads",
+            target=np.zeros(3),
+        )
 
 
-def _left_workspace(
-    trajectory: Trajectory, mechanism: Mechanism, t: float, tool: ToolMotion, error: CutjointError
+def _cannot_follow(
+    trajectory: Trajectory, mechanism: Mechanism, t: float, part: float, error: CutjointError
 ) -> UnreachableError:
-    where = ", ".join(f"{x:.4g}" for x in tool.position)
-    reached = getattr(error, "reached", None)
+    motion = trajectory.at(t)
+    if isinstance(motion, ToolMotion):
+        target, where = motion.position, "tool at (" + ", ".join(f"{x:.4g}" for x in motion.position) + ") m"
+    else:
+        target, where = motion.q, "actuators at (" + ", ".join(f"{x:.4g}" for x in motion.q) + ")"
+    if isinstance(error, LimitError):
+        return LimitError(
+            f"trajectory '{trajectory.name}' goes beyond the joint limits of {mechanism.name} at t = {t:.4g} s, "
+            f"{where}: {error}. Make it smaller or move it",
+            joint=error.joint,
+            value=error.value,
+            bounds=error.bounds,
+            target=target,
+            progress=part,
+        )
     return UnreachableError(
         f"trajectory '{trajectory.name}' leaves the workspace of {mechanism.name} at t = {t:.4g} s, "
-        f"tool at ({where}) m: {error}. Make it smaller or move it",
-        target=readonly(tool.position),
-        reached=reached,
-        progress=0.0,
+        f"{where}: {error}. Make it smaller or move it",
+        target=target,
+        reached=getattr(error, "reached", None),
+        progress=part,
     )

@@ -1,0 +1,282 @@
+"""How a mechanism is led: from the motion that a trajectory prescribes to the actuators, at one instant.
+
+A tool motion is led in the rows of the robot's task.  With C the condition of the task (see `mechanism.task`), J the
+frame Jacobian, V and A the prescribed twist and its rate, d the frame drift and T the turning of the condition,
+
+    C J v = C V,    C J a = C (A - d) - T.
+
+What is prescribed and not led must come by itself; what is led and not prescribed stays as at home.  Where the tool is
+bound to a curve or a surface there are more rows than actuators: they must agree.  Where there are more actuators than
+rows, these move only in the combinations that move the task with the least motion at the start of the way, q = q_0 +
+B y: so a closed way of the tool is a closed way of the actuators, and the rates are exact derivatives.
+
+A joint motion is what it says; the tool's follows from it.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from cutjoint import tolerances
+from cutjoint.arrays import Array
+from cutjoint.errors import SingularError, UnreachableError
+from cutjoint.mechanism import JointLimits, Mechanism, Pose, Posture, Tool
+from cutjoint.mechanism.task import NAMES
+from cutjoint.motion.prescribed import joint_motion, tool_motion
+from cutjoint.motion.values import POSITION, ROTATION, JointMotion, ToolMotion, Trajectory
+
+CLOSED = 1e-14
+"""What may be left of an error, beside the size of the robot, where the actuators are led in combinations."""
+STEPS = 30
+
+
+class Instant(Protocol):
+    """What a trajectory prescribes at one instant, and how a mechanism follows it."""
+
+    @property
+    def place(self) -> Array:
+        """Where the motion is, dimensionless: for the nearest of several."""
+
+    def posture(self, near: Posture | None) -> Posture:
+        """The posture then, on the branch of `near`."""
+
+    def rates(self, posture: Posture) -> tuple[Array, Array, ToolMotion]:
+        """Velocity and acceleration of the actuators at its posture, shape (n,), and the motion of the tool."""
+
+    def missed(self, posture: Posture) -> dict[str, float]:
+        """By how much what is prescribed and not led is missed, by name, [m] and [rad]; what is met is left out."""
+
+
+class Follower(Protocol):
+    """Follows one trajectory with one mechanism."""
+
+    def at(self, t: float) -> Instant:
+        """What is to be done at `t` [s].
+
+        Raises:
+            InputError: the trajectory gives no motion then, or one of another kind than at 0.
+        """
+
+
+def follower(trajectory: Trajectory, mechanism: Mechanism, limits: JointLimits) -> Follower:
+    """What follows a trajectory with a mechanism.
+
+    Raises:
+        InputError: the trajectory gives no motion; or the robot has no tool, or its task cannot be told.
+        UnreachableError, SingularError, ClosureError: no start.
+    """
+    if isinstance(trajectory.at(0.0), JointMotion):
+        return JointFollower(trajectory, mechanism, limits)
+    return ToolFollower(trajectory, mechanism, limits)
+
+
+# ---- joint motions -------------------------------------------------------------------------------------------------
+
+
+class JointFollower:
+    """Follows a trajectory of the actuators."""
+
+    def __init__(self, trajectory: Trajectory, mechanism: Mechanism, limits: JointLimits) -> None:
+        self.trajectory, self.mechanism, self.limits = trajectory, mechanism, limits
+
+    def at(self, t: float) -> JointInstant:
+        """What is to be done at `t` [s]."""
+        return JointInstant(self, joint_motion(self.trajectory, t, self.mechanism.n))
+
+
+class JointInstant:
+    """A joint motion at one instant: see `Instant`."""
+
+    def __init__(self, whole: JointFollower, motion: JointMotion) -> None:
+        self._whole, self._motion = whole, motion
+
+    @property
+    def place(self) -> Array:
+        """The actuated coordinates."""
+        return self._motion.q
+
+    def posture(self, near: Posture | None) -> Posture:
+        """Closed where the actuators are."""
+        return self._whole.mechanism.close(self._motion.q, near, limits=self._whole.limits)
+
+    def rates(self, posture: Posture) -> tuple[Array, Array, ToolMotion]:
+        """Those that are prescribed, and what the tool does then."""
+        v, a = self._motion.v, self._motion.a
+        tool = self._whole.mechanism.tool(posture, v)
+        rate = tool.frame_jacobian @ a + tool.frame_drift
+        return v, a, ToolMotion(tool.position, tool.twist[:3], rate[:3], tool.rotation, tool.twist[3:], rate[3:])
+
+    def missed(self, posture: Posture) -> dict[str, float]:
+        """Nothing."""
+        return {}
+
+
+# ---- tool motions --------------------------------------------------------------------------------------------------
+
+
+class ToolFollower:
+    """Follows a trajectory of the tool.
+
+    Attributes:
+        task: of the mechanism.
+        size: of the robot, see `_size` [m].
+        weights: what the rows of the task are divided by to have no dimension.
+        combinations: B of the module's head, or None.
+        start: the posture at 0 where there is one.
+    """
+
+    def __init__(self, trajectory: Trajectory, mechanism: Mechanism, limits: JointLimits) -> None:
+        self.trajectory, self.mechanism, self.limits = trajectory, mechanism, limits
+        self.task, self.size = mechanism.task, _size(mechanism)
+        self.weights = np.array([self.size if row < 3 else 1.0 for row in self.task.rows])
+        self.start: Posture | None = None
+        self.combinations: Array | None = None
+        if mechanism.n > len(self.task.rows):
+            first = self.at(0.0)
+            self.start = first.posture(None)
+            unit = np.array([1.0 if one.kind == "rotation" else self.size for one in mechanism.actuators])
+            led = first.led(mechanism.tool(self.start)) / self.weights[:, None]
+            self.combinations = unit[:, None] * (led * unit).T
+
+    def at(self, t: float) -> ToolInstant:
+        """What is to be done at `t` [s]."""
+        motion, still = tool_motion(self.trajectory, t), np.zeros(3)
+        prescribed = motion.prescribed
+        place, speed, rate = motion.position, motion.velocity, motion.acceleration
+        rotation, turning, change = self.task.home.rotation, still, still
+        if not set(prescribed).isdisjoint(ROTATION):
+            assert motion.rotation is not None
+            assert motion.angular_velocity is not None
+            assert motion.angular_acceleration is not None
+            rotation, turning, change = motion.rotation, motion.angular_velocity, motion.angular_acceleration
+        if not set(prescribed).issuperset(POSITION):
+            basis, home = self.task.basis, self.task.home.position
+            kept = basis @ np.diag([float(name in prescribed) for name in POSITION]) @ basis.T
+            place, speed, rate = home + kept @ (place - home), kept @ speed, kept @ rate
+        pose = Pose(place, rotation)
+        return ToolInstant(self, motion, pose, np.concatenate([speed, turning]), np.concatenate([rate, change]))
+
+
+class ToolInstant:
+    """A tool motion at one instant: see `Instant`.  What is not prescribed is as at home."""
+
+    def __init__(self, whole: ToolFollower, motion: ToolMotion, pose: Pose, twist: Array, twist_rate: Array) -> None:
+        self._whole, self._motion = whole, motion
+        self._pose, self._twist, self._twist_rate = pose, twist, twist_rate
+
+    @property
+    def place(self) -> Array:
+        """Position beside the size of the robot, and rotation where that is led."""
+        whole = self._whole
+        place = self._pose.position / whole.size
+        return place if whole.task.is_of_point else np.concatenate([place, self._pose.rotation.ravel()])
+
+    def posture(self, near: Posture | None) -> Posture:
+        """By inverse kinematics; where there are more actuators than rows, in their combinations."""
+        whole = self._whole
+        if whole.combinations is None or near is None:
+            return whole.start or whole.mechanism.reach(self._pose, near, free=True, limits=whole.limits)
+        at, last = near, np.inf
+        for _ in range(STEPS):
+            tool = whole.mechanism.tool(at)
+            error = whole.task.error(tool.pose, self._pose, whole.task.rows)
+            left = float(np.abs(error / whole.weights).max())
+            if left < CLOSED or (left < 1e3 * CLOSED and left >= last):
+                return at
+            last = left
+            at = whole.mechanism.close(at.q - self._solved(self.led(tool), error), at, limits=whole.limits)
+        raise UnreachableError(
+            f"{whole.mechanism.name} cannot be led there by the combinations of its {whole.mechanism.n} actuators that "
+            "lead its tool at the start",
+            target=self._pose.position,
+        )
+
+    def led(self, tool: Tool) -> Array:
+        """Jacobian of the task, shape (rows, n)."""
+        whole = self._whole
+        return np.asarray(whole.task.condition(tool.pose, self._pose, whole.task.rows) @ tool.frame_jacobian)
+
+    def rates(self, posture: Posture) -> tuple[Array, Array, ToolMotion]:
+        """Those by which the task is led, and what the tool does then."""
+        task, mechanism = self._whole.task, self._whole.mechanism
+        here = mechanism.tool(posture)
+        condition = task.condition(here.pose, self._pose, task.rows)
+        led = condition @ here.frame_jacobian
+        v = self._solved(led, condition @ self._twist)
+        tool = mechanism.tool(posture, v)
+        turning = task.turning(here.pose, self._pose, tool.twist, self._twist, task.rows)
+        a = self._solved(led, condition @ (self._twist_rate - tool.frame_drift) - turning)
+        return v, a, self._tool_motion(tool, a)
+
+    def missed(self, posture: Posture) -> dict[str, float]:
+        """By how much what is prescribed and not led is missed."""
+        whole, found = self._whole, {}
+        for name in self._motion.prescribed:
+            if name not in whole.task.names:
+                row = NAMES.index(name)
+                error = whole.task.error(whole.mechanism.tool(posture).pose, self._pose, [row])
+                size = abs(float(error[0]))
+                if size > tolerances.REACHED.value * (whole.size if row < 3 else 1.0):
+                    found[name] = size
+        return found
+
+    def _solved(self, led: Array, wanted: Array) -> Array:
+        """The x, shape (n,), with led @ x = wanted, in the combinations of the actuators where there are some.
+
+        Raises:
+            SingularError: the tool cannot move in a direction of its task.
+            UnreachableError: more rows than actuators, which do not agree.
+        """
+        whole = self._whole
+        if not wanted.any():
+            return np.zeros(whole.mechanism.n)
+        chosen = led if whole.combinations is None else led @ whole.combinations
+        matrix, right = chosen / whole.weights[:, None], wanted / whole.weights
+        lengths = np.linalg.norm(matrix, axis=0)
+        sizes = np.linalg.svd(matrix / np.maximum(lengths, 1e-300), compute_uv=False)
+        if sizes[-1] < tolerances.SINGULAR.value * sizes[0]:
+            raise SingularError(
+                f"the tool of {whole.mechanism.name} cannot move in some direction of its task {whole.task} here",
+                kind="type-1",
+                measure=float(sizes[-1] / max(sizes[0], 1e-300)),
+                limit=tolerances.SINGULAR.value,
+            )
+        if matrix.shape[0] == matrix.shape[1]:
+            found = np.linalg.solve(chosen, wanted)
+        else:
+            found = np.linalg.lstsq(matrix, right, rcond=None)[0]
+            left = np.abs(matrix @ found - right).max()
+            if left > tolerances.REACHED.value * np.abs(right).max():
+                raise UnreachableError(
+                    f"the tool of {whole.mechanism.name} cannot move so: of its {len(right)} coordinates {whole.task} "
+                    f"it leads {len(found)}, and {left / np.abs(right).max():.2g} of the motion is beside them",
+                    target=self._pose.position,
+                )
+        return np.asarray(found if whole.combinations is None else whole.combinations @ found)
+
+    def _tool_motion(self, tool: Tool, a: Array) -> ToolMotion:
+        """What is prescribed, as it is; the rest as the posture gives it."""
+        motion, whole_rotation = self._motion, set(self._motion.prescribed).issuperset(ROTATION)
+        if whole_rotation and set(motion.prescribed).issuperset(POSITION):
+            return motion
+        rate = tool.frame_jacobian @ a + tool.frame_drift
+        place, speed, change = tool.position, tool.twist[:3], rate[:3]
+        if set(motion.prescribed).issuperset(POSITION):
+            place, speed, change = motion.position, motion.velocity, motion.acceleration
+        rotation, turning, bend = tool.rotation, tool.twist[3:], rate[3:]
+        if whole_rotation:
+            rotation, turning, bend = self._pose.rotation, self._twist[3:], self._twist_rate[3:]
+        return ToolMotion(place, speed, change, rotation, turning, bend)
+
+
+def _size(mechanism: Mechanism) -> float:
+    """A length of the robot [m]: the longest lever of an actuator that turns, or way from zero of one that slides."""
+    tool = mechanism.tool(mechanism.home)
+    levers = np.linalg.norm(tool.jacobian, axis=0)
+    lengths = [
+        lever if one.kind == "rotation" else abs(q)
+        for one, lever, q in zip(mechanism.actuators, levers, mechanism.home.q, strict=True)
+    ]
+    return float(max(lengths)) or float(np.linalg.norm(tool.position)) or 1.0
