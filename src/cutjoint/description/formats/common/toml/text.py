@@ -57,7 +57,7 @@ def toml_text(
         lines += [f"driver = {text(coupling.driver)}", f"ratio = {number(coupling.ratio)}"]
         lines += [f"offset = {number(coupling.offset)}"]
     for home in robot.homes:
-        lines += _home(home)
+        lines += home_lines(home)
     for variant in robot.variants:
         lines += _variant(variant)
     if fixed:
@@ -97,7 +97,8 @@ def _frame(frame: Frame) -> str:
     return f"{{ {', '.join(parts)} }}"
 
 
-def _home(home: Home) -> list[str]:
+def home_lines(home: Home) -> list[str]:
+    """The lines of a home posture, a blank one before them."""
     lines = ["", f"[home.{key(home.name)}]"]
     lines += [f"about = {text(home.about)}"] if home.about else []
     given = ", ".join(f"{key(name)} = {number(value)}" for name, value in home.actuated.items())
