@@ -146,11 +146,11 @@ def test_the_sampled_workspace_grows_around_home(puppet: Puppet) -> None:
     for _ in puppet.sample_workspace(8):
         pass
     home = puppet.tool_position(puppet.chain.home)
-    assert puppet.box is not None
-    assert (puppet.box[0] < home).all()
-    assert (home < puppet.box[1]).all()
+    assert puppet.workspace.box is not None
+    assert (puppet.workspace.box[0] < home).all()
+    assert (home < puppet.workspace.box[1]).all()
     for axis, slider in enumerate(panel_of(puppet).tool_sliders()):
-        assert slider.lower < puppet.box[0][axis] < puppet.box[1][axis] < slider.upper
+        assert slider.lower < puppet.workspace.box[0][axis] < puppet.workspace.box[1][axis] < slider.upper
 
 
 @pytest.mark.parametrize(("index", "value"), [(9, 0.0), (-1, 0.0), (0, math.nan), (0, math.inf)])

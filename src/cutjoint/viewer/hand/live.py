@@ -7,25 +7,29 @@ again, the older value is forgotten.
 
 from __future__ import annotations
 
-import math
 import secrets
 import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, TypeGuard
+from typing import Literal, TypeGuard, get_args
+
+import numpy as np
 
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import CutjointError
 from cutjoint.viewer.hand.panel import ControlPanel
 from cutjoint.viewer.hand.puppet import Puppet
+from cutjoint.viewer.hand.quoting import as_python, as_toml
 from cutjoint.viewer.picture.figure import Figure
 from cutjoint.viewer.server.addresses import LOOPBACK, PORT
 from cutjoint.viewer.server.assets import live_files
 from cutjoint.viewer.server.bridge import Bridge
 from cutjoint.viewer.server.tabs import Message
 
-Kind = Literal["actuated", "tool", "mode", "modes", "home"]
+Kind = Literal["actuated", "tool", "drag", "mode", "modes", "home", "toml", "python"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+LARGEST = 1e6
 WORKSPACE = "Workspace box"
 WAITING = 64
 QUIET = 1.0
@@ -36,26 +40,30 @@ FIRST_SAMPLES = 8
 
 @dataclass(frozen=True)
 class Command:
-    """What the page asks for; `number` is the page's own count, given back with the answer."""
+    """What the page asks for; `number` is the page's own count, given back with the answer.
+
+    `index` and `value` are those of a slider or a mode, `point` [m] in the world is where the tool is dragged to.
+    """
 
     tab: int
     number: int
     kind: Kind
     index: int = 0
     value: float = 0.0
+    point: tuple[float, ...] = ()
 
 
 def parse(tab: int, message: Message) -> Command | None:
     """A message of the page as a command, None where it makes no sense."""
-    kind, number = message.get("move"), message.get("number")
-    index, value = message.get("index", 0), message.get("value", 0.0)
-    if kind not in ("actuated", "tool", "mode", "modes", "home") or not (_is_count(number) and _is_count(index)):
+    kind, number, index = message.get("move"), message.get("number"), message.get("index", 0)
+    value, point = message.get("value", 0.0), message.get("point", [])
+    if kind not in KINDS or not (_is_count(number) and _is_count(index)):
         return None
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not _is_number(value) or set(message) - {"move", "number", "index", "value", "point"}:
         return None
-    if not math.isfinite(value) or abs(value) > 1e6 or set(message) - {"move", "number", "index", "value"}:
+    if not isinstance(point, list) or len(point) != (3 if kind == "drag" else 0) or not all(map(_is_number, point)):
         return None
-    return Command(tab, number, kind, index, float(value))
+    return Command(tab, number, kind, index, float(value), tuple(map(float, point)))
 
 
 class LiveView:
@@ -142,13 +150,15 @@ class LiveView:
                     self._publish_workspace()
 
     def _obey(self, command: Command) -> None:
-        puppet, trouble = self.puppet, ""
+        puppet, trouble, text = self.puppet, "", ""
         try:
             match command.kind:
                 case "actuated":
                     puppet.actuate(command.index, command.value)
                 case "tool":
                     puppet.pull(command.index, command.value)
+                case "drag":
+                    puppet.drag(np.array(command.point))
                 case "mode":
                     puppet.choose(command.index)
                 case "home":
@@ -156,15 +166,19 @@ class LiveView:
                 case "modes":
                     puppet.find_modes()
                     self._publish_controls()
+                case "toml":
+                    text = as_toml(puppet.chain, puppet.at)
+                case "python":
+                    text = as_python(puppet.chain, puppet.at)
             self.figure.pose(puppet.at)
             self._state = self.panel.state()
         except CutjointError as error:
             trouble = str(error)
-        answer = {"tab": command.tab, "number": command.number, "trouble": trouble}
+        answer = {"tab": command.tab, "number": command.number, "trouble": trouble, "text": text}
         self.bridge.broadcast({**self._state, "answer": answer})
 
     def _publish_workspace(self) -> None:
-        box = self.puppet.box
+        box = self.puppet.workspace.box
         if box is not None and (box[0] < box[1]).any():
             self.figure.show_box(WORKSPACE, box[0], box[1])
             self._publish_controls()
@@ -176,3 +190,7 @@ class LiveView:
 
 def _is_count(value: object) -> TypeGuard[int]:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53
+
+
+def _is_number(value: object) -> TypeGuard[int | float]:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST

@@ -5,16 +5,21 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass
 
-import numpy as np
-
 from cutjoint.errors import ActuationError, InputError, SingularError
-from cutjoint.viewer.hand.puppet import AXES, Puppet
+from cutjoint.mechanism.task import NAMES
+from cutjoint.viewer.hand.coordinates import at_limits, coordinates_of
+from cutjoint.viewer.hand.lead import POINT, UNITS
+from cutjoint.viewer.hand.puppet import Puppet
+from cutjoint.viewer.hand.sampling import FURTHEST_TURN
 from cutjoint.viewer.picture.figure import Figure, css, limb_of
+
+UNKNOWN_TURN = math.radians(45.0)
+"""Range of a rotation to either side before it was sampled."""
 
 
 @dataclass(frozen=True)
 class Slider:
-    """A slider of the panel: what it moves (number of an actuator or of an axis), its unit and range."""
+    """A slider of the panel: what it moves (an actuator or a coordinate of the tool, by number), its unit and range."""
 
     index: int
     name: str
@@ -38,19 +43,35 @@ class ControlPanel:
         ]
 
     def tool_sliders(self) -> list[Slider]:
-        """A slider per world axis along which the tool can be pulled at home, over the sampled workspace and a little
-        more."""
-        position = self._puppet.tool_position(self._puppet.at)
-        if position is None:
-            return []
-        half = 0.5 * self._puppet.radius
-        low, high = position - half, position + half
-        if self._puppet.box is not None:
-            wide = np.ptp(self._puppet.box, axis=0) > 0.0
-            low, high = np.where(wide, self._puppet.box[0], low), np.where(wide, self._puppet.box[1], high)
-        margin = 0.1 * (high - low)
-        low, high = low - margin, high + margin
-        return [Slider(axis, AXES[axis], "m", float(low[axis]), float(high[axis])) for axis in self._puppet.axes]
+        """A slider per coordinate of the tool that can be led at home, over what was sampled of the workspace and a
+        little more."""
+        lead, found = self._puppet.lead, []
+        here, ranges = lead.coordinates(self._puppet.at), self._puppet.workspace.ranges
+        for row in lead.rows:
+            low, high = ranges.get(row, (here[row], here[row]))
+            if low == high:
+                half = 0.5 * self._puppet.radius if row in POINT else UNKNOWN_TURN
+                low, high = here[row] - half, here[row] + half
+            margin = 0.1 * (high - low)
+            low, high = low - margin, high + margin
+            if row not in POINT:
+                low, high = max(low, -FURTHEST_TURN), min(high, FURTHEST_TURN)
+            found.append(Slider(row, NAMES[row], UNITS[row], low, high))
+        return found
+
+    def passive_coordinates(self) -> list[dict[str, str]]:
+        """Name, joint and unit of every coordinate of the joints without an actuator, as `state` lists their values."""
+        actuated = {actuator.name for actuator in self._chain.actuators}
+        return [
+            {
+                "name": joint.name if joint.type.single else f"{joint.name} {one.name}",
+                "joint": joint.name,
+                "unit": one.unit,
+            }
+            for joint in self._chain.description.joints
+            if joint.name not in actuated
+            for one in joint.type.coordinates
+        ]
 
     def mode_names(self) -> list[str]:
         """A name per working mode: the limbs whose joints stand otherwise than at home."""
@@ -68,13 +89,17 @@ class ControlPanel:
         return names
 
     def controls(self) -> dict[str, object]:
-        """Sliders, modes and toggles, as JSON."""
+        """Sliders, passive joints, modes and toggles, as JSON."""
+        task = self._puppet.lead.task
         return {
             "type": "controls",
             "title": self._chain.description.title or self._chain.name,
             "source": self._chain.description.source,
             "actuated": [asdict(slider) for slider in self.actuated_sliders()],
             "tool": [asdict(slider) for slider in self.tool_sliders()],
+            "tool_axes": "" if task is None or task.axes == "world" else "along the axes of the tool at home",
+            "draggable": self._puppet.draggable,
+            "passive": self.passive_coordinates(),
             "note": self._note(),
             "modes": self.mode_names(),
             "labels": self._figure.labels(),
@@ -95,6 +120,8 @@ class ControlPanel:
         stop = self._puppet.stop
         report = self._chain.mobility(self._puppet.at)
         position = self._puppet.tool_position(self._puppet.at)
+        joints = coordinates_of(self._chain, self._puppet.at)
+        actuated = {actuator.name for actuator in self._chain.actuators}
         effort: list[float] | None = None
         try:
             effort = [float(x) for x in self._chain.terms(self._puppet.at).gravity]
@@ -104,6 +131,9 @@ class ControlPanel:
             "type": "state",
             "q": [float(x) for x in self._puppet.at.q],
             "tool": None if position is None else [float(x) for x in position],
+            "coordinates": self._puppet.lead.coordinates(self._puppet.at),
+            "passive": [value for name, values in joints.items() if name not in actuated for value in values],
+            "at_limit": at_limits(self._chain, joints),
             "gap": [_number(x) for x in self._puppet.at.gap],
             "mobility": report.mobility,
             "rank": report.rank,

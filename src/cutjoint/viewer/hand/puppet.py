@@ -12,15 +12,24 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, as_vector
 from cutjoint.chain import ClosedChain
-from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
+from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture
-from cutjoint.viewer.hand.walk import BranchWalker, Go, Stop
+from cutjoint.mechanism.task import NAMES
+from cutjoint.viewer.hand.lead import POINT, UNITS, ToolLead, tool_pose
+from cutjoint.viewer.hand.sampling import SAMPLES, WorkspaceSampler
+from cutjoint.viewer.hand.walk import BranchWalker, Go, Stop, words
 
-WORKSPACE_SAMPLES = 24
 FREE_TURN = math.pi
-AXES = ("x", "y", "z")
+SLIDES = 8
+"""Steps of a drag along a curve or a surface, to the nearest point of it."""
+
+FURTHEST = 0.3
+"""Longest of these steps, in radii of the robot."""
+
+CLOSE_BY = 1e-4
+"""A drag is at its end where a step would move the tool by less, in radii of the robot."""
 
 
 class Puppet:
@@ -28,12 +37,13 @@ class Puppet:
 
     Attributes:
         radius: half the robot's extent [m].
-        axes: the world axes along which the tool can be pulled at home.
+        lead: the coordinates by which the tool is pulled.
+        workspace: how far the tool comes, as far as it was sampled.
         at: the posture, always closed.
         stop: why the last move ended early, or None.
         mode: index into `modes` of the branch that `at` is on.
         modes: working modes found so far; the first is that of home.
-        box: bounding box of the tool positions sampled so far, shape (2, 3) [m], or None.
+        draggable: whether the tool's point can be dragged about.
     """
 
     def __init__(self, chain: ClosedChain, radius: float) -> None:
@@ -43,10 +53,12 @@ class Puppet:
         self.stop: Stop | None = None
         self.modes: tuple[Posture, ...] = (chain.home,)
         self.mode = 0
-        self.box: Array | None = None
-        self.axes = [axis for axis in range(3) if self._can_pull(axis)]
+        self.lead = ToolLead(chain)
         self._walker = BranchWalker(chain)
+        self.workspace = WorkspaceSampler(chain, self.lead, self._walker, radius)
         self._joints = {joint.name: joint for joint in chain.description.joints}
+        self._slides = not any(row in POINT for row in self.lead.rows)
+        self.draggable = not self._slides or self._point_moves()
 
     def actuate(self, index: int, value: float) -> None:
         """Move actuator `index` towards `value` [m] or [rad], the others held.
@@ -56,41 +68,52 @@ class Puppet:
         """
         if not 0 <= index < self.chain.n or not math.isfinite(value):
             raise InputError(f"actuators are 0 to {self.chain.n - 1}, values finite; found {index}, {value}")
-        start = np.array(self.at.q)
-        target = start.copy()
+        target = np.array(self.at.q)
         name, unit = self.chain.actuators[index].name, self.chain.actuators[index].unit
         lower, upper = self._range(index)
         target[index] = min(max(value, lower), upper)
-
-        def go(fraction: float, near: Posture) -> Posture:
-            return self.chain.close(start + fraction * (target - start), near)
-
-        self._move(go, lambda at: f"{name} {at.q[index]:.4g} {unit}")
+        self._actuate(target, lambda at: f"{name} {words(float(at.q[index]), unit)}")
         if self.stop is None and target[index] != value:
-            self.stop = Stop("limit", f"{name} is at its limit {target[index]:.4g} {unit}")
+            self.stop = Stop("limit", f"{name} is at its limit {words(float(target[index]), unit)}")
 
-    def pull(self, axis: int, value: float) -> None:
-        """Move the tool along world axis `axis` (0, 1, 2) towards `value` [m], its other coordinates held.
+    def pull(self, row: int, value: float) -> None:
+        """Pull the tool towards `value` [m] or [rad] of a coordinate of its task, the others held.
+
+        Args:
+            row: number of the coordinate among x y z rx ry rz.
+            value: of that coordinate.
 
         Raises:
-            InputError: no such axis, no tool, or not a finite number.
+            InputError: no such coordinate, no tool, or not a finite number.
         """
-        if not 0 <= axis < 3 or not math.isfinite(value):
-            raise InputError(f"axes are 0, 1 and 2, values finite; found {axis}, {value}")
-        start = self.tool_position(self.at)
-        if start is None:
-            raise InputError(f"{self.chain.name} has no tool to pull")
-        target = start.copy()
-        target[axis] = value
+        coordinates = self.lead.coordinates(self.at)
+        if row not in coordinates or not math.isfinite(value):
+            names = ", ".join(f"{one} ({NAMES[one]})" for one in coordinates) or "none, for want of a tool"
+            raise InputError(f"coordinates of the tool of {self.chain.name} are {names}; found {row}, {value}")
+        self._pull({row: value}, row)
 
-        def go(fraction: float, near: Posture) -> Posture:
-            return self.chain.reach(start + fraction * (target - start), near)
+    def drag(self, point: Array) -> None:
+        """Drag the tool's point towards one of the world, shape (3,) [m], as far as its task has it: what else the task
+        has is held.  Where no coordinate of the point can be led alone, the point slides along the curve or the surface
+        that it is on, to where that is nearest.
 
-        def where(at: Posture) -> str:
-            position = self.tool_position(at)
-            return "" if position is None else f"tool {AXES[axis]} {position[axis]:.4g} m"
-
-        self._move(go, where)
+        Raises:
+            InputError: not a finite point, or this tool cannot be dragged.
+        """
+        to = as_vector("point", point, 3, "m")
+        if not self.draggable:
+            raise InputError(f"the tool of {self.chain.name} cannot be dragged")
+        if not self._slides:
+            wanted = self.lead.of_point(to)
+            self._pull(wanted, *wanted)
+            return
+        for _ in range(SLIDES):
+            tool = self.chain.tool(self.at)
+            change = np.linalg.lstsq(tool.jacobian, to - tool.position)[0]
+            size = float(np.linalg.norm(tool.jacobian @ change)) / self.radius
+            self._actuate(self.at.q + change * min(1.0, FURTHEST / max(size, 1e-12)), self._place)
+            if self.stop is not None or size < CLOSE_BY:
+                return
 
     def go_home(self) -> None:
         """Back to the home posture and its branch."""
@@ -112,69 +135,24 @@ class Puppet:
         """
         if not 0 <= index < len(self.modes):
             raise InputError(f"modes are 0 to {len(self.modes) - 1}; found {index}")
-        position = self.tool_position(self.at)
+        coordinates = self.lead.coordinates(self.at)
         self.stop = None
         found = self.modes[index]
-        if position is not None:
+        if coordinates:
             try:
-                found = self.chain.reach(position, self.modes[index])
+                found = self.lead.reach(coordinates, self.modes[index])
             except (UnreachableError, ClosureError, SingularError):
                 self.stop = Stop("workspace", "this mode cannot hold the tool where it was; it is shown at home")
         self.at, self.mode = found, index
 
-    def sample_workspace(self, samples: int = WORKSPACE_SAMPLES) -> Iterator[bool]:
-        """Widen `box` by one walk to the edge of the workspace each time; yields whether it has changed.
-
-        The tool is pulled from home along the axes both ways, then in random directions; where it cannot be pulled
-        along any axis, the actuators are moved to random places instead.
-        """
-        home = self.tool_position(self.chain.home)
-        if home is None:
-            return
-        self.box = np.array([home, home])
-        for go in self._walks(home, samples):
-            end = self.tool_position(self._walker.walk(self.chain.home, go, longest=0.05)[0])
-            before = self.box
-            if end is not None:
-                self.box = np.array([np.minimum(before[0], end), np.maximum(before[1], end)])
-            yield bool((self.box != before).any())
-
-    def _walks(self, home: Array, samples: int) -> Iterator[Go]:
-        random, chain = np.random.default_rng(0), self.chain
-        axes = np.eye(3)[self.axes]
-        ways = list(np.concatenate([axes, -axes]))
-        spans = [self.span(index) for index in range(chain.n)]
-
-        def pull(to: Array) -> Go:
-            return lambda share, near: chain.reach(home + share * (to - home), near)
-
-        def actuate(to: Array) -> Go:
-            return lambda share, near: chain.close(chain.home.q + share * (to - chain.home.q), near)
-
-        for _ in range(samples):
-            if len(axes):
-                way = ways.pop(0) if ways else random.normal(size=len(axes)) @ axes
-                yield pull(home + 2.0 * self.radius * way / np.linalg.norm(way))
-            elif spans:
-                yield actuate(np.array([random.uniform(*span) for span in spans]))
+    def sample_workspace(self, samples: int = SAMPLES) -> Iterator[bool]:
+        """Widen `workspace` by one walk to its edge each time; yields whether its box has changed."""
+        return self.workspace.sample([self.span(index) for index in range(self.chain.n)], samples)
 
     def tool_position(self, at: Posture) -> Array | None:
         """World position of the tool point, shape (3,) [m]; None where the robot has no tool."""
-        frame = self.chain.description.tool
-        if frame is None:
-            return None
-        link = self.chain.link_placements(at.q_full)[frame.link]
-        return np.array((link @ frame.placement)[:3, 3])
-
-    def _can_pull(self, axis: int) -> bool:
-        position = self.tool_position(self.chain.home)
-        if position is None:
-            return False
-        try:
-            self.chain.reach(position + 1e-3 * self.chain.length * np.eye(3)[axis], self.chain.home)
-        except (ClosureError, SingularError, UnreachableError):
-            return False
-        return True
+        pose = tool_pose(self.chain, at)
+        return None if pose is None else pose.position
 
     def span(self, index: int) -> tuple[float, float]:
         """Limits of an actuated joint, or a turn, or the robot's size, about home where it has none."""
@@ -190,6 +168,32 @@ class Puppet:
         if not joint.type.limited:
             lower = upper = None
         return -math.inf if lower is None else lower, math.inf if upper is None else upper
+
+    def _point_moves(self) -> bool:
+        """Whether the actuators move the tool's point at home, and tell where it is."""
+        if self.lead.task is None or not self.chain.n:
+            return False
+        try:
+            return bool(np.abs(self.chain.tool(self.chain.home).jacobian).max() > 1e-9)
+        except (ActuationError, SingularError):
+            return False
+
+    def _actuate(self, target: Array, where: Callable[[Posture], str]) -> None:
+        start = np.array(self.at.q)
+        self._move(lambda share, near: self.chain.close(start + share * (target - start), near, limits="ignore"), where)
+
+    def _pull(self, change: dict[int, float], *rows: int) -> None:
+        def where(at: Posture) -> str:
+            found = self.lead.coordinates(at)
+            return "tool " + ", ".join(f"{NAMES[row]} {words(found[row], UNITS[row])}" for row in rows)
+
+        self._move(self.lead.towards(self.at, change), where)
+
+    def _place(self, at: Posture) -> str:
+        """Where the tool's point is, in words."""
+        position = self.tool_position(at)
+        assert position is not None
+        return "tool " + ", ".join(f"{name} {words(x, 'm')}" for name, x in zip(NAMES, position.tolist(), strict=False))
 
     def _move(self, go: Go, where: Callable[[Posture], str]) -> None:
         """Take the longest part of a move that is allowed, and say what ended it."""

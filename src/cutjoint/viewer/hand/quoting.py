@@ -6,6 +6,7 @@ The numbers are exact, so what is loaded or computed from the text is the postur
 from __future__ import annotations
 
 import itertools
+import json
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -14,9 +15,10 @@ import pinocchio as pin
 from cutjoint.chain import ClosedChain
 from cutjoint.description.formats.common.toml.text import home_lines
 from cutjoint.description.model import Home
-from cutjoint.errors import CutjointError
+from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import Posture
 from cutjoint.viewer.hand.coordinates import coordinates_of
+from cutjoint.viewer.hand.lead import tool_pose
 
 SAME = 1e-7
 """Two postures are one where no joint is further apart than this [m] or [rad]."""
@@ -38,7 +40,20 @@ def as_python(chain: ClosedChain, at: Posture) -> str:
     lines = []
     if _gives(chain, at, lambda: chain.close(at.q)):
         lines.append(f"at = robot.close({at.q.tolist()})")
+    named = _task_coordinates(chain, at)
+    if named and _gives(chain, at, lambda: chain.reach(named)):
+        lines.append(f"at = robot.reach({json.dumps(named)})")
     return "\n".join(lines or [f"at = robot.posture({at.q_full.tolist()})"]) + "\n"
+
+
+def _task_coordinates(chain: ClosedChain, at: Posture) -> dict[str, float]:
+    """Coordinates of the tool's task by name; none where the robot has no task."""
+    try:
+        task = chain.task
+    except InputError:
+        return {}
+    pose = tool_pose(chain, at)
+    return {} if pose is None else dict(zip(task.names, task.coordinates(pose).tolist(), strict=True))
 
 
 def _gives(chain: ClosedChain, at: Posture, way: Callable[[], Posture]) -> bool:

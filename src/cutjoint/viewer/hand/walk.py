@@ -36,6 +36,11 @@ Go = Callable[[float, Posture], Posture]
 """The posture at a fraction of a move, from a posture near it."""
 
 
+def words(value: float, unit: str) -> str:
+    """A coordinate as the page shows it: angles in degrees."""
+    return f"{math.degrees(value):.4g}°" if unit == "rad" else f"{value:.4g} {unit}"
+
+
 @dataclass(frozen=True)
 class Stop:
     """Why a move ended early."""
@@ -100,13 +105,21 @@ class BranchWalker:
             )
 
     def _refusal(
-        self, at: Posture, before: Mapping[str, object], last: tuple[float, float], now: tuple[float, float]
+        self,
+        at: Posture,
+        before: Mapping[str, tuple[float, float, float]],
+        last: tuple[float, float],
+        now: tuple[float, float],
     ) -> Stop | None:
-        """Why `at` must not be taken, at distances `now` to singularities, coming from distances `last`."""
+        """Why `at` must not be taken, at distances `now` to singularities, coming from distances `last`.
+
+        A joint that was beyond a limit `before` may come back, but not go further.
+        """
         for name, (value, lower, upper) in self._chain.limit_violations(at).items():
-            if name not in before and not lower - ROUNDING <= value <= upper + ROUNDING:
+            began = before[name][0] if name in before else 0.5 * (lower + upper)
+            if not min(lower, began) - ROUNDING <= value <= max(upper, began) + ROUNDING:
                 unit = "m" if self._types[name].slides else "rad"
-                return Stop("limit", f"joint {name} is at its limit {lower if value < lower else upper:.4g} {unit}")
+                return Stop("limit", f"joint {name} is at its limit {words(lower if value < lower else upper, unit)}")
         for kind, here, there in zip(("type-1", "type-2"), now, last, strict=True):
             if here < self._guard and here < there:
                 return Stop("singularity", f"a {kind} singularity is near (distance {here:.2g})")
