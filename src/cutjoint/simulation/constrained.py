@@ -19,7 +19,8 @@ from cutjoint.chain import ClosedChain
 from cutjoint.chain.build import bind_frame
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Posture
-from cutjoint.simulation.plant import Observation, State
+from cutjoint.mechanism.rotations import quaternion_of
+from cutjoint.simulation.plant import Observation, State, tool_turns
 
 
 class ConstrainedPlant:
@@ -37,6 +38,8 @@ class ConstrainedPlant:
         self._flat = chain.model.nq == chain.model.nv
         if chain.description.tool is None:
             raise InputError(f"{chain.name} has no tool frame to simulate; name one under [tool] in its loops.toml")
+        self.actuated = np.rint(chain.actuated_velocity(np.arange(chain.nv, dtype=np.float64))).astype(np.intp)
+        self._turns = tool_turns(chain)
         self._tool_joint, self._tool_place = bind_frame(chain.model, chain.description.tool)
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -100,14 +103,16 @@ class ConstrainedPlant:
         model, data = self.chain.model, self._data
         kinetic = float(pin.computeKineticEnergy(model, data, state.q, state.v))
         potential = float(pin.computePotentialEnergy(model, data, state.q))
-        joint, place = data.oMi[self._tool_joint], self._tool_place
-        velocity = (joint * place).rotation @ place.actInv(data.v[self._tool_joint]).linear
+        tool = data.oMi[self._tool_joint] * self._tool_place
+        motion = self._tool_place.actInv(data.v[self._tool_joint])
+        turned = (quaternion_of(tool.rotation), tool.rotation @ motion.angular) if self._turns else ()
         return Observation(
             *self.measured(state),
-            np.array((joint * place).translation),
-            velocity,
+            np.array(tool.translation),
+            tool.rotation @ motion.linear,
             kinetic,
             potential,
             self.chain.gap(state.q),
             state.q,
+            *turned,
         )

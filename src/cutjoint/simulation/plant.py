@@ -10,9 +10,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from cutjoint.arrays import Array, Frozen, Values
-from cutjoint.errors import ActuationError
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array, Frozen, Values, readonly
+from cutjoint.errors import ActuationError, CutjointError
 from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.mechanism.rotations import quaternion_of
+
+STILL = 1e-9
+"""A tool whose turning is below this part of its moving, in lengths of the robot, never turns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +47,8 @@ class Observation(Frozen):
         kinetic, potential: [J].
         gap: worst loop residual, shape (2,), [m] and [rad].
         q_full: full configuration in the layout of the mechanism's postures.
+        orientation, angular_velocity: of the tool, a quaternion x, y, z, w of shape (4,), and (3,) [rad/s] along the axes
+            of the world; None of a tool that never turns.
     """
 
     q: Array
@@ -50,10 +59,24 @@ class Observation(Frozen):
     potential: float
     gap: tuple[float, float]
     q_full: Array
+    orientation: Array | None = None
+    angular_velocity: Array | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("orientation", "angular_velocity"):
+            if (value := getattr(self, name)) is not None:
+                self.__dict__[name] = readonly(value)
 
 
 class Plant(Protocol):
-    """A robot to simulate."""
+    """A robot to simulate.
+
+    Attributes:
+        actuated: where in a state's velocity the actuators' are, shape (n,).
+    """
+
+    actuated: npt.NDArray[np.intp]
 
     @property
     def name(self) -> str:
@@ -114,6 +137,8 @@ class ReducedPlant:
                 free=report.idle,
             )
         self.mechanism = mechanism
+        self.actuated = np.arange(mechanism.n)
+        self._turns = tool_turns(mechanism)
 
     @property
     def name(self) -> str:
@@ -129,8 +154,8 @@ class ReducedPlant:
         return state.q
 
     def moved(self, origin: State, u: Array, v: Array) -> State:
-        """Closed at `u`, on the branch of `origin`."""
-        return State(u, v, self.mechanism.close(u, origin.posture))
+        """Closed at `u`, on the branch of `origin`.  Joint limits are the loop's to watch, at states that are accepted."""
+        return State(u, v, self.mechanism.close(u, origin.posture, limits="ignore"))
 
     def chart_rate(self, origin: State, state: State) -> Array:
         """du/dt = v."""
@@ -154,9 +179,20 @@ class ReducedPlant:
         tool = self.mechanism.tool(at)
         kinetic = 0.5 * float(v @ self.mechanism.terms(at).mass @ v)
         potential = self.mechanism.potential_energy(at)
-        return Observation(at.q, v, tool.position, tool.jacobian @ v, kinetic, potential, at.gap, at.q_full)
+        turned = (quaternion_of(tool.rotation), tool.frame_jacobian[3:] @ v) if self._turns else ()
+        return Observation(at.q, v, tool.position, tool.jacobian @ v, kinetic, potential, at.gap, at.q_full, *turned)
 
 
 def _closed(state: State) -> Posture:
     assert state.posture is not None, "states of a reduced plant carry their posture"
     return state.posture
+
+
+def tool_turns(mechanism: Mechanism) -> bool:
+    """Whether the tool can turn, as far as its motions at home tell; yes where they do not."""
+    try:
+        jacobian = mechanism.tool(mechanism.home).frame_jacobian
+    except CutjointError:
+        return True
+    length = getattr(mechanism, "length", 1.0)  # of chains
+    return bool(length * np.abs(jacobian[3:]).max() > STILL * np.abs(jacobian[:3]).max())

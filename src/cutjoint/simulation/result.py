@@ -53,7 +53,8 @@ class Result(Values):
     """A run: m samples of a robot with n actuators.  Read-only.
 
     Its columns are the rows of `OBSERVABLES`.  Those that every result has are fields; further ones are attributes just
-    the same, of the results that were made with them.
+    the same, of the results that were made with them: what was desired of runs that follow something, orientations of
+    tools that can turn.
 
     Attributes:
         about: how it was made.
@@ -65,12 +66,8 @@ class Result(Values):
     time: Array
     q: Array
     v: Array
-    desired_q: Array
-    desired_v: Array
     tool: Array
     tool_velocity: Array
-    desired_tool: Array
-    desired_tool_velocity: Array
     effort: Array
     gap: Array
     kinetic: Array
@@ -120,14 +117,32 @@ class Result(Values):
         )
 
     @property
+    def followed(self) -> bool:
+        """Whether there was a desired motion; without one there are no errors of the tool."""
+        return "desired_tool" in self.more
+
+    @property
     def error(self) -> Array:
-        """Desired minus actual position of the tool, shape (m, 3), [m]."""
-        return readonly(self.desired_tool - self.tool)
+        """Desired minus actual position of the tool, shape (m, 3), [m].
+
+        Raises:
+            InputError: nothing was followed.
+        """
+        return readonly(self._desired("desired_tool") - self.tool)
 
     @property
     def velocity_error(self) -> Array:
-        """Desired minus actual velocity of the tool, shape (m, 3), [m/s]."""
-        return readonly(self.desired_tool_velocity - self.tool_velocity)
+        """Desired minus actual velocity of the tool, shape (m, 3), [m/s].
+
+        Raises:
+            InputError: nothing was followed.
+        """
+        return readonly(self._desired("desired_tool_velocity") - self.tool_velocity)
+
+    def _desired(self, name: str) -> Array:
+        if name not in self.more:
+            raise InputError(f"this run followed nothing, so its tool has no error (there is no column {name!r})")
+        return self.more[name]
 
     def rmse(self) -> Rmse:
         """Root of the mean over the samples of |error|^2 (Elkady et al. 2008, equations 48 and 49).
@@ -151,6 +166,16 @@ class Result(Values):
     def worst_axis_error(self, after: float = 0.0) -> float:
         """Largest error of the tool along any one axis from time `after` [s] on [m]."""
         return float(np.abs(self.error[_from(self, after)]).max())
+
+    def worst_turn(self, after: float = 0.0) -> float:
+        """Largest angle between desired and actual orientation of the tool from time `after` [s] on [rad].
+
+        Raises:
+            InputError: nothing was followed, or the tool cannot turn.
+        """
+        if self.followed and "orientation_error" not in self.more:
+            raise InputError("the tool of this run cannot turn, or the file is from before orientations were recorded")
+        return float(self._desired("orientation_error")[_from(self, after)].max())
 
     def peak_effort(self) -> Array:
         """Largest |effort| of each actuator, shape (n,), [N] or [N m]."""
