@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from cutjoint.errors import InputError, ResultFileError
-from cutjoint.simulation import Result, load, save
-from cutjoint.simulation.result import ARRAYS
+from cutjoint.simulation import load, save
+from cutjoint.simulation.observables import DESIRED
+from cutjoint.simulation.result import ARRAYS, result_of
 
 
 def made(time=None, error=None, **changes):
@@ -19,7 +20,7 @@ def made(time=None, error=None, **changes):
     m = t.size
     e = np.zeros((m, 3)) if error is None else error(t)
     three = np.zeros((m, 3))
-    content = dict.fromkeys(ARRAYS, three) | {
+    content = dict.fromkeys((*ARRAYS, *DESIRED[:4]), three) | {
         "time": t,
         "desired_tool": e,
         "gap": np.zeros((m, 2)),
@@ -28,7 +29,9 @@ def made(time=None, error=None, **changes):
         "work": np.zeros(m),
         "about": {"actuators": [["a", "rotation"], ["b", "translation"], ["c", "rotation"]], "law": "PD"},
     }
-    return Result(**(content | changes))
+    content |= changes
+    about = content.pop("about")
+    return result_of(content, about)
 
 
 def test_rmse_counts_samples_and_the_other_one_counts_time():

@@ -17,6 +17,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.errors import InputError, ViewerError
 from cutjoint.robots import PUBLISHED
 from cutjoint.simulation import Result
+from cutjoint.simulation.result import result_of
 from cutjoint.viewer import Document, play, show
 from cutjoint.viewer.film.playback import _pose_tracks
 from cutjoint.viewer.film.recording import FRAMES, frame_times, from_result, from_trajectory
@@ -24,7 +25,7 @@ from cutjoint.viewer.film.recording import FRAMES, frame_times, from_result, fro
 LAG = np.array([0.0, 0.001, 0.0])
 
 
-def result_of(chain: ClosedChain, full: bool) -> Result:
+def made_up(chain: ClosedChain, full: bool) -> Result:
     """A made-up run of 0.4 s that starts at 2 s: all actuators move a little, the tool lags by a millimetre."""
     time = np.sort(np.concatenate([np.linspace(2.0, 2.4, 9), [2.001, 2.0015]]))
     share = (time - 2.0) / 0.4
@@ -32,7 +33,7 @@ def result_of(chain: ClosedChain, full: bool) -> Result:
     postures = [chain.close(one, chain.home) for one in q]
     tool = np.array([chain.tool(at).position for at in postures])
     zeros, flat = np.zeros_like(q), np.zeros(len(time))
-    return Result(
+    columns = dict(  # noqa: C408
         time=time,
         q=q,
         v=zeros,
@@ -48,8 +49,8 @@ def result_of(chain: ClosedChain, full: bool) -> Result:
         potential=flat,
         work=flat,
         q_full=np.array([at.q_full for at in postures]) if full else q,
-        about={"robot": chain.name, "plant": "made up", "rate": None},
     )
+    return result_of(columns, {"robot": chain.name, "plant": "made up", "rate": None})
 
 
 def scene_of(page: str) -> list[dict[str, Any]]:
@@ -80,7 +81,7 @@ def tracks_of(page: str) -> Iterator[tuple[str, str, Any]]:
 
 @pytest.mark.parametrize("full", [True, False])
 def test_a_result_becomes_closed_postures_at_even_times(chain: ClosedChain, full: bool) -> None:
-    result = result_of(chain, full)
+    result = made_up(chain, full)
     recording = from_result(chain, result)
     np.testing.assert_allclose(np.diff(recording.time), recording.duration / (len(recording.time) - 1))
     assert recording.time[0] == 0.0
@@ -113,15 +114,14 @@ def test_a_trajectory_is_followed_exactly_with_its_inverse_dynamics(chain: Close
 
 
 def test_another_robots_result_is_refused(chain: ClosedChain) -> None:
-    result = result_of(chain, full=False)
+    result = made_up(chain, full=False)
     two = {name: getattr(result, name)[:, :2] for name in ("q", "v", "desired_q", "desired_v", "effort")}
-    rest = {n: getattr(result, n) for n in result.__dataclass_fields__ if n not in two}
     with pytest.raises(InputError, match="2 actuators"):
-        from_result(chain, Result(**two, **rest))
+        from_result(chain, result_of({**result.columns, **two}, result.about))
 
 
 def test_the_animation_ends_where_the_run_ends_and_turns_the_short_way(chain: ClosedChain) -> None:
-    result = result_of(chain, full=True)
+    result = made_up(chain, full=True)
     document = play(chain, result)
     last = chain.link_placements(chain.close(result.q[-1], chain.home).q_full)
     first = chain.link_placements(chain.close(result.q[0], chain.home).q_full)
@@ -153,7 +153,7 @@ def test_a_link_that_turns_twice_never_takes_the_long_way() -> None:
 
 
 def test_arrows_show_the_efforts(chain: ClosedChain) -> None:
-    result = result_of(chain, full=True)
+    result = made_up(chain, full=True)
     sizes: dict[int, np.ndarray[Any, Any]] = {}
     for path, name, values in tracks_of(play(chain, result).html):
         found = re.fullmatch(r"/robot/effort/(\d)/(shaft|turn)", path)
@@ -181,7 +181,7 @@ def test_the_page_makes_no_request_and_runs_its_own_scripts_only(chain: ClosedCh
 
 def test_names_of_a_robot_cannot_break_out_of_the_page(chain: ClosedChain) -> None:
     evil = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
-    page = play(chain, result_of(chain, full=True), title=evil).html
+    page = play(chain, made_up(chain, full=True), title=evil).html
     assert "<script>alert" not in page
     assert "<img" not in page
     assert data_of(page)["title"] == evil

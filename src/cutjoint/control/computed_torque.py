@@ -45,5 +45,5 @@ class ComputedTorque(PD):
     def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
         """Inverse dynamics at the measured state, shape (n,)."""
         near = desired.posture if self.model is desired.mechanism else None
-        at = self.model.close(q, near)
+        at = self.model.close(q, near, limits="ignore")  # where it is, it is
         return self.model.inverse_dynamics(at, v, desired.a + self.feedback(desired, q, v))

@@ -12,7 +12,9 @@ from cutjoint.arrays import Array
 from cutjoint.control import Law
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.motion import Desired, Reference
+from cutjoint.simulation.locks import Locks
 from cutjoint.simulation.plant import Plant, State
+from cutjoint.simulation.undesired import Undesired
 
 
 class Coupled:
@@ -21,14 +23,16 @@ class Coupled:
     Attributes:
         origin: last accepted state.
         y: the same as a flat vector, shape (2 nv + memory + 1,).
-        held: effort that is held since the last sample, shape (n,), or None under continuous control.
+        held: effort that the law holds since the last sample, shape (n,), or None under continuous control.
         failure: why the last evaluation was not a number, if it was not.
         evaluations: of the right hand side so far.
         strayed: worst loop gap that was found before a state was put back [m].
     """
 
-    def __init__(self, plant: Plant, law: Law, reference: Reference, limits: Array | None, start: State) -> None:
-        self.plant, self.law, self.reference, self.limits = plant, law, reference, limits
+    def __init__(
+        self, plant: Plant, law: Law, reference: Reference | None, limits: Array | None, locks: Locks, start: State
+    ) -> None:
+        self.plant, self.law, self.reference, self.limits, self.locks = plant, law, reference, limits, locks
         memory = law.memory(plant.mechanism.n)
         self.origin = start
         self.y = np.concatenate([plant.chart(start), start.v, np.zeros(memory + 1)])
@@ -40,18 +44,23 @@ class Coupled:
         self._given: tuple[Array, Array] | None = None
 
     def desired(self, t: float) -> Desired:
-        """The reference at `t` [s]."""
-        return self.reference.at(t)
+        """The reference at `t` [s], or what stands for it where there is none."""
+        return Undesired(t, self.law.name) if self.reference is None else self.reference.at(t)
 
     def state(self, y: Array) -> State:
         """The plant's state of a flat vector."""
         return self.plant.moved(self.origin, y[: self._nv], y[self._nv : 2 * self._nv])
 
     def control(self, t: float, state: State, y: Array) -> tuple[Array, Array]:
-        """Effort after saturation, shape (n,), and rate of the law's memory."""
+        """Effort after saturation, shape (n,), and rate of the law's memory; brakes come on top."""
         q, v = self.plant.measured(state)
         desired = self.desired(t)
-        asked = self.law.effort(desired, q, v, y[2 * self._nv : -1])
+        asked = np.asarray(self.law.effort(desired, q, v, y[2 * self._nv : -1]))
+        if asked.shape != q.shape:
+            raise InputError(
+                f"controller '{self.law.name}' asks for efforts of shape {asked.shape}; the robot has {q.size} "
+                f"actuators, so they must have shape {q.shape}"
+            )
         if not np.isfinite(asked).all():
             raise InputError(f"controller '{self.law.name}' asks for an effort that is not finite: {asked.tolist()}")
         given = asked if self.limits is None else np.clip(asked, -self.limits, self.limits)
@@ -66,13 +75,10 @@ class Coupled:
             return out
         try:
             state = self.state(y)
-            if self.held is None:
-                effort, out[2 * nv : -1] = self.control(t, state, y)
-                self._given = (y, effort)
-            else:
-                effort, out[2 * nv : -1] = self.held, 0.0
+            asked, out[2 * nv : -1] = self.control(t, state, y) if self.held is None else (self.held, 0.0)
             out[:nv] = self.plant.chart_rate(self.origin, state)
-            out[nv : 2 * nv] = self.plant.acceleration(state, effort)
+            effort, out[nv : 2 * nv] = self.locks.motion(state, asked)
+            self._given = (y, effort)
             out[-1] = effort @ self.plant.measured(state)[1]
         except CutjointError as error:
             self.failure = error
@@ -84,11 +90,13 @@ class Coupled:
 
     def effort(self, t: float) -> Array:
         """Effort from the accepted state at `t` on, shape (n,)."""
-        if self.held is not None:
-            return self.held
-        if self._given is not None and self._given[0] is self.y:
+        if self.held is None and self._given is not None and self._given[0] is self.y:
             return self._given[1]
-        return self.control(t, self.origin, self.y)[0]
+        return self.effort_at(t, self.origin, self.y)
+
+    def effort_at(self, t: float, state: State, y: Array) -> Array:
+        """Effort at `t` [s] in a state, whose flat vector is `y`, brakes included, shape (n,)."""
+        return self.locks.holding(state, self.control(t, state, y)[0] if self.held is None else self.held)
 
     def sample(self, t: float, period: float) -> None:
         """Read the sensors and hold the effort for a period [s]; the law's memory moves on by one period."""

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, as_vector, positive
-from cutjoint.control import Law
-from cutjoint.errors import CutjointError, InputError, SimulationError
-from cutjoint.mechanism import Posture
+from cutjoint.control import GivenEfforts, Law, NoControl, as_law
+from cutjoint.errors import CutjointError, InputError, LimitError, SimulationError
+from cutjoint.mechanism import JointLimits, Posture
 from cutjoint.motion import Reference
 from cutjoint.simulation.coupled import Coupled
 from cutjoint.simulation.integrators import Adaptive, Integrator, Step, StepError
-from cutjoint.simulation.observables import OBSERVABLES, Instant
+from cutjoint.simulation.joint_limits import JointGuard, Passed, crossing, hermite
+from cutjoint.simulation.locks import Locks
+from cutjoint.simulation.observables import OBSERVABLES, Instant, gathered
 from cutjoint.simulation.plant import Plant, State
 from cutjoint.simulation.result import About, Result, result_of
 
@@ -25,8 +28,8 @@ SAME = 1e-12
 
 def run(
     plant: Plant,
-    law: Law,
-    reference: Reference,
+    law: Law | Callable[..., npt.ArrayLike] | None = None,
+    reference: Reference | None = None,
     *,
     integrator: Integrator | None = None,
     duration: float | None = None,
@@ -35,53 +38,95 @@ def run(
     every: float | None = None,
     start: Posture | State | None = None,
     start_velocity: npt.ArrayLike | None = None,
+    lock: Sequence[str] = (),
+    joint_limits: JointLimits = "respect",
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Simulate the plant under the law.
 
     Args:
         plant: the robot.
-        law: the controller.
-        reference: what it should follow.
+        law: the controller, or a function (t, desired, q, v) -> efforts; without a reference also a function t ->
+            efforts, and by default no effort at all, which is free fall.
+        reference: what it should follow; default nothing, and the result has no columns of what was desired.
         integrator: default `Adaptive()`, which is DOP853.
-        duration: [s]; default that of the reference.
+        duration: [s]; default that of the reference, or of the efforts where they have an end.
         rate: of the controller [Hz], whose effort is held in between (zero-order hold); default continuous control.
         limits: largest |effort|, scalar or one an actuator, [N] or [N m]; default none.
         every: distance of the samples in the result [s]; default the integrator's own steps.
-        start: posture of the plant's mechanism, or a whole state of the plant; default the desired posture at time 0.
+        start: posture of the plant's mechanism, or a whole state of the plant; default the desired posture at time 0,
+            or home where nothing is followed.
         start_velocity: of the actuators at a posture, shape (n,); default at rest.
+        lock: names of actuators that brakes hold where they start; the effort that is recorded of them is what holds.
+        joint_limits: whether the run stops where a joint passes its limits.
         progress: called with the time [s] after every step.
 
     Raises:
-        InputError: an argument is out of its range.
+        InputError: an argument is out of its range, or the law asks for a desired motion where there is none.
+        UnknownNameError: there is no such actuator to lock.
         UnreachableError, ClosureError, SingularError: no start.
-        SimulationError: the run diverged or met a singularity; it holds the state and the result until then.
+        SimulationError: the run diverged, met a singularity, or a joint passed its limits; it holds the state and the
+            result until then.
     """
     n = plant.mechanism.n
-    span = positive("duration", reference.duration if duration is None else duration, "s")
+    control = _law(law, reference)
+    span = _span(duration, control, reference)
     period = math.inf if rate is None else 1.0 / positive("rate", rate, "Hz")
     spacing = math.inf if every is None else positive("every", every, "s")
     bounds = None if limits is None else _limits(limits, n)
+    locks = Locks(plant, lock)
     v = np.zeros(n) if start_velocity is None else as_vector("start_velocity", start_velocity, n)
-    if isinstance(start, State):
-        first = start
-    else:
-        first = plant.start(reference.at(0.0).posture_of(plant.mechanism) if start is None else start, v)
+    first = start if isinstance(start, State) else plant.start(_posture(plant, reference, start), v)
+    locks.check_rest(first)
     method = Adaptive() if integrator is None else integrator
     about: About = {
         "robot": plant.mechanism.name,
         "plant": plant.name,
-        "law": law.name,
-        "gains": law.gains,
-        "trajectory": reference.trajectory.name,
-        "reference": reference.mechanism.name,
+        "law": control.name,
+        "gains": control.gains,
         "integrator": method.name,
         "rate": rate,
         "limits": None if bounds is None else bounds.tolist(),
         "actuators": [[one.name, one.kind] for one in plant.mechanism.actuators],
     }
-    coupled = Coupled(plant, law, reference, bounds, first)
-    return _Run(coupled, method, span, period, spacing, every is None, about).go(progress)
+    if reference is not None:
+        about |= {"trajectory": reference.trajectory.name, "reference": reference.mechanism.name}
+    if locks.names:
+        about["locked"] = list(locks.names)
+    coupled = Coupled(plant, control, reference, bounds, locks, first)
+    guard = JointGuard(plant.mechanism, first) if joint_limits == "respect" else None
+    return _Run(coupled, method, guard, (span, period, spacing, every is None), about).go(progress)
+
+
+def _law(law: Law | Callable[..., npt.ArrayLike] | None, reference: Reference | None) -> Law:
+    if law is not None:
+        return as_law(law)
+    if reference is not None:
+        raise InputError("a reference needs a law that follows it; NoControl() lets the robot fall")
+    return NoControl()
+
+
+def _span(duration: float | None, law: Law, reference: Reference | None) -> float:
+    """How long to run [s].
+
+    Raises:
+        InputError: nobody says, or the efforts end before.
+    """
+    end = law.duration if isinstance(law, GivenEfforts) else math.inf
+    usual = end if reference is None else reference.duration
+    if duration is None and not math.isfinite(usual):
+        raise InputError("without a reference there is nothing that says how long to run; give the duration [s]")
+    span = positive("duration", usual if duration is None else duration, "s")
+    if span > end * (1.0 + SAME):
+        raise InputError(f"the efforts are given until {end:.6g} s, which is before the end of the run at {span:.6g} s")
+    return span
+
+
+def _posture(plant: Plant, reference: Reference | None, start: Posture | None) -> Posture:
+    """Where to start."""
+    if start is not None:
+        return start
+    return plant.mechanism.home if reference is None else reference.at(0.0).posture_of(plant.mechanism)
 
 
 def _limits(limits: npt.ArrayLike, n: int) -> Array:
@@ -102,18 +147,16 @@ class _Run:
         self,
         coupled: Coupled,
         method: Integrator,
-        span: float,
-        period: float,
-        spacing: float,
-        every_step: bool,
+        guard: JointGuard | None,
+        clock: tuple[float, float, float, bool],
         about: About,
     ) -> None:
-        self.coupled, self.method, self.about = coupled, method, about
-        self.span, self.period, self.spacing, self.every_step = span, period, spacing, every_step
-        self.same = SAME * span
+        self.coupled, self.method, self.guard, self.about = coupled, method, guard, about
+        self.span, self.period, self.spacing, self.every_step = clock
+        self.same = SAME * self.span
         self.columns: dict[str, list[npt.ArrayLike]] = {name: [] for name in OBSERVABLES}
         self.t, self.steps, self.samples, self.records = 0.0, 0, 0, 0
-        self.h = math.inf
+        self.h, self.recorded = math.inf, 0.0
         self.slope: Array | None = None
 
     def go(self, progress: Callable[[float], None] | None) -> Result:
@@ -150,10 +193,16 @@ class _Run:
         if not np.isfinite(step.y).all():
             raise coupled.failure or InputError("the state is not finite: the step is too long or the gains diverge")
         self.record_between(step)
+        began = coupled.origin, coupled.y
+        unchanged = coupled.accept(step.y)
+        if self.guard is not None:
+            if self.guard.passed(coupled.origin) is not None:
+                coupled.origin, coupled.y = began
+                self.stop_at_limit(self.guard, step, step.t)
+            self.guard.accept(coupled.origin)
         # A step that only ended early because something fell due does not shorten the next one.
         cut_short = stop < self.span and step.t >= stop
         self.h = max(self.h, step.ahead) if cut_short else step.ahead
-        unchanged = coupled.accept(step.y)
         self.slope = step.slope if unchanged else None
         self.t, self.steps = step.t, self.steps + 1
         if self.t >= (self.samples + 1) * self.period - self.same:
@@ -175,21 +224,54 @@ class _Run:
         while step.between is not None and (t := self.next_record()) < step.t - self.same:
             y = step.between(t)
             state, _ = coupled.plant.settled(coupled.state(y))
-            effort = coupled.control(t, state, y)[0] if coupled.held is None else coupled.held
+            if self.guard is not None and self.guard.passed(state) is not None:
+                self.stop_at_limit(self.guard, step, t)
             self.records += 1
-            self.record(t, state, effort, float(y[-1]))
+            self.record(t, state, coupled.effort_at(t, state, y), float(y[-1]))
+
+    def stop_at_limit(self, guard: JointGuard, step: Step, beyond: float) -> NoReturn:
+        """Go on to where the first joint passes its limits, which is before `beyond` [s] in the step, and raise."""
+        coupled, between = self.coupled, step.between
+        if between is None:
+            assert self.slope is not None
+            slope = coupled.field(step.t, step.y) if step.slope is None else step.slope
+            between = hermite((self.t, coupled.y, self.slope), (step.t, step.y, slope))
+        known = between
+
+        def passed(t: float) -> Passed | None:
+            return guard.passed(coupled.plant.settled(coupled.state(known(t)))[0])
+
+        found = passed(beyond)
+        hit = crossing(self.t, beyond, passed)
+        if hit > self.t:
+            coupled.accept(known(hit))
+            self.t, self.steps = hit, self.steps + 1
+            if hit > self.recorded:
+                self.record(hit, coupled.origin, coupled.effort(hit), float(coupled.y[-1]))
+        assert found is not None
+        raise LimitError(
+            f'{found}; start elsewhere, ask for less, or ignore the limits (joint_limits="ignore", --ignore-limits)',
+            joint=found.joint,
+            value=found.value,
+            bounds=(found.lower, found.upper),
+            target=coupled.plant.measured(coupled.origin)[0],
+            progress=self.t / self.span,
+        )
 
     def record(self, t: float, state: State, effort: Array, work: float) -> None:
         """Take one sample."""
-        now = Instant(t, self.coupled.plant.observe(state), self.coupled.desired(t), effort, work)
+        self.recorded = t
+        desired = None if self.coupled.reference is None else self.coupled.desired(t)
+        now = Instant(t, self.coupled.plant.observe(state), desired, effort, work)
         for name, one in OBSERVABLES.items():
-            self.columns[name].append(one.take(now))
+            if (taken := one.take(now)) is not None:
+                self.columns[name].append(taken)
 
     def result(self) -> Result:
         """Everything until now."""
         coupled = self.coupled
         ending = About(steps=self.steps, evaluations=coupled.evaluations, strayed=coupled.strayed)
-        columns = {name: np.array(samples, dtype=np.float64) for name, samples in self.columns.items()}
+        columns = gathered({name: samples for name, samples in self.columns.items() if samples})
         return result_of(columns, {**self.about, **ending})
 
     def stopped(self, reason: str) -> SimulationError:

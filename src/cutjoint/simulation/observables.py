@@ -73,7 +73,6 @@ class Observable:
 PLACE, SPEED = ("m", "rad"), ("m/s", "rad/s")
 
 
-
 def _of_desired(value: Callable[[Desired], npt.ArrayLike]) -> Callable[[Instant], npt.ArrayLike | None]:
     """`value` of what was desired, where anything was."""
     return lambda at: None if at.desired is None else value(at.desired)

@@ -47,7 +47,7 @@ class Observation(Frozen):
         kinetic, potential: [J].
         gap: worst loop residual, shape (2,), [m] and [rad].
         q_full: full configuration in the layout of the mechanism's postures.
-        orientation, angular_velocity: of the tool, a quaternion x, y, z, w of shape (4,), and (3,) [rad/s] along the axes
+        orientation, angular_velocity: of the tool, a quaternion x, y, z, w of shape (4,), and (3,) [rad/s] in the axes
             of the world; None of a tool that never turns.
     """
 
@@ -154,7 +154,7 @@ class ReducedPlant:
         return state.q
 
     def moved(self, origin: State, u: Array, v: Array) -> State:
-        """Closed at `u`, on the branch of `origin`.  Joint limits are the loop's to watch, at states that are accepted."""
+        """Closed at `u`, on the branch of `origin`.  Joint limits are watched by the loop, at states it accepts."""
         return State(u, v, self.mechanism.close(u, origin.posture, limits="ignore"))
 
     def chart_rate(self, origin: State, state: State) -> Array:

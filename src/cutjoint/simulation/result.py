@@ -43,6 +43,7 @@ class About(TypedDict, total=False):
     rate: float | None
     limits: list[float] | None
     actuators: list[list[str]]
+    locked: list[str]
     steps: int
     evaluations: int
     strayed: float
@@ -112,7 +113,7 @@ class Result(Values):
     def __repr__(self) -> str:
         what = self.about
         return (
-            f"Result({what.get('plant', '?')}, {what.get('law', '?')}, {what.get('trajectory', '?')}: "
+            f"Result({what.get('plant', '?')}, {what.get('law', '?')}, {what.get('trajectory', FREE)}: "
             f"{len(self)} samples over {self.time[-1] - self.time[0]:g} s)"
         )
 
@@ -223,6 +224,8 @@ def _squares(error: Array) -> Array:
 
 
 SCHEMA = 1
+FREE = "free motion"
+"""What stands for a trajectory where there was none."""
 SUFFIXES = (".npz", ".csv")
 
 

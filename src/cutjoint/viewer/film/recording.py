@@ -68,14 +68,14 @@ def from_result(chain: ClosedChain, result: Result) -> Recording:
     postures: list[Posture] = []
     near = chain.posture(result.q_full[0]) if full else chain.home
     for q in _resampled(at, result.time, result.q):
-        near = chain.close(q, near)
+        near = chain.close(q, near, limits="ignore")
         postures.append(near)
     about = [f"{key}: {value}" for key, value in result.about.items() if isinstance(value, str | int | float)]
     return Recording(
         readonly(time),
         tuple(postures),
         _resampled(at, result.time, result.tool),
-        _resampled(at, result.time, result.desired_tool),
+        _resampled(at, result.time, result.desired_tool) if result.followed else None,
         _resampled(at, result.time, result.effort),
         tuple(about),
     )

@@ -1,0 +1,86 @@
+"""A control law that is just a function, and what may be given where a law is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from inspect import signature
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array
+from cutjoint.control.given import GivenEfforts
+from cutjoint.control.law import Law
+from cutjoint.control.pd import NOTHING
+from cutjoint.errors import InputError
+from cutjoint.motion import Desired
+
+WANTED = (
+    "a law is a function (t, desired, q, v) -> efforts, a function t -> efforts, or an object with name, gains, "
+    "memory(n), effort(desired, q, v, memory) and memory_rate(desired, q, v, asked, given)"
+)
+
+
+@dataclass(frozen=True)
+class LawOfFunction:
+    """`function(t, desired, q, v)`: time [s], desired motion, measured actuated coordinates and velocities (n,); it
+    returns the efforts (n,), [N] or [N m].  No memory, and no gains that anybody would know of."""
+
+    function: Callable[[float, Desired, Array, Array], npt.ArrayLike]
+
+    @property
+    def name(self) -> str:
+        """The function's name."""
+        return str(getattr(self.function, "__name__", type(self.function).__name__))
+
+    @property
+    def gains(self) -> dict[str, list[list[float]]]:
+        """None."""
+        return {}
+
+    def memory(self, n: int) -> int:
+        """No memory."""
+        return 0
+
+    def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
+        """What the function says, shape (n,)."""
+        return efforts_of(self.name, self.function(desired.t, desired, q, v))
+
+    def memory_rate(self, desired: Desired, q: Array, v: Array, asked: Array, given: Array) -> Array:
+        """Nothing to remember."""
+        return NOTHING
+
+
+def efforts_of(name: str, answer: npt.ArrayLike) -> Array:
+    """An answer of a law called `name` as an array.
+
+    Raises:
+        InputError: it is none.
+    """
+    try:
+        return np.asarray(answer, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"controller '{name}' must return efforts, one an actuator; it returned {answer!r}") from error
+
+
+def as_law(given: object) -> Law:
+    """A law, or what is as good as one: a function (t, desired, q, v) -> efforts, or t -> efforts.
+
+    Raises:
+        InputError: it is neither.
+    """
+    if isinstance(given, type):
+        raise InputError(f"{given.__name__} is a class, expected a law: make one of it")
+    if isinstance(given, Law):
+        return given
+    if not callable(given):
+        raise InputError(f"{given!r} is no control law: {WANTED}")
+    for count, make in ((4, LawOfFunction), (1, GivenEfforts)):
+        try:
+            signature(given).bind(*[None] * count)
+        except (TypeError, ValueError):
+            continue
+        return make(given)
+    name = getattr(given, "__name__", type(given).__name__)
+    raise InputError(f"{name}{signature(given)} is no control law: {WANTED}")

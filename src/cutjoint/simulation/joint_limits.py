@@ -1,0 +1,115 @@
+"""Joint limits during a run: which joint passed which of its bounds, and when.
+
+Limits are watched at every state that is accepted or recorded, not at the stages of a method, which may overshoot.  A
+joint that starts beyond its limits may come back, but not go further: how far it is beyond them may only fall.  The
+time of a crossing is bisected on what the method knows between two states: its interpolant, or else the cubic through
+the states and slopes at both ends (Hermite), whose error is of the order of the step to the fourth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from cutjoint import tolerances
+from cutjoint.arrays import Array
+from cutjoint.chain import ClosedChain
+from cutjoint.mechanism import Mechanism
+from cutjoint.simulation.plant import State
+
+HALVINGS = 50
+"""Bisections of a step in search of a crossing: to rounding."""
+
+
+class Passed(NamedTuple):
+    """A joint beyond its limits: its name, where it is and its limits, all in `unit`."""
+
+    joint: str
+    value: float
+    lower: float
+    upper: float
+    unit: str
+
+    def __str__(self) -> str:
+        side, bound = ("lower", self.lower) if self.value < self.lower else ("upper", self.upper)
+        return f"joint '{self.joint}' passes its {side} limit of {bound:.6g} {self.unit}"
+
+
+class JointGuard:
+    """Watches the joints of a chain, passive ones too.  Published models know no limits: nothing is found.
+
+    Args:
+        mechanism: the robot.
+        start: its first state.
+    """
+
+    def __init__(self, mechanism: Mechanism, start: State) -> None:
+        robot = getattr(mechanism, "plain", mechanism)  # of a compiled robot, the chain it was made from
+        self._names: list[str] = []
+        self._units: list[str] = []
+        index: list[int] = []
+        if isinstance(robot, ClosedChain):
+            model = robot.model
+            joints = [joint for joint in range(1, model.njoints) if model.nqs[joint] == 1]
+            self._names = [str(model.names[joint]) for joint in joints]
+            self._units = [robot.description.joint(name).type.coordinates[0].unit for name in self._names]
+            index = [int(model.idx_qs[joint]) for joint in joints]
+            self._lower, self._upper = model.lowerPositionLimit[index], model.upperPositionLimit[index]
+            # what a closed posture may miss by rounding
+            slack = tolerances.CLOSURE.value * np.array([robot.length if u == "m" else 1.0 for u in self._units])
+            self._usual_least, self._usual_most = self._lower - slack, self._upper + slack
+            self._least, self._most = np.full(len(index), -np.inf), np.full(len(index), np.inf)
+        self._index = index
+        self.accept(start)
+
+    def passed(self, state: State) -> Passed | None:
+        """The joint that is furthest beyond what it may be, or None."""
+        if not self._index:
+            return None
+        at = self._joints(state)
+        over = np.maximum(self._least - at, at - self._most)
+        worst = int(over.argmax())
+        if not over[worst] > 0.0:
+            return None
+        bounds = float(self._lower[worst]), float(self._upper[worst])
+        return Passed(self._names[worst], float(at[worst]), *bounds, self._units[worst])
+
+    def accept(self, state: State) -> None:
+        """From here on no joint may be further beyond its limits than at `state`."""
+        if self._index:
+            at = self._joints(state)
+            self._least = np.minimum(self._usual_least, np.maximum(self._least, at))
+            self._most = np.maximum(self._usual_most, np.minimum(self._most, at))
+
+    def _joints(self, state: State) -> Array:
+        return np.asarray((state.q if state.posture is None else state.posture.q_full)[self._index])
+
+
+def crossing(inside: float, beyond: float, passed: Callable[[float], Passed | None]) -> float:
+    """The last time [s] between `inside` and `beyond` at which no joint has passed its limits."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (inside + beyond)
+        if not inside < middle < beyond:
+            break
+        if passed(middle) is None:
+            inside = middle
+        else:
+            beyond = middle
+    return inside
+
+
+def hermite(start: tuple[float, Array, Array], end: tuple[float, Array, Array]) -> Callable[[float], Array]:
+    """The cubic in time through time [s], values and slopes at both ends."""
+    t0, y0, f0 = start
+    t1, y1, f1 = end
+    h = t1 - t0
+
+    def between(t: float) -> Array:
+        s = (t - t0) / h
+        rest = 1.0 - s
+        values = rest * rest * (1.0 + 2.0 * s) * y0 + s * s * (1.0 + 2.0 * rest) * y1
+        return values + s * rest * h * (rest * f0 - s * f1)
+
+    return between
