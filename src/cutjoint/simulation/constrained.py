@@ -64,8 +64,9 @@ class ConstrainedPlant:
         return f"{self.chain.name}, constrained{'' if self.project else ', not projected'}"
 
     def start(self, posture: Posture, v: Array) -> State:
-        """See `Plant.start`."""
-        return State(posture.q_full, np.asarray(self.chain.full_velocity(posture, v)))
+        """See `Plant.start`.  At rest any robot can start, also one whose actuators do not determine its motion."""
+        moving = self.chain.full_velocity(posture, v) if v.any() else np.zeros(self.chain.nv)
+        return State(posture.q_full, np.asarray(moving))
 
     def chart(self, state: State) -> Array:
         """The configuration itself where it is a vector space, else exponential coordinates around it."""

@@ -23,6 +23,10 @@ from cutjoint.files import check_place, write_whole
 from cutjoint.simulation.observables import OBSERVABLES
 
 
+ROUNDING = 16.0 * np.finfo(float).eps
+"""Part of an energy that its rounding may be."""
+
+
 class Rmse(NamedTuple):
     """Root mean square error of the tool: position [m] and velocity [m/s]."""
 
@@ -191,9 +195,11 @@ class Result(Values):
         """Energy that came from nowhere, relative to the energy that was turned over.
 
         The largest |change of energy - work of the actuators|, over the largest of: kinetic energy, range of the
-        potential energy, |work|.  0 for a robot that did not move.
+        potential energy, |work|.  0 for a robot that did not move, and where the energies round by more.
         """
         lost = np.abs(self.energy - self.energy[0] - self.work).max()
+        if lost <= ROUNDING * np.abs(self.potential).max():
+            return 0.0
         turned = max(self.kinetic.max(), np.ptp(self.potential), np.abs(self.work).max())
         return float(lost / turned) if turned > 0.0 else float(lost)
 
