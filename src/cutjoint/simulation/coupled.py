@@ -12,6 +12,7 @@ from cutjoint.arrays import Array
 from cutjoint.control import Law
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.motion import Desired, Reference
+from cutjoint.plugins import guarded
 from cutjoint.simulation.locks import Locks
 from cutjoint.simulation.plant import Plant, State
 from cutjoint.simulation.undesired import Undesired
@@ -55,16 +56,20 @@ class Coupled:
         """Effort after saturation, shape (n,), and rate of the law's memory; brakes come on top."""
         q, v = self.plant.measured(state)
         desired = self.desired(t)
-        asked = np.asarray(self.law.effort(desired, q, v, y[2 * self._nv : -1]))
+        memory, told = y[2 * self._nv : -1], f"controller '{self.law.name}'"
+        asked = np.asarray(guarded(told, self.law.effort, desired, q, v, memory))
         if asked.shape != q.shape:
             raise InputError(
-                f"controller '{self.law.name}' asks for efforts of shape {asked.shape}; the robot has {q.size} "
+                f"{told} asks for efforts of shape {asked.shape}; the robot has {q.size} "
                 f"actuators, so they must have shape {q.shape}"
             )
         if not np.isfinite(asked).all():
-            raise InputError(f"controller '{self.law.name}' asks for an effort that is not finite: {asked.tolist()}")
+            raise InputError(f"{told} asks for an effort that is not finite: {asked.tolist()}")
         given = asked if self.limits is None else np.clip(asked, -self.limits, self.limits)
-        return given, self.law.memory_rate(desired, q, v, asked, given)
+        rate = np.asarray(guarded(told, self.law.memory_rate, desired, q, v, asked, given))
+        if rate.shape != memory.shape:
+            raise InputError(f"{told} has a memory of shape {memory.shape} and its rate is of shape {rate.shape}")
+        return given, rate
 
     def field(self, t: float, y: Array) -> Array:
         """dy/dt; not a number where plant, law or reference cannot go, so that adaptive methods try a shorter step."""

@@ -22,7 +22,6 @@ from cutjoint.errors import InputError, ResultFileError
 from cutjoint.files import check_place, write_whole
 from cutjoint.simulation.observables import OBSERVABLES
 
-
 ROUNDING = 16.0 * np.finfo(float).eps
 """Part of an energy that its rounding may be."""
 
