@@ -160,7 +160,8 @@ def compiled_alike(chain: ClosedChain, rng: Rng, length: float, at: Posture) -> 
 
 
 @pytest.mark.parametrize(
-    "name", [name if name in ("fivebar", "stewart") else pytest.param(name, marks=pytest.mark.slow) for name in DETERMINED]
+    "name",
+    [name if name in ("fivebar", "stewart") else pytest.param(name, marks=pytest.mark.slow) for name in DETERMINED],
 )
 def test_shipped_compiled(name: str) -> None:
     pytest.importorskip("llvmlite")

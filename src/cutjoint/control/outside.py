@@ -39,9 +39,7 @@ def outside_law(make: Callable[..., object], told: str, n: int, **given: object)
     made = made_by(make, told, "a class of laws takes its gains by name, and `model` where it wants one", **given)
     missing = [name for name in ("name", "gains", "memory", "effort", "memory_rate") if not hasattr(made, name)]
     if missing and hasattr(made, "effort"):
-        raise InputError(
-            f"{told} has an effort but no {', '.join(missing)}; {WANTED} (PD as base class has the rest)"
-        )
+        raise InputError(f"{told} has an effort but no {', '.join(missing)}; {WANTED} (PD as base class has the rest)")
     try:
         law = as_law(made)
     except InputError as error:

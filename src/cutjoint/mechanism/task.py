@@ -196,6 +196,18 @@ class Task(Frozen):
         """What `rows` (numbers of the six) ask of the tool at a wanted pose."""
         return Condition(self, wanted, rows)
 
+    def error(self, at: Pose, wanted: Pose, rows: Sequence[int]) -> Array:
+        """See `Condition.error`."""
+        return self.towards(wanted, rows).error(at.position, at.rotation)
+
+    def condition(self, at: Pose, wanted: Pose, rows: Sequence[int]) -> Array:
+        """See `Condition.matrix`."""
+        return self.towards(wanted, rows).matrix(at.rotation)
+
+    def turning(self, at: Pose, wanted: Pose, twist: Array, wanted_twist: Array, rows: Sequence[int]) -> Array:
+        """See `Condition.turning`."""
+        return self.towards(wanted, rows).turning(at.rotation, twist, wanted_twist)
+
     def left(self, at: Pose, target: Target) -> tuple[float, float]:
         """How far [m] and by how much turned [rad] a pose is from what a target asks for."""
         missed = self.towards(target.pose, target.asked).error(at.position, at.rotation).tolist()

@@ -71,7 +71,9 @@ class OutsideTrajectory:
         if not isinstance(answer, ToolMotion):
             if not (isinstance(answer, tuple | list) and len(answer) == 3):
                 raise InputError(f"{told} gives {answer!r}; {WANTED}")
-            answer = ToolMotion(*(as_vector(f"{name} of {told}", one, 3) for name, one in zip(NAMES, answer, strict=True)))
+            answer = ToolMotion(
+                *(as_vector(f"{name} of {told}", one, 3) for name, one in zip(NAMES, answer, strict=True))
+            )
         turning = ("angular_velocity", "angular_acceleration") if answer.rotation is not None else ()
         for name in (*NAMES, *turning):
             as_vector(f"{name} of {told}", getattr(answer, name), 3)
@@ -126,7 +128,9 @@ def check_rates(trajectory: OutsideTrajectory) -> None:
     at = [[_parts(trajectory.at(share * span + shift)) for shift in (-h, 0.0, h)] for share in INSTANTS]
     for rate, name in ((1, "velocity"), (2, "acceleration")):
         told = np.array([now[rate] for _, now, _ in at])
-        found = np.array([_change(before[0], after[0]) if rate == 1 else after[1] - before[1] for before, _, after in at])
+        found = np.array(
+            [_change(before[0], after[0]) if rate == 1 else after[1] - before[1] for before, _, after in at]
+        )
         found /= 2.0 * h
         allowed = ALLOWED * max(float(np.abs(told).max()), float(np.abs(found).max())) + 1e-9
         off = np.abs(told - found).max(axis=1)
