@@ -122,6 +122,7 @@ class ToolFollower:
     Attributes:
         task: of the mechanism.
         size: of the robot, see `_size` [m].
+        is_of_whole_point: whether the task is x, y and z.
         weights: what the rows of the task are divided by to have no dimension.
         combinations: B of the module's head, or None.
         start: the posture at 0 where there is one.
@@ -130,6 +131,9 @@ class ToolFollower:
     def __init__(self, trajectory: Trajectory, mechanism: Mechanism, limits: JointLimits) -> None:
         self.trajectory, self.mechanism, self.limits = trajectory, mechanism, limits
         self.task, self.size = mechanism.task, _size(mechanism)
+        home = self.task.home
+        self._at_home = self.task.condition(home, home, self.task.rows)
+        self.is_of_whole_point = self.task.names == POSITION
         self.weights = np.array([self.size if row < 3 else 1.0 for row in self.task.rows])
         self.start: Posture | None = None
         self.combinations: Array | None = None
@@ -139,6 +143,10 @@ class ToolFollower:
             unit = np.array([1.0 if one.kind == "rotation" else self.size for one in mechanism.actuators])
             led = first.led(mechanism.tool(self.start)) / self.weights[:, None]
             self.combinations = unit[:, None] * (led * unit).T
+
+    def condition(self, pose: Pose, wanted: Pose) -> Array:
+        """C of the module's head, shape (rows, 6)."""
+        return self._at_home if self.task.is_of_point else self.task.condition(pose, wanted, self.task.rows)
 
     def at(self, t: float) -> ToolInstant:
         """What is to be done at `t` [s]."""
@@ -177,7 +185,8 @@ class ToolInstant:
         """By inverse kinematics; where there are more actuators than rows, in their combinations."""
         whole = self._whole
         if whole.combinations is None or near is None:
-            return whole.start or whole.mechanism.reach(self._pose, near, free=True, limits=whole.limits)
+            target = self._pose.position if whole.is_of_whole_point else self._pose
+            return whole.start or whole.mechanism.reach(target, near, free=True, limits=whole.limits)
         at, last = near, np.inf
         for _ in range(STEPS):
             tool = whole.mechanism.tool(at)
@@ -186,7 +195,7 @@ class ToolInstant:
             if left < CLOSED or (left < 1e3 * CLOSED and left >= last):
                 return at
             last = left
-            at = whole.mechanism.close(at.q - self._solved(self.led(tool), error), at, limits=whole.limits)
+            at = whole.mechanism.close(at.q - _Rates(whole, self.led(tool)).of(error), at, limits=whole.limits)
         raise UnreachableError(
             f"{whole.mechanism.name} cannot be led there by the combinations of its {whole.mechanism.n} actuators that "
             "lead its tool at the start",
@@ -196,18 +205,20 @@ class ToolInstant:
     def led(self, tool: Tool) -> Array:
         """Jacobian of the task, shape (rows, n)."""
         whole = self._whole
-        return np.asarray(whole.task.condition(tool.pose, self._pose, whole.task.rows) @ tool.frame_jacobian)
+        return np.asarray(whole.condition(tool.pose, self._pose) @ tool.frame_jacobian)
 
     def rates(self, posture: Posture) -> tuple[Array, Array, ToolMotion]:
         """Those by which the task is led, and what the tool does then."""
         task, mechanism = self._whole.task, self._whole.mechanism
         here = mechanism.tool(posture)
-        condition = task.condition(here.pose, self._pose, task.rows)
-        led = condition @ here.frame_jacobian
-        v = self._solved(led, condition @ self._twist)
+        condition = self._whole.condition(here.pose, self._pose)
+        rates = _Rates(self._whole, condition @ here.frame_jacobian)
+        v = rates.of(condition @ self._twist)
         tool = mechanism.tool(posture, v)
-        turning = task.turning(here.pose, self._pose, tool.twist, self._twist, task.rows)
-        a = self._solved(led, condition @ (self._twist_rate - tool.frame_drift) - turning)
+        wanted = condition @ (self._twist_rate - tool.frame_drift)
+        if not task.is_of_point:
+            wanted = wanted - task.turning(here.pose, self._pose, tool.twist, self._twist, task.rows)
+        a = rates.of(wanted)
         return v, a, self._tool_motion(tool, a)
 
     def missed(self, posture: Posture) -> dict[str, float]:
@@ -222,40 +233,6 @@ class ToolInstant:
                     found[name] = size
         return found
 
-    def _solved(self, led: Array, wanted: Array) -> Array:
-        """The x, shape (n,), with led @ x = wanted, in the combinations of the actuators where there are some.
-
-        Raises:
-            SingularError: the tool cannot move in a direction of its task.
-            UnreachableError: more rows than actuators, which do not agree.
-        """
-        whole = self._whole
-        if not wanted.any():
-            return np.zeros(whole.mechanism.n)
-        chosen = led if whole.combinations is None else led @ whole.combinations
-        matrix, right = chosen / whole.weights[:, None], wanted / whole.weights
-        lengths = np.linalg.norm(matrix, axis=0)
-        sizes = np.linalg.svd(matrix / np.maximum(lengths, 1e-300), compute_uv=False)
-        if sizes[-1] < tolerances.SINGULAR.value * sizes[0]:
-            raise SingularError(
-                f"the tool of {whole.mechanism.name} cannot move in some direction of its task {whole.task} here",
-                kind="type-1",
-                measure=float(sizes[-1] / max(sizes[0], 1e-300)),
-                limit=tolerances.SINGULAR.value,
-            )
-        if matrix.shape[0] == matrix.shape[1]:
-            found = np.linalg.solve(chosen, wanted)
-        else:
-            found = np.linalg.lstsq(matrix, right, rcond=None)[0]
-            left = np.abs(matrix @ found - right).max()
-            if left > tolerances.REACHED.value * np.abs(right).max():
-                raise UnreachableError(
-                    f"the tool of {whole.mechanism.name} cannot move so: of its {len(right)} coordinates {whole.task} "
-                    f"it leads {len(found)}, and {left / np.abs(right).max():.2g} of the motion is beside them",
-                    target=self._pose.position,
-                )
-        return np.asarray(found if whole.combinations is None else whole.combinations @ found)
-
     def _tool_motion(self, tool: Tool, a: Array) -> ToolMotion:
         """What is prescribed, as it is; the rest as the posture gives it."""
         motion, whole_rotation = self._motion, set(self._motion.prescribed).issuperset(ROTATION)
@@ -269,6 +246,55 @@ class ToolInstant:
         if whole_rotation:
             rotation, turning, bend = self._pose.rotation, self._twist[3:], self._twist_rate[3:]
         return ToolMotion(place, speed, change, rotation, turning, bend)
+
+
+class _Rates:
+    """The rates of the actuators that give rates of the task, at one posture."""
+
+    def __init__(self, whole: ToolFollower, led: Array) -> None:
+        self._whole = whole
+        matrix = led if whole.combinations is None else led @ whole.combinations
+        self._matrix = matrix / whole.weights[:, None]
+        self._is_regular = False
+
+    def of(self, wanted: Array) -> Array:
+        """The x, shape (n,), with led @ x = wanted, in the combinations of the actuators where there are some.
+
+        Raises:
+            SingularError: the tool cannot move in a direction of its task.
+            UnreachableError: more rows than actuators, which do not agree.
+        """
+        whole, matrix, right = self._whole, self._matrix, wanted / self._whole.weights
+        if not wanted.any():
+            return np.zeros(whole.mechanism.n)
+        self._check()
+        if matrix.shape[0] == matrix.shape[1]:
+            found = np.linalg.solve(matrix, right)
+        else:
+            found = np.linalg.lstsq(matrix, right, rcond=None)[0]
+            left = float(np.abs(matrix @ found - right).max() / np.abs(right).max())
+            if left > tolerances.REACHED.value:
+                raise UnreachableError(
+                    f"the tool of {whole.mechanism.name} cannot move so: of its {len(right)} coordinates {whole.task} "
+                    f"it leads {len(found)}, and {left:.2g} of the motion is beside them",
+                    target=wanted,
+                )
+        return np.asarray(found if whole.combinations is None else whole.combinations @ found)
+
+    def _check(self) -> None:
+        if self._is_regular:
+            return
+        lengths = np.sqrt(np.einsum("ij,ij->j", self._matrix, self._matrix))
+        sizes = np.linalg.svd(self._matrix / np.maximum(lengths, 1e-300), compute_uv=False)
+        if sizes[-1] < tolerances.SINGULAR.value * sizes[0] or not sizes[0]:
+            name, task = self._whole.mechanism.name, self._whole.task
+            raise SingularError(
+                f"the tool of {name} cannot move in some direction of its task {task} here",
+                kind="type-1",
+                measure=float(sizes[-1] / max(sizes[0], 1e-300)),
+                limit=tolerances.SINGULAR.value,
+            )
+        self._is_regular = True
 
 
 def _size(mechanism: Mechanism) -> float:

@@ -14,9 +14,8 @@ import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
 from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
-from cutjoint.mechanism import Mechanism
+from cutjoint.mechanism import Mechanism, Pose
 from cutjoint.motion.home import Home
-from cutjoint.motion.reference import Reference
 from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import ToolMotion
 
@@ -26,7 +25,8 @@ LIFT, EARLY = 0.4, 0.2
 """Parts of a way over: that of the lift, as of the descent, and that after which the crossing begins."""
 MARGIN = 0.8
 """How much of the largest cycle that a robot can go is gone."""
-HALVINGS, REFINED = 24, 5
+HALVINGS, REFINED, LOOKS = 24, 4, 12
+"""How far a cycle is made smaller, how finely it is fitted, and at how many places it is looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,8 +103,10 @@ def _most(mechanism: Mechanism, sized: Callable[[float], PickAndPlace], width: f
     """As much of a width as a mechanism can go, to a few percent; 0 where that is nothing."""
 
     def fits(part: float) -> bool:
+        cycle, near, task = sized(part * width), mechanism.home, mechanism.task
         try:
-            Reference(sized(part * width), mechanism)
+            for t in np.linspace(0.0, 0.5 * cycle.duration, LOOKS + 1)[1:].tolist():
+                near = mechanism.reach(Pose(cycle.at(t).position, task.home.rotation), near, free=True)
         except (UnreachableError, ClosureError, SingularError):
             return False
         return True

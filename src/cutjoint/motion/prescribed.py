@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 
 from cutjoint.arrays import Array
@@ -21,8 +23,7 @@ def joint_motion(trajectory: Trajectory, t: float, n: int) -> JointMotion:
     motion = trajectory.at(t)
     if not isinstance(motion, JointMotion):
         raise _no_motion(trajectory, t, motion, "a JointMotion, as at the start")
-    for name in ("q", "v", "a"):
-        _check(trajectory, t, name, getattr(motion, name), (n,))
+    _check(trajectory, t, (n,), q=motion.q, v=motion.v, a=motion.a)
     return motion
 
 
@@ -35,12 +36,13 @@ def tool_motion(trajectory: Trajectory, t: float) -> ToolMotion:
     motion = trajectory.at(t)
     if not isinstance(motion, ToolMotion):
         raise _no_motion(trajectory, t, motion, "a ToolMotion (or at all times a JointMotion)")
-    for name in ("position", "velocity", "acceleration"):
-        _check(trajectory, t, name, getattr(motion, name), (3,))
+    _check(trajectory, t, (3,), position=motion.position, velocity=motion.velocity, acceleration=motion.acceleration)
     if motion.rotation is not None:
-        for name in ("angular_velocity", "angular_acceleration"):
-            _check(trajectory, t, name, getattr(motion, name), (3,))
-        _check(trajectory, t, "rotation", motion.rotation, (3, 3))
+        assert motion.angular_velocity is not None
+        assert motion.angular_acceleration is not None
+        turning, change = motion.angular_velocity, motion.angular_acceleration
+        _check(trajectory, t, (3,), angular_velocity=turning, angular_acceleration=change)
+        _check(trajectory, t, (3, 3), rotation=motion.rotation)
         off = float(np.abs(motion.rotation @ motion.rotation.T - np.eye(3)).max())
         if off > ORTHOGONAL or np.linalg.det(motion.rotation) < 0.0:
             found = motion.rotation.tolist()
@@ -54,9 +56,12 @@ def _no_motion(trajectory: Trajectory, t: float, found: object, wanted: str) -> 
     )
 
 
-def _check(trajectory: Trajectory, t: float, name: str, array: Array, shape: tuple[int, ...]) -> None:
-    where = f"trajectory '{trajectory.name}' gives {name}"
-    if array.shape != shape:
-        raise InputError(f"{where} of shape {array.shape} at t = {t:.4g} s; it must have shape {shape}")
-    if not np.isfinite(array).all():
-        raise InputError(f"{where} {array.tolist()} at t = {t:.4g} s; it must be finite")
+def _check(trajectory: Trajectory, t: float, shape: tuple[int, ...], **parts: Array) -> None:
+    for name, array in parts.items():
+        if array.shape == shape and isfinite(array.ravel().dot(array.ravel())):  # the quick way through
+            continue
+        where = f"trajectory '{trajectory.name}' gives {name}"
+        if array.shape != shape:
+            raise InputError(f"{where} of shape {array.shape} at t = {t:.4g} s; it must have shape {shape}")
+        if not np.isfinite(array).all():
+            raise InputError(f"{where} {array.tolist()} at t = {t:.4g} s; it must be finite")
