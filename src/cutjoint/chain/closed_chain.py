@@ -16,7 +16,7 @@ from cutjoint.arrays import Array, Sealed, as_vector
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
-from cutjoint.chain.closing.closing import Closing
+from cutjoint.chain.closing.closing import Closing, Near
 from cutjoint.chain.closing.rounding import check_rounding, trusted_rows
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.joints import limit_violations
@@ -83,8 +83,10 @@ class ClosedChain(Sealed):
 
     # ---- closing ---------------------------------------------------------------------------------------------------
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
+    def close(self, q: npt.ArrayLike, near: Near = None, *, limits: JointLimits = "respect") -> Posture:
         """The closed posture with actuated coordinates `q`, shape (n,) [m] or [rad], on the branch of `near`.
+
+        `near` is a posture, such as one of `assembly_modes()`, or the name of a home of the description.
 
         The robot is walked there along a path without singular postures, which keeps it on its branch.
 
@@ -96,10 +98,10 @@ class ClosedChain(Sealed):
         """
         return self._closing.close(q, near, limits)
 
-    def reach(
-        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
-    ) -> Posture:
-        """The closed posture with the tool at a target, on the branch of `near`; see `Mechanism.reach` for its forms.
+    def reach(self, target: Any, near: Near = None, *, free: bool = False, limits: JointLimits = "respect") -> Posture:
+        """The closed posture with the tool at a target, on the branch of `near` (see `close`).
+
+        The forms of a target are told in `Mechanism.reach`.
 
         The tool is walked there along a line (or two) inside the workspace, turning about one axis, which keeps the
         robot on its branch.  Where it can only move on a curve or a surface, it is walked along that.

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, as_vector, readonly
+from cutjoint.chain.build import rough_home
 from cutjoint.chain.closing.assembling import assembled
 from cutjoint.chain.closing.continuation import Stopped
 from cutjoint.chain.closing.drivers import Driver, TaskDriver, ToolDriver
@@ -25,6 +26,7 @@ from cutjoint.chain.task import all_motions, task_of
 from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import JointLimits, Posture, Target, Task
 
+Near = Posture | str | None
 POINT = {0, 1, 2}
 """Rows of a tool's pose that are its point."""
 
@@ -36,6 +38,7 @@ class Closing:
         self._mobility, self._postures, self._walker = mobility, mobility.postures, Walker(mobility)
         self._k, self._actuated = mobility.postures.k, mobility.postures.actuated
         self._limits = LimitCheck(self._k)
+        self._homes: dict[str, Placed] = {}
 
     def posture(self, q_full: npt.ArrayLike) -> Posture:
         """A configuration (nq,) that is closed already."""
@@ -85,11 +88,11 @@ class Closing:
         momentum = tangent.idle.T @ (k.tree.mass_matrix(placed.q) @ (v_full - driven))
         return placed.q, driven + tangent.idle @ momentum
 
-    def close(self, q: npt.ArrayLike, near: Posture | None, limits: JointLimits) -> Posture:
+    def close(self, q: npt.ArrayLike, near: Near, limits: JointLimits) -> Posture:
         """The closed posture with actuated coordinates `q` (n,), on the branch of `near`."""
         own = self._actuated
         target = as_vector("q", q, own.n)
-        start = self._postures.placed(near)
+        start = self._start(near)
         origin = own.of(start.q)
         found: Placed | Stopped | None = self._short(start, own.lead(origin, target))
         if found is None:
@@ -111,13 +114,13 @@ class Closing:
         """
         return task_of(self._mobility)
 
-    def reach(self, given: Any, near: Posture | None, free: bool, limits: JointLimits) -> Posture:  # see `Task.target`
+    def reach(self, given: Any, near: Near, free: bool, limits: JointLimits) -> Posture:  # see `Task.target`
         """The closed posture with the tool at a target, on the branch of `near`."""
         k = self._k
         k.need_tool()
         task = self._any_task if free else self.task
         target = task.target(given, free)
-        start = self._postures.placed(near)
+        start = self._start(near)
         way = self._way(task, target, start)
         found: Placed | Stopped | None = self._short(start, way.driver(way.origin, way.goal))
         if found is None:
@@ -130,6 +133,21 @@ class Closing:
             if beyond is not None:
                 raise self._limits.error(beyond, way, f"reach {target}", target.pose.position)
         return self._postures.make(found)
+
+    def _start(self, near: Near) -> Placed:
+        """The configuration of a posture, or of a home by its name; default home.
+
+        Raises:
+            UnknownNameError, ClosureError: no such home, or it cannot be closed.
+        """
+        if not isinstance(near, str):
+            return self._postures.placed(near)
+        if near not in self._homes:
+            k, own = self._k, self._actuated
+            rough, keep = rough_home(k.model, k.description, near)
+            start = k.tree.normalised(rough)
+            self._homes[near] = assembled(k, start, own.hold(start) if keep else None)
+        return self._homes[near]
 
     @cached_property
     def _any_task(self) -> Task:

@@ -18,6 +18,7 @@ from cutjoint.chain.closing.assembling import assemble
 from cutjoint.chain.closing.continuation import UNBOUND, Stopped, follow
 from cutjoint.chain.closing.drivers import Driver, ToolDriver
 from cutjoint.chain.closing.equations import System
+from cutjoint.chain.closing.newton import settled
 from cutjoint.chain.kinematics import Placed
 from cutjoint.chain.mobility import Mobility
 from cutjoint.chain.rank import Split, rank_of
@@ -29,6 +30,11 @@ CURVE_STEP = 0.2
 """How finely a robot with one actuator is searched along its curve, in radians or link lengths."""
 
 SURFACE_STEPS = 100
+COMPASS = np.array([[x, y] for x in (1.0, 0.0, -1.0) for y in (1.0, 0.0, -1.0) if x or y])
+FEET = 12
+"""From how many of the configurations next to a target on a surface it is tried."""
+ALONG = 0.7
+"""Part of the way to a target that goes along a surface, below which the surface is taken to bend away from it."""
 
 
 class Walker:
@@ -76,45 +82,65 @@ class Walker:
 
     def along_curve(self, start: Placed, driver: ToolDriver) -> Placed | None:
         """Configuration of a robot with one actuator that meets the driver, within half a turn either way."""
-        passed: list[Placed] = []
-        for stride in (CURVE_STEP, -CURVE_STEP):
-            here: Placed | Stopped = start
-            for _ in range(int(np.pi / CURVE_STEP) + 1):
-                if isinstance(here, Stopped):
-                    break
-                passed.append(here)
-                here = self._step(here, stride * self._scale)
-
-        def miss(placed: Placed) -> float:
-            return float(np.linalg.norm(driver.error(placed, 1.0)))
-
-        for nearest in sorted(passed, key=miss)[:3]:
+        for nearest in self._nearest(self._passed(start, np.array([[1.0], [-1.0]])), driver)[:3]:
             found = assemble(self._k, nearest.q, driver)
             if found is None and self._k.rounded:
                 # the target lies beside the curve by its own rounding, and the loops must not give way to it
-                found = self.over_surface(nearest, driver)
+                found = self._downhill(nearest, driver)
             if found is not None and np.abs(self._k.tree.difference(nearest.q, found.q)).max() < 2.0 * CURVE_STEP:
                 return found
         return None
 
     def over_surface(self, start: Placed, driver: ToolDriver) -> Placed | None:
-        """Configuration that meets the driver, reached by the actuators going downhill on the distance to it."""
-        k, placed, last = self._k, start, np.inf
-        system = System(k, driver)
+        """Configuration of a robot whose tool is on a surface that meets the driver, and is not beyond a fold of it.
+
+        The actuators go downhill on the distance to it, from where they are, else from where they come in one of eight
+        directions within half a turn.
+        """
+        found = self._downhill(start, driver)
+        if found is not None or self._actuated.n != 2:
+            return found
+        for nearest in self._nearest(self._passed(start, COMPASS), driver)[:FEET]:
+            found = self._downhill(nearest, driver)
+            if found is not None:
+                return found
+        return None
+
+    def _passed(self, start: Placed, directions: Array) -> list[Placed]:
+        """Configurations that the actuators pass in some directions, shape (k, n), as far as half a turn each."""
+        passed = [start]
+        for direction in directions:
+            here = start
+            for _ in range(int(np.pi / CURVE_STEP) + 1):
+                there = self._step(here, CURVE_STEP * direction * self._scale)
+                if isinstance(there, Stopped) or self._folds(here, there):
+                    break
+                passed.append(there)
+                here = there
+        return passed
+
+    def _nearest(self, passed: list[Placed], driver: ToolDriver) -> list[Placed]:
+        return sorted(passed, key=lambda placed: float(np.linalg.norm(driver.error(placed, 1.0))))
+
+    def _downhill(self, start: Placed, driver: ToolDriver) -> Placed | None:
+        placed, last, system = start, np.inf, System(self._k, driver)
         for _ in range(SURFACE_STEPS):
             here = system.at(placed)
             if here.openness <= 1.0:
-                return placed
+                return settled(here, tolerances.STRIDE.value) or placed
             miss = float(np.linalg.norm(here.error))
             if miss > 0.999 * last:
                 return None
             last = miss
-            slope = placed.tool_jacobian[:3] @ self._mobility.tangent(placed).map * self._scale / k.length
+            slope = self._slope(placed)
             step = -Split.of(slope).solve(here.driven)
-            step *= min(1.0, tolerances.STRIDE.value / float(np.abs(step).max(initial=1e-300)))
+            longest = tolerances.STRIDE.value / float(np.abs(step).max(initial=1e-300))
+            # where the surface bends away, far from the target, how far off it is says nothing about how far to go
+            bends = float(np.linalg.norm(slope @ step)) < ALONG * miss
+            step *= longest if bends else min(1.0, longest)
             for _ in range(8):
                 found = self._step(placed, self._scale * step)
-                if not isinstance(found, Stopped):
+                if not isinstance(found, Stopped) and not self._folds(placed, found):
                     there = system.at(found)
                     if float(np.linalg.norm(there.error)) < miss or there.openness <= 1.0:
                         placed = found
@@ -123,6 +149,17 @@ class Walker:
             else:
                 return None
         return None
+
+    def _slope(self, placed: Placed) -> Array:
+        """Motion of the tool point by the actuators, dimensionless, shape (3, n)."""
+        return np.asarray(placed.tool_jacobian[:3] @ self._mobility.tangent(placed).map * self._scale / self._k.length)
+
+    def _folds(self, here: Placed, there: Placed) -> bool:
+        """Whether a surface turns its other side up within a step: the tool could not move in some direction there."""
+        if self._actuated.n != 2:
+            return False
+        before, after = (np.cross(*self._slope(placed).T) for placed in (here, there))
+        return bool(before @ after <= 0.0)
 
     def _step(self, start: Placed, step: Array) -> Placed | Stopped:
         now = self._actuated.of(start.q)
