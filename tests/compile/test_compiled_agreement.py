@@ -57,8 +57,11 @@ def test_a_compiled_mechanism_is_the_mechanism(kit: Any, name: str) -> None:
         assert not machine.terms(own).coriolis.any()
         tool, wanted_tool = machine.tool(own, v), model.tool(at, v)
         assert error_of(tool.position, wanted_tool.position) < 1e-12
-        assert error_of(tool.jacobian, wanted_tool.jacobian) < 1e-12
-        assert error_of(tool.drift, wanted_tool.drift, 1.0) < 1e-12
+        assert error_of(tool.rotation, wanted_tool.rotation) < 1e-12
+        assert error_of(tool.frame_jacobian, wanted_tool.frame_jacobian) < 1e-12
+        assert error_of(tool.frame_drift, wanted_tool.frame_drift, 1.0) < 1e-12
+        assert error_of(tool.twist, wanted_tool.twist) < 1e-12
+        assert not machine.tool(own).frame_drift.any()
         assert error_of(machine.potential_energy(own), model.potential_energy(at)) < 1e-11
         if name not in ("fourbar", "fivebar", "stewart"):
             back = machine.reach(wanted_tool.position, own)
@@ -175,18 +178,19 @@ def test_batches_are_the_same_as_calls(kit: Any, name: str) -> None:
     np.testing.assert_allclose(machine.batch.forward_dynamics(closed, v, effort), a, rtol=0, atol=1e-10)
     np.testing.assert_allclose(machine.batch.inverse_dynamics(q, v, a), effort, rtol=1e-11, atol=1e-11)
     mass, coriolis, gravity = machine.batch.terms(closed, v)
-    position, jacobian, drift = machine.batch.tool(closed, v)
+    tools = machine.batch.tool(closed, v)
     for k in (0, 7, 29):
         at = machine.close(q[k])
         assert error_of(effort[k], machine.inverse_dynamics(at, v[k], a[k])) < 1e-12
         terms, tool = machine.terms(at, v[k]), machine.tool(at, v[k])
         assert error_of(mass[k], terms.mass) < 1e-12
         assert error_of(coriolis[k] + gravity[k], terms.coriolis + terms.gravity) < 1e-12
-        assert error_of(position[k], tool.position) < 1e-12
-        assert error_of(jacobian[k], tool.jacobian) < 1e-12
-        assert error_of(drift[k], tool.drift, 1.0) < 1e-12
+        for part, found in tools._asdict().items():
+            assert error_of(found[k], getattr(tool, part), 1.0) < 1e-12, part
+        np.testing.assert_array_equal(tools.jacobian[k], tools.frame_jacobian[k, :3])
+        np.testing.assert_array_equal(tools.drift[k], tools.frame_drift[k, :3])
     if name in ("cpm", "paper cpm", "paper omega3"):
-        np.testing.assert_allclose(machine.batch.reach(position), closed, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(machine.batch.reach(tools.position), closed, rtol=0, atol=1e-10)
     with pytest.raises(InputError, match="shape"):
         machine.batch.inverse_dynamics(closed, v[:3], a)
     with pytest.raises(InputError, match="shape"):

@@ -228,7 +228,7 @@ def test_a_robot_on_a_base_far_away_is_the_same_robot(kit: Any, name: str) -> No
     np.testing.assert_allclose(far.inverse_dynamics(there, v, v), wanted, rtol=0, atol=1e-12 * np.abs(wanted).max())
     place = mount @ np.append(near.tool(here).position, 1.0)
     np.testing.assert_allclose(far.tool(there).position, place[:3], rtol=0, atol=4e-12)
-    np.testing.assert_allclose(far.batch.tool(there.q_full[None])[0][0], far.tool(there).position, rtol=1e-15)
+    np.testing.assert_allclose(far.batch.tool(there.q_full[None]).position[0], far.tool(there).position, rtol=1e-15)
 
 
 class Away:

@@ -114,6 +114,11 @@ class ClosedChain(Sealed):
         """
         return self._closing.reach(target, near, free, limits)
 
+    def goes_beyond(self, start: Array, q_full: Array) -> bool:
+        """Whether a joint is beyond its limits at the configuration `q_full`, and further than it was at `start`, shape
+        (nq,) both."""
+        return self._closing.goes_beyond(start, q_full)
+
     @property
     def task(self) -> Task:
         """Which motions of the tool are led, as the description says or as they are at home.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +29,33 @@ Slow = Callable[[Mechanism, Posture, Mapping[str, Array]], Mapping[str, Array]]
 def cores() -> int:
     """Processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class Tools(NamedTuple):
+    """Kinematics of the tool at N states, see `cutjoint.mechanism.Tool`.
+
+    Attributes:
+        position: shape (N, 3), [m].
+        rotation: shape (N, 3, 3).
+        frame_jacobian: shape (N, 6, n).
+        frame_drift, twist: shape (N, 6); without velocities zero.
+    """
+
+    position: Array
+    rotation: Array
+    frame_jacobian: Array
+    frame_drift: Array
+    twist: Array
+
+    @property
+    def jacobian(self) -> Array:
+        """Of the tool point, shape (N, 3, n)."""
+        return self.frame_jacobian[:, :3]
+
+    @property
+    def drift(self) -> Array:
+        """Of the tool point, shape (N, 3), [m/s2]."""
+        return self.frame_drift[:, :3]
 
 
 class Batch:
@@ -67,11 +94,10 @@ class Batch:
         """A row as a posture of the model."""
         raise NotImplementedError
 
-    def tool(self, q: npt.ArrayLike, v: npt.ArrayLike | None = None) -> tuple[Array, Array, Array]:
-        """Tool positions (N, 3), Jacobians (N, 3, n) and drifts (N, 3) (zero without `v`)."""
+    def tool(self, q: npt.ArrayLike, v: npt.ArrayLike | None = None) -> Tools:
+        """Tool poses, Jacobians, drifts and twists."""
         given = {"v": np.zeros(self.n) if v is None else v}
-        parts = self._run("tool", q, given, None, lambda model, at, x: vars(model.tool(at, x["v"])))
-        return parts["position"], parts["jacobian"], parts["drift"]
+        return Tools(**self._run("tool", q, given, None, lambda model, at, x: vars(model.tool(at, x["v"]))))
 
     def terms(
         self, q: npt.ArrayLike, v: npt.ArrayLike | None = None, parameters: Mapping[str, npt.ArrayLike] | None = None

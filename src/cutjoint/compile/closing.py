@@ -68,7 +68,7 @@ class ChainClosing:
             parts = tool(self.start(at), zero, self.parameters)
             if parts is None:
                 return None
-            miss, jacobian = target - parts["position"], parts["jacobian"]
+            miss, jacobian = target - parts["position"], parts["frame_jacobian"][:3]
             size = float(np.abs(miss).max())
             if size < rounding or (size < 100.0 * rounding and size > 0.1 * far):
                 return at

@@ -85,17 +85,28 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
         return CompiledChain(self.chain.with_payload(mass), self.options)
 
     def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
-        """See `ClosedChain.close`.  Steps that are long against the links are left to the chain's own continuation."""
+        """See `ClosedChain.close`.  Steps that are long against the links, or go beyond a joint's limits, are left
+        to the chain's own continuation."""
         target = as_vector("q", q, self.n)
         start = self._closing.start(self.home if near is None else near)
         found = self._closing.to(start, target) if self.source.determined else None
-        return self.chain.close(target, near, limits=limits) if found is None else found
+        if found is None or (limits == "respect" and self.chain.goes_beyond(start, found.q_full)):
+            return self.chain.close(target, near, limits=limits)
+        return found
 
     def reach(
         self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
     ) -> Posture:
-        """See `ClosedChain.reach`.  Targets that are far away are left to the chain's own continuation."""
-        return self.chain.reach(target, near, free=free, limits=limits)
+        """See `ClosedChain.reach`.  Targets that are far away, or beyond a joint's limits, are left to the chain's own
+        continuation."""
+        start = self.home if near is None else near
+        found = None
+        if np.shape(target) == (3,) and 0 < self.n <= 3 and self.source.determined:
+            if self.source.lacks(Need.TOOL) is None and self.task.is_of_point:
+                found = self._closing.reach(start, as_vector("target", target, 3, "m"))
+        if found is None or (limits == "respect" and self.chain.goes_beyond(start.q_full, found.q_full)):
+            return self.chain.reach(target, near, free=free, limits=limits)
+        return found
 
     @property
     def idle_is_cyclic(self) -> bool:

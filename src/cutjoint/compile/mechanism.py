@@ -145,7 +145,10 @@ class CompiledMechanism(Parametrised[Model_co]):
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
         """See `Mechanism.tool`."""
-        return self.plain.tool(at, v)
+        parts = self._call("tool", at, np.zeros(self.n) if v is None else v)
+        if parts is None:
+            return self.plain.tool(at, v)
+        return Tool(**parts)
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
         """See `Mechanism.terms`."""

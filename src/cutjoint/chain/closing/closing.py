@@ -105,6 +105,10 @@ class Closing:
                 raise self._limits.error(beyond, Way(start, origin, target, own.lead), f"close at {own.show(target)}")
         return self._postures.make(found)
 
+    def goes_beyond(self, start: Array, q: Array) -> bool:
+        """Whether a joint is beyond its limits at `q` (nq,), further than at `start`."""
+        return self._limits.beyond(start, q) is not None
+
     @cached_property
     def task(self) -> Task:
         """The task of the tool, in the world.

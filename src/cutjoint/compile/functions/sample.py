@@ -69,7 +69,9 @@ class RobotSample:
         self.v = units.rate * unit * chance.normal(size=len(unit))
         self.a = units.rate**2 * unit * chance.normal(size=len(unit))
         self.axes = {"q": unit, "1/q": 1.0 / unit, "1/v": 1.0 / (units.rate * unit), "m": np.full(3, units.length)}
-        self.axes.update(J=np.ones(1), x=unit, u=unit)
+        self.axes.update(
+            {"J": np.ones(1), "1": np.ones(1), "t": np.repeat([units.length, 1.0], 3), "x": unit, "u": unit}
+        )
 
     # -- arguments and right values ----------------------------------------------------------------------------------
 
@@ -80,7 +82,7 @@ class RobotSample:
 
     @cached_property
     def tool(self) -> Tool:
-        """The tool point."""
+        """The tool."""
         return self.model.tool(self.at, self.v)
 
     @property

@@ -38,7 +38,8 @@ class ResultPart:
         name: of it.
         shape: sizes separated by commas: numbers, or `n`, `nv`, `positions`, `rows` (of the loops) of the model.
         units: an axis each, in which it is compared: `q`, `v` of an actuated coordinate and velocity, `1/q`, `1/v` of
-            what is conjugate to them, `u` of a joint's rate, `x` of a position variable, `m` length, `J` energy.
+            what is conjugate to them, `u` of a joint's rate, `x` of a position variable, `m` length, `t` of the tool's
+            twist, `J` energy, `1` none.
         size: of the terms it is the sum of, in those units; it is compared against that or its own, what is larger.
         tolerance: relative.
         periodic: whether whole turns of angles make no difference.
@@ -135,15 +136,17 @@ FUNCTIONS: dict[str, Function] = {
         ),
         Function(
             "tool",
-            "position of the tool point, its Jacobian, and J_dot v",
+            "pose of the tool, its frame Jacobian, J_dot v, and twist",
             _RIGID,
             (
                 ResultPart("position", "3", "m", lambda s: s.far),
-                ResultPart("jacobian", "3,n", "m,1/q", lambda s: 1.0),
-                ResultPart("drift", "3", "m", lambda s: s.speed**2),
+                ResultPart("rotation", "3,3", "1,1", lambda s: 1.0),
+                ResultPart("frame_jacobian", "6,n", "t,1/q", lambda s: 1.0),
+                ResultPart("frame_drift", "6", "t", lambda s: s.speed**2),
+                ResultPart("twist", "6", "t", lambda s: s.speed),
             ),
             tracing.tool,
-            lambda s: {"position": s.tool.position, "jacobian": s.tool.jacobian, "drift": s.tool.drift},
+            lambda s: vars(s.tool),
             (Need.ACTUATED, Need.TOOL),
         ),
         Function(

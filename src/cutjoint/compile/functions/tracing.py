@@ -95,9 +95,10 @@ def terms(call: Call) -> Traced:
 
 
 def tool(call: Call) -> Traced:
-    """Kinematics of the tool point."""
-    position, jacobian, drift = call.state.tool(call["v"])
-    return {"position": position, "jacobian": _flat(jacobian), "drift": drift}, call.state.strain
+    """Kinematics of the tool."""
+    position, rotation, jacobian, frame_drift, twist = call.state.tool(call["v"])
+    results: Results = {"position": position, "rotation": _flat(rotation), "frame_jacobian": _flat(jacobian)}
+    return {**results, "frame_drift": frame_drift, "twist": twist}, call.state.strain
 
 
 def energy(call: Call) -> Traced:

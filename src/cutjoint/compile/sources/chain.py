@@ -25,7 +25,7 @@ from cutjoint.compile.expressions import vectors
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain_plan import ChainPlan
-from cutjoint.compile.sources.interface import PAYLOAD, Need
+from cutjoint.compile.sources.interface import PAYLOAD, Need, TracedTool
 from cutjoint.errors import ActuationError, CompileError, CutjointError, InputError
 
 
@@ -75,22 +75,25 @@ class ChainState:
     def potential(self) -> Number:
         return potential_energy(self.pose, self.source.origin)
 
-    def tool(self, v: Sequence[Number]) -> tuple[list[Number], list[list[Number]], list[Number]]:
-        step, lever = self.source.tool_point
+    def tool(self, v: Sequence[Number]) -> TracedTool:
+        step, own, lever = self.source.tool_frame
         arm = self.pose.lever(step, lever)
         position = vectors.add(self.source.origin, vectors.add(self.pose.origin(step), arm))
-        columns = self.pose.columns(step, lever)
+        rotation = vectors.product(self.pose.rotation[step], own)
         tangent = self.reduction.tangent
-        jacobian: list[list[Number]] = [[0.0] * self.reduction.n for _ in range(3)]
-        for rate, velocity, _ in columns:
-            for axis in range(3):
+        jacobian: list[list[Number]] = [[0.0] * self.reduction.n for _ in range(6)]
+        for rate, velocity, angular in self.pose.columns(step, lever):
+            for row, value in zip(jacobian, (*velocity, *angular), strict=True):
                 for k in range(self.reduction.n):
-                    jacobian[axis][k] = jacobian[axis][k] + velocity[axis] * tangent[rate][k]
+                    row[k] = row[k] + value * tangent[rate][k]
         u, motion, drift = self.moving(v)
         bias = accelerations(self.pose, u, motion, drift)
         w = motion.angular[step]
         pull = vectors.add(bias.at(step, arm), vectors.cross(w, vectors.cross(w, arm)))
-        return list(position), jacobian, list(pull)
+        twist = [*motion.at(step, arm), *w]
+        return TracedTool(
+            list(position), [list(row) for row in rotation], jacobian, [*pull, *bias.angular[step]], twist
+        )
 
     def settled(self, target: Sequence[Number] | None) -> tuple[list[Number], list[Number]]:
         """See `TracedState`; with a target the independent coordinates must be turns and slides."""

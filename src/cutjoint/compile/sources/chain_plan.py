@@ -99,19 +99,18 @@ class ChainTree:
         bodies: list[BodyInertia] = []
         for name, value in zip(self.parameters, parameters, strict=True):
             if name == PAYLOAD:
-                step, lever = self.tool_point
+                step, _, lever = self.tool_frame
                 points.append(PointMass(step, value, lever))
             else:
                 bodies.append(self._body(name, value))
         return TreePose(self.tree, q, bodies, points)
 
     @once
-    def tool_point(self) -> tuple[int, vectors.Vector]:
-        """Step and lever of the tool point."""
+    def tool_frame(self) -> tuple[int, vectors.Matrix, vectors.Vector]:
+        """Step, rotation and lever of the tool."""
         tool = self.chain.description.tool
         assert tool is not None, "see `lacks`"
-        joint, placement = bind_frame(self.model, tool)
-        return self.tree.point(joint, np.asarray(placement.translation))
+        return self.tree.frame(*bind_frame(self.model, tool))
 
     def frame(self, link: str) -> pin.Frame:
         """Where a link is in the model."""

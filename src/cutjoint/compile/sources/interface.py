@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import Enum, auto
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.errors import CutjointError
@@ -24,13 +24,30 @@ class Need(Enum):
     ACTUATED = auto()
     """Actuators that determine the motion; idle freedoms do not count as motion."""
     TOOL = auto()
-    """A tool point."""
+    """A tool."""
     JOINTS = auto()
     """Joints beside the actuated ones."""
     IDLE_MASS = auto()
     """No idle freedom that moves no mass."""
     CLOSED_FORM = auto()
     """Inverse kinematics in closed form."""
+
+
+class TracedTool(NamedTuple):
+    """Kinematics of a tool; see `cutjoint.mechanism.Tool`.
+
+    Attributes:
+        position: (3).
+        rotation: (3, 3).
+        jacobian: rows of the velocity of the point, then of the angular velocity, (6, n).
+        drift, twist: (6).
+    """
+
+    position: list[Number]
+    rotation: list[list[Number]]
+    jacobian: list[list[Number]]
+    drift: list[Number]
+    twist: list[Number]
 
 
 class TracedState(Protocol):
@@ -66,8 +83,8 @@ class TracedState(Protocol):
     def potential(self) -> Number:
         """Potential energy [J]."""
 
-    def tool(self, v: Sequence[Number]) -> tuple[list[Number], list[list[Number]], list[Number]]:
-        """Position (3), Jacobian (3, n) and drift (3) of the tool point."""
+    def tool(self, v: Sequence[Number]) -> TracedTool:
+        """The tool."""
 
     def settled(self, target: Sequence[Number] | None) -> tuple[list[Number], list[Number]]:
         """Position variables after one Newton step towards closed loops with the actuators at `target` (None: where

@@ -17,7 +17,8 @@ from typing import Any, TypeAlias, cast
 from cutjoint.compile.expressions import functions
 from cutjoint.compile.expressions.functions import maximum
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
-from cutjoint.compile.sources.interface import PAYLOAD, Need
+from cutjoint.compile.expressions.vectors import IDENTITY, dot
+from cutjoint.compile.sources.interface import PAYLOAD, Need, TracedTool
 from cutjoint.errors import CutjointError, InputError, UnknownNameError
 from cutjoint.papers.reduced_model import ClosedFormModel, EquationState, PaperParameters
 from cutjoint.papers.scalars import Functions
@@ -128,6 +129,10 @@ class PaperState:
         value: Number = self._own.potential_energy()
         return value
 
-    def tool(self, v: Sequence[Number]) -> tuple[list[Number], list[list[Number]], list[Number]]:
+    def tool(self, v: Sequence[Number]) -> TracedTool:
+        """It never turns."""
         position, jacobian, drift = self._own.tool(tuple(v))
-        return list(position), [list(row) for row in jacobian], list(drift)
+        still: list[Number] = [0.0] * 3
+        rows = [*(list(row) for row in jacobian), *([0.0] * len(v) for _ in range(3))]
+        speed = [dot(row, v) for row in rows]
+        return TracedTool(list(position), [list(row) for row in IDENTITY], rows, [*drift, *still], speed)
