@@ -9,7 +9,7 @@ import pytest
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import compiled, functions_of
-from cutjoint.compile.equations.reduction import STRAIN_LIMIT
+from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.description import catalogue
 from cutjoint.errors import ActuationError, CutjointError, InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism

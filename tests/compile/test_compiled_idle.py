@@ -15,7 +15,7 @@ import pytest
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, compiled, functions_of
-from cutjoint.compile.equations.reduction import STRAIN_LIMIT
+from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.control import PD
 from cutjoint.description.model import (
     CutJoint,

@@ -15,7 +15,7 @@ import pytest
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import compiled
-from cutjoint.compile.equations.reduction import STRAIN_LIMIT
+from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.description.model import (
     Coupling,
     CutJoint,

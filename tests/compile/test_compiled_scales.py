@@ -15,7 +15,7 @@ import pytest
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, CompiledChain, Options, compiled
-from cutjoint.compile.equations.reduction import STRAIN_LIMIT
+from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.functions.library import CompiledFunction
 from cutjoint.compile.functions.verify import Checker

@@ -1,4 +1,4 @@
-"""Closing the loops of a chain by its compiled functions: one posture, one with the tool somewhere, many at once."""
+"""Closing the loops of a chain by its compiled functions: one posture, many at once."""
 
 from __future__ import annotations
 
@@ -56,34 +56,6 @@ class ChainClosing:
             if size > newton.longest(last):
                 return None
             last, worst, q = size, gap, after
-        return None
-
-    def reach(self, start: Posture, target: Array) -> Posture | None:
-        """From a posture to the one with the tool at `target` (3,) [m]; None where it is not plainly on its branch."""
-        tool, chain, at = self.library["tool"], self.source.chain, start
-        n, zero, far = chain.n, np.zeros(chain.n), np.inf
-        # what is left of the digits of a position, where the robot is and in its own size
-        rounding = 4e-15 * max(chain.length, float(np.abs(target).max()))
-        for _ in range(newton.STEPS):
-            parts = tool(self.start(at), zero, self.parameters)
-            if parts is None:
-                return None
-            miss, jacobian = target - parts["position"], parts["frame_jacobian"][:3]
-            size = float(np.abs(miss).max())
-            if size < rounding or (size < 100.0 * rounding and size > 0.1 * far):
-                return at
-            if size > newton.SHRINKS * far or size > 0.2 * chain.length:
-                return None
-            far = size
-            try:
-                # with fewer motors than directions a target is on the tool's surface or curve, or is not reached
-                move = np.linalg.solve(jacobian, miss) if n == 3 else np.linalg.lstsq(jacobian, miss, rcond=None)[0]
-            except np.linalg.LinAlgError:  # the tool cannot move in some direction here
-                return None
-            found = self.to(at.q_full, at.q + move)
-            if found is None:
-                return None
-            at = found
         return None
 
     def walk(self, q: Array, target: Array, threads: int) -> tuple[Array, npt.NDArray[np.bool_]]:

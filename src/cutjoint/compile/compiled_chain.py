@@ -13,12 +13,15 @@ from cutjoint.chain import ClosedChain, MobilityReport
 from cutjoint.compile.batch import ChainBatch
 from cutjoint.compile.closing import ChainClosing
 from cutjoint.compile.functions.library import Library, Options
+from cutjoint.compile.functions.table import function
 from cutjoint.compile.functions.verify import Checker
 from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.once import once
+from cutjoint.compile.reaching import ChainReaching
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.description.model import Inertial
+from cutjoint.errors import CompileError
 from cutjoint.mechanism import JointLimits, Posture
 
 
@@ -58,6 +61,17 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
     @once
     def _closing(self) -> ChainClosing:
         return ChainClosing(self.source, self._library, self._nominal)
+
+    @once
+    def _reaching(self) -> ChainReaching | None:
+        """Short ways of the tool, where the task leads the robot and one order of elimination serves."""
+        row = function("reach_step")
+        if any(self.source.lacks(need) is not None for need in row.needs):
+            return None
+        try:
+            return ChainReaching(self.source, self._library[row.name], self._nominal)
+        except CompileError:
+            return None
 
     def _rebuilt(self, parameters: Mapping[str, float]) -> ClosedChain:
         description = self.chain.description
@@ -99,12 +113,9 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
     ) -> Posture:
         """See `ClosedChain.reach`.  Targets that are far away, or beyond a joint's limits, are left to the chain's own
         continuation."""
-        start = self.home if near is None else near
-        found = None
-        if np.shape(target) == (3,) and 0 < self.n <= 3 and self.source.determined:
-            if self.source.lacks(Need.TOOL) is None and self.task.is_of_point:
-                found = self._closing.reach(start, as_vector("target", target, 3, "m"))
-        if found is None or (limits == "respect" and self.chain.goes_beyond(start.q_full, found.q_full)):
+        start = self._closing.start(self.home if near is None else near)
+        found = None if self._reaching is None else self._reaching.to(start, target, free)
+        if found is None or (limits == "respect" and self.chain.goes_beyond(start, found.q_full)):
             return self.chain.reach(target, near, free=free, limits=limits)
         return found
 

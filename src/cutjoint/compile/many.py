@@ -20,7 +20,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, positive
 from cutjoint.compile.batch import cores
 from cutjoint.compile.compiler import Compiled
-from cutjoint.compile.equations.reduction import STRAIN_LIMIT
+from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.machine.backends import backend
 from cutjoint.compile.machine.kernel import Runs
 from cutjoint.compile.many_loop import TimeGrid, traced_loop

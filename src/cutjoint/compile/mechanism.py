@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen, Sealed, as_vector, readonly
-from cutjoint.compile.equations.reduction import STRAIN_LIMIT
+from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.functions.library import Library, Options
 from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.once import once

@@ -10,6 +10,7 @@ postures of the cloud at which the rank is what it is almost everywhere.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain.rank import Split, null_space, singular_values, threshold
 from cutjoint.compile.equations import newton
 from cutjoint.compile.equations.coordinates import moved
-from cutjoint.compile.equations.cut_rows import Loops
+from cutjoint.compile.equations.cut_rows import ConstraintRow
 from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions.graph import Graph
@@ -35,11 +36,19 @@ REGULAR = 0.02
 """Postures whose smallest singular value is below this part of the usual one are near a singularity."""
 
 
+class RowsOnTree(Protocol):
+    """Loops, with or without more rows beside theirs."""
+
+    def rows(self, pose: TreePose) -> list[ConstraintRow]:
+        """All rows at a pose of the tree."""
+        ...
+
+
 class Survey:
-    """Numeric Jacobian, residual and motion of a tree with loops, from their expressions; `row_scale` (rows,) and
+    """Numeric Jacobian, residual and motion of a tree with rows on it, from their expressions; `row_scale` (rows,) and
     `rate_scale` (nv,) make them dimensionless."""
 
-    def __init__(self, tree: JointTree, loops: Loops, row_scale: Array, rate_scale: Array) -> None:
+    def __init__(self, tree: JointTree, loops: RowsOnTree, row_scale: Array, rate_scale: Array) -> None:
         graph = Graph()
         q = graph.symbols(tree.nq)
         u = graph.symbols(tree.nv)

@@ -5,44 +5,38 @@
     M = T' M_tree T          from the kinetic energy of every body in the columns of T
     effort = T' f            f from recursive Newton-Euler on the tree
 
-`strain` tells how far a posture is from those the order was chosen on: the largest of (size of the pivot then / size of
-the pivot now) and of the loss of digits in the mass matrix.  1 is as good as home; beyond STRAIN_LIMIT, or where it is
-not a number, the caller must not use the result.
+To the strain of the elimination comes that of the mass matrix, for the digits that are lost in it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.dynamics import Motion, accelerations, generalised_forces, mass_matrix, velocities
+from cutjoint.compile.equations.elimination import Elimination
 from cutjoint.compile.equations.elimination_order import Plan
 from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.expressions.functions import absolute, is_zero, maximum
-from cutjoint.compile.expressions.graph import Expression, Number
+from cutjoint.compile.expressions.graph import Number
 from cutjoint.compile.expressions.vectors import ZERO, dot, scale
 from cutjoint.errors import CompileError
 
-STRAIN_LIMIT = 1e3
-"""Largest strain that is accepted: pivots a thousandth of what they were cost three digits."""
 MASS_SHARE = 1e-3
 """Part of the strain that a loss of digits in the mass matrix counts."""
 
 
-class Reduction:
-    """Elimination of the dependent rates at a pose.
+class Reduction(Elimination):
+    """The dependent rates at a pose by the independent ones.
 
     Attributes:
         tangent: T, a list of rows, shape (nv, n).
-        strain: see the module.
     """
 
     def __init__(self, pose: TreePose, loops: Loops, plan: Plan) -> None:
-        self.pose, self.loops, self.plan = pose, loops, plan
-        self.n = len(plan.independent)
-        self._rows = loops.rows(pose)
-        self._factor()
         nv = pose.tree.nv
+        super().__init__(loops.rows(pose), plan, nv)
+        self.pose, self.loops, self.n = pose, loops, len(plan.independent)
         self.tangent: list[list[Number]] = [[0.0] * self.n for _ in range(nv)]
         support = () if plan.idle is None else plan.idle.support
         everywhere = frozenset(range(nv))
@@ -52,54 +46,6 @@ class Reduction:
             right = [row.coefficients.get(rate, 0.0) for row in self._rows]
             for dependent, value in self._solve(right, moves[k]):
                 self.tangent[dependent][k] = -value
-
-    def _factor(self) -> None:
-        """Sparse elimination; remembers the multipliers."""
-        dependent = {rate for _, rate in self.plan.pivots}
-        work = [{k: c for k, c in row.coefficients.items() if k in dependent} for row in self._rows]
-        left = [row for row, _ in self.plan.pivots]
-        self.strain: Number = 1.0
-        self._inverse: list[Number] = []
-        self._multipliers: list[list[tuple[int, Number]]] = []
-        for (row, rate), size in zip(self.plan.pivots, self.plan.sizes, strict=True):
-            left.remove(row)
-            pivot = work[row][rate]
-            inverse = 1.0 / pivot
-            self._inverse.append(inverse)
-            if isinstance(inverse, Expression) and inverse.constant is None:
-                self.strain = maximum(self.strain, abs(inverse) * size)
-            multipliers: list[tuple[int, Number]] = []
-            for other in left:
-                entry = work[other].pop(rate, 0.0)
-                if is_zero(entry):
-                    continue
-                factor = entry * inverse
-                multipliers.append((other, factor))
-                for k, value in work[row].items():
-                    if k != rate:
-                        work[other][k] = work[other].get(k, 0.0) - factor * value
-            self._multipliers.append(multipliers)
-        self._work = work
-
-    def _solve(self, right: Sequence[Number], moves: Collection[int] | None = None) -> list[tuple[int, Number]]:
-        """(rate, value) of the dependent rates for a right-hand side of all rows; rates not in `moves` are known to
-        rest."""
-        values = list(right)
-        for (row, _), multipliers in zip(self.plan.pivots, self._multipliers, strict=True):
-            if not is_zero(values[row]):
-                for other, factor in multipliers:
-                    values[other] = values[other] - factor * values[row]
-        found: dict[int, Number] = {}
-        for (row, rate), inverse in zip(reversed(self.plan.pivots), reversed(self._inverse), strict=True):
-            if moves is not None and rate not in moves:
-                found[rate] = 0.0
-                continue
-            total = values[row]
-            for k, value in self._work[row].items():
-                if k != rate:
-                    total = total - value * found[k]
-            found[rate] = total * inverse
-        return list(found.items())
 
     # -- kinematics --------------------------------------------------------------------------------------------------
 
@@ -115,24 +61,6 @@ class Reduction:
         for rate, value in self._solve([row.drift for row in self.loops.rows(self.pose, motion, bias)]):
             result[rate] = -value
         return result
-
-    def correction(self, change: Sequence[Number]) -> list[Number]:
-        """Newton's step, length nv: closes the loops while the independent coordinates change by `change`."""
-        result: list[Number] = [0.0] * self.pose.tree.nv
-        for rate, value in zip(self.plan.independent, change, strict=True):
-            result[rate] = value
-        right = [
-            row.residual + dot([row.coefficients.get(k, 0.0) for k in self.plan.independent], change)
-            for row in self._rows
-        ]
-        for rate, value in self._solve(right):
-            result[rate] = -value
-        return result
-
-    @property
-    def residuals(self) -> list[Number]:
-        """What every row is open by, redundant rows included."""
-        return [row.residual for row in self._rows]
 
     # -- dynamics ----------------------------------------------------------------------------------------------------
 

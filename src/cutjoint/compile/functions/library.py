@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
-from cutjoint.compile.equations.reduction import STRAIN_LIMIT
+from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.functions import cache
 from cutjoint.compile.functions.table import Function, function
@@ -92,6 +92,10 @@ class CompiledFunction:
             return None
         y.flags.writeable = False
         return {name: y[at] if shape is None else y[at].reshape(shape) for name, at, shape in self._parts}
+
+    def place(self, part: str) -> slice:
+        """Where a part stands in a result of the kernel."""
+        return next(at for name, at, _ in self._parts if name == part)
 
     def parts(self, y: Array) -> dict[str, Array]:
         """The parts of a result of the kernel."""

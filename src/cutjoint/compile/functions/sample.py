@@ -8,7 +8,7 @@ the size of the terms it is made of.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,10 +18,13 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain.rank import null_space
 from cutjoint.compile.sources.chain import ChainSource
-from cutjoint.mechanism import Mechanism, Posture, Terms, Tool
+from cutjoint.compile.sources.interface import Need
+from cutjoint.mechanism import Mechanism, Pose, Posture, Terms, Tool
 
 DIFFERENCE = 1e-5
 """Step of differences, in the robot's units."""
+ASIDE = 1e-6
+"""How far away the goal of a step of Newton's method is, in the robot's units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +113,16 @@ class RobotSample:
         """Acceleration of all joints that `effort_full` gives, shape (nv,)."""
         raise NotImplementedError
 
+    @property
+    def goal(self) -> Array:
+        """Place in the model and rotation that the tool shall have, shape (12,)."""
+        raise NotImplementedError
+
+    @property
+    def towards(self) -> Mapping[str, Array]:
+        """A step of Newton's method to `goal`."""
+        raise NotImplementedError
+
     def aside(self, k: int, step: float) -> Posture:
         """A posture with actuated coordinate `k` moved by a small step."""
         return self.model.close(self.at.q + step * np.eye(len(self.v))[k], self.at)
@@ -159,11 +172,14 @@ class ChainSample(RobotSample):
         self.far = float(np.abs(np.array(source.origin) / units.length).max()) + 1.0
         self.spin = units.rate if source.idle else 0.0
         self.axes.update(x=source.position_scale, u=scale)
+        if source.lacks(Need.TASK) is None:
+            self.axes["e"] = self.axes["t"][list(source.chain.task.rows)]
         self.mass = sum(float(inertia.mass) for inertia in list(source.model.inertias)[1:])
         motions = null_space(source.scaled_jacobian(self.q))
         self.v_full = np.asarray(units.rate * scale * (motions @ chance.normal(size=motions.shape[1])))
         energy = self.mass * units.length**2 * units.rate**2
         self.effort_full = np.asarray(energy / scale * chance.normal(size=source.nv))
+        self.away = chance.uniform(-1.0, 1.0, 6)
 
     @cached_property
     def tangent(self) -> Array:
@@ -177,12 +193,51 @@ class ChainSample(RobotSample):
     def a_full(self) -> Array:
         return self.chain.full_forward_dynamics(self.q, self.v_full, self.effort_full).acceleration
 
+    @cached_property
+    def wanted(self) -> Pose:
+        """Where the tool shall be: where it is, where idle freedoms let the joints be anywhere; else a little aside."""
+        aside = 0.0 if self.source.idle else ASIDE
+        place, turn = aside * self.units.length * self.away[:3], aside * self.away[3:]
+        return self.tool.pose.moved(place, turn)
+
+    @property
+    def goal(self) -> Array:
+        return goal_of(self.wanted, self.chain.origin)
+
+    @property
+    def towards(self) -> Mapping[str, Array]:
+        source, task, tool = self.source, self.chain.task, self.tool
+        missed = task.error(tool.pose, self.wanted, task.rows)
+        jacobian = task.condition(tool.pose, self.wanted, task.rows) @ tool.frame_jacobian
+        change = self.tangent @ np.linalg.solve(jacobian, -missed)
+        q_next = np.asarray(pin.integrate(source.model, self.q, change))
+        plan, matrix = source.led_plan, source.led_survey.system(self.q)[0] / source.rate_scale
+        rows, rates = [row for row, _ in plan.pivots], [rate for _, rate in plan.pivots]
+        square = matrix[np.ix_(rows, rates)] / source.led_survey.row_scale[rows][:, None]
+        size = np.abs((q_next - self.q) / source.position_scale).max()
+        return {
+            "q_next": q_next,
+            "missed": missed,
+            "place": tool.position - self.chain.origin,
+            "rotation": tool.rotation,
+            "size": np.array([size]),
+            "gap": np.array([np.abs(missed / self.axes["e"]).max()]),
+            "determinant": np.array([np.linalg.det(square / plan.sizes)]),
+        }
+
     def aside(self, k: int, step: float) -> Posture:
         return self.chain.assemble(pin.integrate(self.source.model, self.q, step * self.tangent[:, k]))
 
     @cached_property
     def weight(self) -> float:
         return self.mass * float(np.linalg.norm(self.source.model.gravity.linear)) * self.units.length
+
+
+def goal_of(pose: Pose, origin: Array) -> Array:
+    """A pose for compiled functions: place in a model that stands at `origin`, and rotation, shape (12,)."""
+    goal = np.empty(12)
+    goal[:3], goal[3:] = pose.position - origin, pose.rotation.ravel()
+    return goal
 
 
 def effort_for(terms: Terms, a: Array) -> Array:

@@ -23,12 +23,14 @@ ARGUMENTS = {
     "effort": "n",
     "target": "n",
     "p": "3",
+    "goal": "12",
     "v_full": "nv",
     "effort_full": "nv",
     "parameters": "parameters",
 }
 """Every argument that a compiled function may have, and its size: position variables; actuated velocity, acceleration,
-effort and coordinates; tool position; velocity of and force on all joints; inertial parameters."""
+effort and coordinates; tool position; place of the tool in the model, and its rotation; velocity of and force on all
+joints; inertial parameters."""
 
 
 class Call:
@@ -167,6 +169,14 @@ def full_forward(call: Call) -> Traced:
     """Forward dynamics of all joints."""
     a, strain = call.joints.full_forward(call["v_full"], call["effort_full"])
     return {"a_full": a}, strain
+
+
+def reach_step(call: Call) -> Traced:
+    """One Newton step on loops and task."""
+    found = call.joints.towards(call["goal"])
+    q, residual, led, size, gap, determinant, strain = found
+    results: Results = {"q_next": q, "missed": led.missed, "place": list(led.position), "rotation": _flat(led.rotation)}
+    return {**results, "residual": residual, "size": [size], "gap": [gap], "determinant": [determinant]}, strain
 
 
 def reach(call: Call) -> Traced:

@@ -12,7 +12,7 @@ import threading
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.compile.equations.reduction import STRAIN_LIMIT
+from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.functions.library import CompiledFunction
 from cutjoint.compile.functions.sample import ChainSample, RobotSample, RobotUnits, nearest_turn
 from cutjoint.compile.once import once

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,15 +19,39 @@ from cutjoint.compile.equations.coordinates import (
     turning_axes,
 )
 from cutjoint.compile.equations.dynamics import Motion, accelerations, potential_energy, velocities
+from cutjoint.compile.equations.elimination import Elimination
+from cutjoint.compile.equations.led import Led, LedLoops
 from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.reduction import MassFactor, Reduction
 from cutjoint.compile.equations.tree import motion_subspace
 from cutjoint.compile.expressions import vectors
+from cutjoint.compile.expressions.functions import absolute, maximum
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain_plan import ChainPlan
 from cutjoint.compile.sources.interface import PAYLOAD, Need, TracedTool
 from cutjoint.errors import ActuationError, CompileError, CutjointError, InputError
+
+
+class TracedStep(NamedTuple):
+    """A step of Newton's method on loops and task.
+
+    Attributes:
+        q_next: the position variables after it.
+        residual: what the loops are open by before it, at most, [m] and [rad].
+        led: the task before it.
+        size: largest change of a position variable, dimensionless.
+        gap: what is left before it at most, of loops and task, dimensionless.
+        determinant, strain: of the elimination.
+    """
+
+    q_next: list[Number]
+    residual: list[Number]
+    led: Led
+    size: Number
+    gap: Number
+    determinant: Number
+    strain: Number
 
 
 class ChainState:
@@ -102,6 +127,28 @@ class ChainState:
             change = [x - y for x, y in zip(target, self.actuated, strict=True)]
         return moved(self.pose, self.reduction.correction(change)), self.reduction.residuals
 
+    def towards(self, goal: Sequence[Number]) -> TracedStep:
+        """One Newton step to closed loops and the tool at `goal` (place (3) in the model, rotation (9)), the idle rates
+        held."""
+        source, length = self.source, self.source.chain.length
+        loops = LedLoops(source.loops, source.tool_frame, source.chain.task, goal)
+        led, rows = loops.led(self.pose), source.loops.rows(self.pose)
+        elimination = Elimination([*rows, *led.rows], source.led_plan, source.nv)
+        q_next = moved(self.pose, elimination.correction([0.0] * len(source.led_plan.independent)))
+        lengths = _largest(row.residual for row in rows if row.is_length)
+        angles = _largest(row.residual for row in rows if not row.is_length)
+        far = _largest(x for x, row in zip(led.missed, led.rows, strict=True) if row.is_length)
+        turned = _largest(x for x, row in zip(led.missed, led.rows, strict=True) if not row.is_length)
+        return TracedStep(
+            q_next,
+            [lengths, angles],
+            led,
+            _largest((x - y) / float(one) for x, y, one in zip(q_next, self.q, source.position_scale, strict=True)),
+            _largest([maximum(lengths, far) / length, angles, turned]),
+            elimination.determinant,
+            maximum(elimination.strain, led.strain),
+        )
+
     # -- full coordinates --------------------------------------------------------------------------------------------
 
     def full_tangent(self) -> list[list[Number]]:
@@ -153,6 +200,8 @@ class ChainSource(ChainPlan):
             return self._not_determined()
         if need is Need.TOOL and self.chain.description.tool is None:
             return InputError(f"{self.name} has no tool frame; name one under [tool] in its loops.toml")
+        if need is Need.TASK:
+            return self._lacks_task()
         if need is Need.CLOSED_FORM:
             return InputError(f"{self.name} has no inverse kinematics in closed form")
         if need is Need.IDLE_MASS and self.weightless:
@@ -193,16 +242,33 @@ class ChainSource(ChainPlan):
             ],
             "actuators": self.actuated_rates,
             "tool": None if description.tool is None else [description.tool.link, _numbers(description.tool.placement)],
+            "task": self._task(),
             "home": _numbers(self.chain.home.q_full),
             "parameters": [[name, None if name == PAYLOAD else self._link(name)] for name in self.parameters],
         }
         return json.dumps(parts)
+
+    def _task(self) -> list[object] | None:
+        try:
+            task = self.chain.task
+        except InputError:
+            return None
+        return [task.names, task.axes, _numbers(task.home.matrix)]
 
     def _link(self, name: str) -> list[object]:
         inertial = self.chain.description.link(name).inertial
         assert inertial is not None
         parts = (inertial.com, inertial.inertia, self.frame(name).placement.homogeneous)
         return [inertial.mass, *map(_numbers, parts)]
+
+    def _lacks_task(self) -> InputError | None:
+        try:
+            task = self.chain.task
+        except InputError as error:
+            return error
+        if len(task.rows) == self.chain.n:
+            return None
+        return InputError(f"the task of {self.name} is {task}, and it has {self.chain.n} actuators: none leads another")
 
     def _not_determined(self) -> ActuationError:
         report = self.chain.mobility(self.chain.home)
@@ -215,6 +281,14 @@ class ChainSource(ChainPlan):
             actuators=self.chain.n,
             free=report.free,
         )
+
+
+def _largest(values: Iterable[Number]) -> Number:
+    """Largest size among values; 0 where there are none."""
+    largest: Number = 0.0
+    for value in values:
+        largest = maximum(largest, absolute(value))
+    return largest
 
 
 def _numbers(values: Array) -> list[float]:

@@ -23,6 +23,7 @@ from cutjoint.compile.equations.cloud import Survey
 from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.elimination_order import Idle, Plan, choose
 from cutjoint.compile.equations.inertia import BodyInertia, PointMass
+from cutjoint.compile.equations.led import LedLoops
 from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.reduction import Reduction
 from cutjoint.compile.equations.tree import JointTree
@@ -254,6 +255,27 @@ class ChainPlan(ChainTree):
                 "too near to a singularity. Choose another home"
             )
         return self._with_idle(plan) if self.idle else plan
+
+    @once
+    def led_plan(self) -> Plan:
+        """Order of elimination of loops and task together, for `LedLoops`; the idle freedoms remain.
+
+        Raises:
+            CompileError: none is good around home.
+        """
+        survey = self.led_survey
+        idle = self.plan.independent[self.chain.n :]
+        plan = choose(survey, survey.regular(self.cloud, idle), idle)
+        if plan.independent != idle:
+            raise CompileError(f"no fixed order of elimination leads the task of {self.name} around its home posture")
+        return plan
+
+    @once
+    def led_survey(self) -> Survey:
+        """Loops and task in numbers, at the tool's own pose."""
+        lengths = [row < 3 for row in self.chain.task.rows]
+        scale = np.concatenate([self.row_scale, np.where(lengths, 1.0 / self.chain.length, 1.0)])
+        return Survey(self.tree, LedLoops(self.loops, self.tool_frame, self.chain.task), scale, self.rate_scale)
 
     def _with_idle(self, plan: Plan) -> Plan:
         """A plan with what the cloud tells of its idle freedoms."""

@@ -29,6 +29,8 @@ class Need(Enum):
     """Joints beside the actuated ones."""
     IDLE_MASS = auto()
     """No idle freedom that moves no mass."""
+    TASK = auto()
+    """A task of as many motions of the tool as there are actuators."""
     CLOSED_FORM = auto()
     """Inverse kinematics in closed form."""
 
