@@ -81,13 +81,6 @@ def test_duration_must_be_positive(duration):
         Reference(Hold([0.6, 0.425, 0.3]), CpmModel(), duration)
 
 
-def test_more_than_three_actuators_are_refused():
-    six = CpmModel()
-    six.n = 6
-    with pytest.raises(InputError, match="6 actuators"):
-        Reference(Hold([0.6, 0.425, 0.3]), six)
-
-
 def test_desired_posture_of_another_model_is_closed_by_it():
     one, other = CpmModel(), CpmModel()
     now = Reference(Hold([0.6, 0.425, 0.3]), one).at(0.0)
