@@ -60,7 +60,7 @@ OUTSIDE: Mapping[str, frozenset[str]] = {
     "plugins": frozenset(),
     "mechanism": frozenset({"numpy"}),
     "papers": frozenset({"numpy"}),
-    "motion": frozenset({"numpy"}),
+    "motion": frozenset({"numpy", "scipy"}),
     "control": frozenset({"numpy"}),
     PACKAGE: frozenset(),
 }
@@ -69,7 +69,7 @@ OUTSIDE: Mapping[str, frozenset[str]] = {
 # dependency of the project (docs/dependencies.md); numpy is everybody's.
 OWNERS: Mapping[str, frozenset[str]] = {
     "pinocchio": frozenset({"chain", "compile", "engines", "simulation", "viewer"}),
-    "scipy": frozenset({"simulation", "crosscheck", "chain"}),
+    "scipy": frozenset({"simulation", "crosscheck", "chain", "motion"}),
     "yourdfpy": frozenset({"description", "engines"}),
     "lxml": frozenset({"description"}),
     "yaml": frozenset({"description"}),

@@ -300,3 +300,29 @@ class BrowserError(ViewerError):
 
 class CompileError(CutjointError):
     """A model cannot be compiled, or what was compiled does not agree with it."""
+
+
+class WaypointError(InputError):
+    """A way-point does not fit the others: its time, its place or its orientation.
+
+    Attributes:
+        waypoint: its number, from 0.
+    """
+
+    def __init__(self, message: str, *, waypoint: int) -> None:
+        self.waypoint = waypoint
+        super().__init__(message)
+
+
+class MotionFileError(InputError):
+    """A file tells no motion.
+
+    Attributes:
+        path: the file.
+        line: number of the line that is wrong, from 1; None where it is the whole file.
+        column: heading of the column that is wrong; None where it is the whole line.
+    """
+
+    def __init__(self, message: str, *, path: str, line: int | None = None, column: str | None = None) -> None:
+        self.path, self.line, self.column = path, line, column
+        super().__init__(message)

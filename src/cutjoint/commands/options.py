@@ -16,6 +16,7 @@ from cutjoint.control.catalogue import LAWS, law_row
 from cutjoint.control.law import GainHelp
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.motion.catalogue import TRAJECTORIES, describe, trajectory
+from cutjoint.motion.from_file import is_motion_file
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
@@ -113,7 +114,10 @@ def numbers(option: str, text: str) -> npt.ArrayLike:
     return found[0] if len(found) == 1 else found
 
 
-HELP = "; ".join(["paper (the robot's own)", *map(describe, TRAJECTORIES)]) + "."
+FILE = (
+    "a file, such as way.csv, with columns t and some of x, y, z, an orientation, or actuators (docs/motion-files.md)"
+)
+HELP = "; ".join(["paper (the robot's own)", *map(describe, TRAJECTORIES), FILE]) + "."
 
 
 def trajectory_of(chain: ClosedChain, spec: str, mechanism: Mechanism | None = None) -> Trajectory:
@@ -126,7 +130,7 @@ def trajectory_of(chain: ClosedChain, spec: str, mechanism: Mechanism | None = N
     from cutjoint.robots import PUBLISHED
 
     name, _, rest = spec.partition(":")
-    if name not in ("paper", *TRAJECTORIES):
+    if name not in ("paper", *TRAJECTORIES) and not is_motion_file(spec):
         raise UnknownNameError("trajectory", name, ("paper", *TRAJECTORIES))
     if name != "paper":
         return trajectory(spec, chain if mechanism is None else mechanism)

@@ -2,11 +2,13 @@
 mechanism."""
 
 from cutjoint.motion.catalogue import TRAJECTORIES
+from cutjoint.motion.from_file import motion_from_file
 from cutjoint.motion.joint_space import JointChirp, JointSine
 from cutjoint.motion.paths import Circle, Hold, Lissajous, PointToPoint, Trapezoidal
 from cutjoint.motion.pick_and_place import PickAndPlace
 from cutjoint.motion.pose_moves import PoseMove
 from cutjoint.motion.reference import Desired, Reference
+from cutjoint.motion.splines import JointSpline, PointSpline, PoseSpline
 from cutjoint.motion.timing import Corners
 from cutjoint.motion.values import JointMotion, ToolMotion, Trajectory
 from cutjoint.motion.waypoints import JointWaypoints, Waypoints
@@ -21,15 +23,19 @@ __all__ = [
     "JointChirp",
     "JointMotion",
     "JointSine",
+    "JointSpline",
     "JointWaypoints",
     "Lissajous",
     "PickAndPlace",
+    "PointSpline",
     "PointToPoint",
     "PoseMove",
+    "PoseSpline",
     "Reference",
     "Spiral",
     "ToolMotion",
     "Trajectory",
     "Trapezoidal",
     "Waypoints",
+    "motion_from_file",
 ]

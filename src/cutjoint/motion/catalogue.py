@@ -8,6 +8,7 @@ from math import isfinite
 
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism
+from cutjoint.motion.from_file import is_motion_file, motion_from_file
 from cutjoint.motion.joint_space import JointChirp, JointSine
 from cutjoint.motion.paths import Circle, Hold, Lissajous, PointToPoint, Trapezoidal
 from cutjoint.motion.pick_and_place import PickAndPlace
@@ -150,7 +151,8 @@ def describe(name: str) -> str:
 
 
 def trajectory(spec: str, mechanism: Mechanism) -> Trajectory:
-    """The trajectory that `spec`, NAME or NAME:NUMBER,NUMBER, names, from the home posture of `mechanism` on.
+    """The trajectory that `spec`, NAME or NAME:NUMBER,NUMBER, names, from the home posture of `mechanism` on; or the one
+    that the file of this path tells.
 
     Raises:
         UnknownNameError: no such trajectory.
@@ -158,6 +160,8 @@ def trajectory(spec: str, mechanism: Mechanism) -> Trajectory:
         UnreachableError: it is fitted to what the mechanism reaches, and that is nothing.
     """
     name, _, rest = spec.partition(":")
+    if name not in TRAJECTORIES and is_motion_file(spec):
+        return motion_from_file(spec, mechanism)
     if name not in TRAJECTORIES:
         raise UnknownNameError("trajectory", name, list(TRAJECTORIES))
     row = TRAJECTORIES[name]
