@@ -45,7 +45,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "robots": ROBOTS,
     "experiments": ROBOTS | {"report"},
     "report": ROBOTS,
-    "commands": ROBOTS | {"engines", "experiments", "viewer", "report", PACKAGE},
+    "commands": ROBOTS | {"engines", "experiments", "viewer", "report", "plugins", PACKAGE},
     "cli": BASE | {"commands", PACKAGE},
     "__main__": frozenset({"cli"}),
     PACKAGE: ROBOTS,

@@ -4,7 +4,7 @@ control laws, made from `control.LAWS`."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from inspect import Parameter, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar, cast
@@ -14,9 +14,11 @@ import typer
 
 from cutjoint.control.catalogue import LAWS, law_row
 from cutjoint.control.law import GainHelp
+from cutjoint.control.outside import GROUP as LAW_GROUP
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.motion.catalogue import TRAJECTORIES, describe, trajectory
-from cutjoint.motion.from_file import is_motion_file
+from cutjoint.motion.outside import GROUP as PATH_GROUP
+from cutjoint.plugins import installed
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
@@ -40,14 +42,24 @@ Host = Annotated[str, typer.Option(help="Address to listen on; other than loopba
 OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser where there is a screen.")]
 
 
+def _entries(group: str) -> list[str]:
+    """What installed packages offer."""
+    return [
+        f"{name} (of {offers[0].dist.name if offers[0].dist else 'a package'})"
+        for name, offers in installed(group).items()
+    ]
+
+
 Command = TypeVar("Command", bound=Callable[..., None])
 FORMS = "one number, one an actuator as 1,2,3, or a matrix as [[..],[..]]"
-CONTROLLERS = "; ".join(f"{name} ({row.about})" for name, row in LAWS.items()) + "."
+OUTSIDE = "FILE.py:NAME or PACKAGE.MODULE:NAME (one's own)"
+CONTROLLERS = "; ".join([*(f"{name} ({row.about})" for name, row in LAWS.items()), *_entries(LAW_GROUP), OUTSIDE]) + "."
 
 
 def option(gain: str) -> str:
     """How the option of a gain is written."""
-    return f"--{gain.replace('_', '-')}"
+    own = any(gain in row.gains for row in LAWS.values())
+    return f"--{gain.replace('_', '-')}" if own else f"--gain {gain}=K"
 
 
 def with_gains(command: Command) -> Command:
@@ -77,7 +89,25 @@ def _options() -> list[Parameter]:
     return made
 
 
-def gains_of(robot: str, controller: str, given: Mapping[str, str | None]) -> Mapping[str, npt.ArrayLike]:
+def named_gains(options: Mapping[str, str | None], named: Sequence[str]) -> dict[str, str]:
+    """The gains that are given, by options of their own or as NAME=K.
+
+    Raises:
+        InputError: something else is named, or a gain is given twice.
+    """
+    found = {name: text for name, text in options.items() if text is not None}
+    for one in named:
+        name, sign, text = one.partition("=")
+        if not (sign and name and text):
+            raise InputError(f"a gain is given as --gain NAME=K, found '{one}'")
+        name = name.strip().replace("-", "_")
+        if name in found:
+            raise InputError(f"gain {name} is given twice")
+        found[name] = text
+    return found
+
+
+def gains_of(robot: str, controller: str, given: Mapping[str, str]) -> Mapping[str, npt.ArrayLike]:
     """The gains as `given` on the command line, or those known for the robot where none is given.
 
     Raises:
@@ -86,15 +116,15 @@ def gains_of(robot: str, controller: str, given: Mapping[str, str | None]) -> Ma
     """
     from cutjoint.experiments.gains import default_gains
 
-    wanted = law_row(controller).gains
-    gains = {name: numbers(option(name), text) for name, text in given.items() if text is not None}
-    if not gains:
+    row = law_row(controller)
+    gains = {name: numbers(option(name), text) for name, text in given.items()}
+    if not gains and not row.told:
         return default_gains(robot, controller)
-    missing = [option(name) for name in wanted if name not in gains]
-    unused = [option(name) for name in gains if name not in wanted]
+    missing = [option(name) for name in row.needed if name not in gains]
+    unused = [option(name) for name in gains if name not in row.gains]
     if missing or unused:
         wrong = [f"{what} {', '.join(them)}" for what, them in (("missing", missing), ("not used", unused)) if them]
-        takes = ", ".join(map(option, wanted)) or "no gains"
+        takes = ", ".join(map(option, row.gains)) or "no gains"
         raise InputError(f"controller '{controller}' takes {takes}; {'; '.join(wrong)}")
     return gains
 
@@ -117,7 +147,7 @@ def numbers(option: str, text: str) -> npt.ArrayLike:
 FILE = (
     "a file, such as way.csv, with columns t and some of x, y, z, an orientation, or actuators (docs/motion-files.md)"
 )
-HELP = "; ".join(["paper (the robot's own)", *map(describe, TRAJECTORIES), FILE]) + "."
+HELP = "; ".join(["paper (the robot's own)", *map(describe, TRAJECTORIES), FILE, *_entries(PATH_GROUP), OUTSIDE]) + "."
 
 
 def trajectory_of(chain: ClosedChain, spec: str, mechanism: Mechanism | None = None) -> Trajectory:
@@ -130,10 +160,13 @@ def trajectory_of(chain: ClosedChain, spec: str, mechanism: Mechanism | None = N
     from cutjoint.robots import PUBLISHED
 
     name, _, rest = spec.partition(":")
-    if name not in ("paper", *TRAJECTORIES) and not is_motion_file(spec):
-        raise UnknownNameError("trajectory", name, ("paper", *TRAJECTORIES))
     if name != "paper":
-        return trajectory(spec, chain if mechanism is None else mechanism)
+        try:
+            return trajectory(spec, chain if mechanism is None else mechanism)
+        except UnknownNameError as error:
+            if error.kind != "trajectory":
+                raise
+            raise UnknownNameError("trajectory", error.name, ("paper", *error.known)) from error
     if rest:
         raise InputError(f"'{spec}' is no trajectory; paper takes no numbers")
     robot = chain.description.name

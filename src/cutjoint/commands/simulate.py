@@ -3,32 +3,51 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar
+from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeVar
 
+import numpy as np
+import numpy.typing as npt
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, numbers, trajectory_of, with_gains
+from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, named_gains, numbers, trajectory_of, with_gains
 from cutjoint.commands.output import TerminalTable, console, print_json
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
+    from cutjoint.chain import ClosedChain
     from cutjoint.control import Law
-    from cutjoint.mechanism import Mechanism
+    from cutjoint.mechanism import JointLimits, Mechanism
     from cutjoint.motion import Reference
     from cutjoint.simulation import Integrator, Plant, Result
 
 LONGEST_STEP = 1e-3
-SETTINGS = ("plant", "law", "gains", "trajectory", "integrator", "rate", "limits")
+SETTINGS = ("plant", "law", "gains", "trajectory", "locked", "integrator", "rate", "limits")
 Robot = TypeVar("Robot", bound="Mechanism")
 
 
 @with_gains
 def command(
     robot: options.Robot,
-    controller: Annotated[str, typer.Option(metavar="NAME", help=CONTROLLERS)] = "computed-torque",
-    trajectory: Annotated[str, typer.Option(metavar="SPEC", help=HELP)] = "paper",
+    controller: Annotated[
+        str | None, typer.Option(metavar="NAME", help=f"Default computed-torque, with --free none: {CONTROLLERS}")
+    ] = None,
+    trajectory: Annotated[str | None, typer.Option(metavar="SPEC", help=f"Default paper: {HELP}")] = None,
+    free: Annotated[
+        bool, typer.Option("--free", help="Nothing to follow: the robot falls, or does what the controller wants.")
+    ] = False,
+    efforts: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.csv",
+            help="Nothing to follow, efforts as given: columns t and the actuators' names [N] or [N m], linear between.",
+        ),
+    ] = None,
+    lock: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ACTUATOR", help="A brake holds this actuator where it starts; may be repeated."),
+    ] = None,
     plant: Annotated[
         str, typer.Option(metavar="chain|paper", help="The robot: all joints in Pinocchio, or the published model.")
     ] = "chain",
@@ -39,6 +58,10 @@ def command(
         ),
     ] = None,
     variant: options.Variant = None,
+    gain: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=K", help="A gain by name, also of controllers from outside; may be repeated."),
+    ] = None,
     rate: Annotated[
         float | None, typer.Option(metavar="HZ", help="Sample rate of the controller; default continuous control.")
     ] = None,
@@ -46,7 +69,9 @@ def command(
         str | None, typer.Option(metavar="N", help="Largest effort of the actuators: 120, or 1,2,3 [N] or [N m].")
     ] = None,
     payload: Annotated[float, typer.Option(metavar="KG", help="Mass at the tool, unknown to the controller.")] = 0.0,
-    duration: Annotated[float | None, typer.Option(metavar="S", help="Default that of the trajectory.")] = None,
+    duration: Annotated[
+        float | None, typer.Option(metavar="S", help="Default that of the trajectory or the efforts; with --free 1 s.")
+    ] = None,
     every: Annotated[
         float | None, typer.Option(metavar="S", help="Distance of the samples in the result; default 1 ms or --step.")
     ] = None,
@@ -54,14 +79,18 @@ def command(
         float | None,
         typer.Option(metavar="S", help="Fixed steps, RK4; default with --rate 1 ms, else adaptive steps (DOP853)."),
     ] = None,
+    ignore_limits: Annotated[
+        bool, typer.Option("--ignore-limits", help="Go on where a joint passes its limits; else the run stops there.")
+    ] = False,
     save: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result: .npz (to play) or .csv.")] = None,
     json: options.Json = False,
     **gains: str | None,
 ) -> None:
     """Simulate a robot under a controller and say how well it followed, and whether the simulation can be believed.
 
-    The robot starts at rest in the first desired posture.  A run that cannot go on ends with exit status 2; with
-    `--save FILE` what was simulated until then is kept beside it as FILE's name with `.stopped` in it.
+    The robot starts at rest in the first desired posture, or at home where it follows nothing.  A run that cannot go on
+    ends with exit status 2; with `--save FILE` what was simulated until then is kept beside it as FILE's name with
+    `.stopped` in it.
     """
     from cutjoint.errors import SimulationError
     from cutjoint.simulation import save as write
@@ -69,9 +98,20 @@ def command(
 
     if save is not None:
         check_target(save)
-    setup = _prepare(robot, controller, trajectory, plant, model, variant, gains, payload, duration)
+    robots = _robots(robot, variant, plant, model, payload)
+    joints: JointLimits = "ignore" if ignore_limits else "respect"
+    if free or efforts is not None:
+        law = _unled(robots, controller, trajectory, efforts, lock or (), named_gains(gains, gain or ()))
+        reference = None
+    else:
+        law = _law(robots, controller or "computed-torque", named_gains(gains, gain or ()))
+        reference = _reference(robots, trajectory or "paper", duration, joints)
+    if duration is None and efforts is None:
+        duration = 1.0 if reference is None else reference.duration
     try:
-        result = _run(*setup, rate, limit, every, step)
+        result = _run(
+            (robots.plant, law, reference), duration, rate, limit, every, step, lock=lock or (), joint_limits=joints
+        )
     except SimulationError as error:
         if save is not None:
             beside = write(error.result, save.with_name(f"{save.stem}.stopped{save.suffix}"))  # type: ignore[arg-type]
@@ -86,21 +126,16 @@ def command(
         _show(result, figures)
 
 
-def _prepare(
-    robot: str,
-    controller: str,
-    trajectory: str,
-    plant: str,
-    model: str | None,
-    variant: str | None,
-    gains: Mapping[str, str | None],
-    payload: float,
-    duration: float | None,
-) -> tuple[Plant, Law, Reference]:
-    """What moves, its controller and what it follows."""
-    from cutjoint.control import law
+class Robots(NamedTuple):
+    """What moves, the chain of the same robot, and what the controller believes."""
+
+    plant: Plant
+    chain: ClosedChain
+    inside: Mechanism
+
+
+def _robots(robot: str, variant: str | None, plant: str, model: str | None, payload: float) -> Robots:
     from cutjoint.errors import UnknownNameError
-    from cutjoint.motion import Reference
     from cutjoint.robots import PUBLISHED, load, published
     from cutjoint.simulation import ConstrainedPlant, ReducedPlant
 
@@ -111,13 +146,44 @@ def _prepare(
     name = chain.description.name
     believes = model or ("paper" if name in PUBLISHED else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain
-    made = law(controller, inside, gains_of(name, controller, gains))
-    moving: Plant
     if plant == "paper":
-        moving = ReducedPlant(_loaded(published(name), payload))
-    else:
-        moving = ConstrainedPlant(_loaded(chain, payload))
-    return moving, made, Reference(trajectory_of(chain, trajectory, inside), inside, duration)
+        return Robots(ReducedPlant(_loaded(published(name), payload)), chain, inside)
+    return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
+
+
+def _law(robots: Robots, controller: str, gains: Mapping[str, str]) -> Law:
+    from cutjoint.control import law
+
+    return law(controller, robots.inside, gains_of(robots.chain.description.name, controller, gains))
+
+
+def _unled(
+    robots: Robots,
+    controller: str | None,
+    trajectory: str | None,
+    efforts: Path | None,
+    lock: Sequence[str],
+    gains: Mapping[str, str],
+) -> Law:
+    """Who gives the efforts of a robot that follows nothing."""
+    from cutjoint.control import efforts_from_csv
+    from cutjoint.errors import InputError
+
+    if trajectory is not None:
+        raise InputError(
+            f"with {'--free' if efforts is None else '--efforts'} nothing is followed; leave out --trajectory"
+        )
+    if efforts is None:
+        return _law(robots, controller or "none", gains)
+    if controller is not None or gains:
+        raise InputError("with --efforts there is no controller; leave out --controller and gains")
+    return efforts_from_csv(efforts, robots.plant.mechanism.actuators, lock)
+
+
+def _reference(robots: Robots, trajectory: str, duration: float | None, joints: JointLimits) -> Reference:
+    from cutjoint.motion import Reference
+
+    return Reference(trajectory_of(robots.chain, trajectory, robots.inside), robots.inside, duration, limits=joints)
 
 
 def _loaded(robot: Robot, payload: float) -> Robot:
@@ -125,47 +191,47 @@ def _loaded(robot: Robot, payload: float) -> Robot:
 
 
 def _run(
-    plant: Plant,
-    law: Law,
-    reference: Reference,
+    what: tuple[Plant, Law, Reference | None],
+    duration: float | None,
     rate: float | None,
     limit: str | None,
     every: float | None,
     step: float | None,
+    *,
+    lock: Sequence[str],
+    joint_limits: JointLimits,
 ) -> Result:
     from rich.progress import Progress
 
     from cutjoint.simulation import Adaptive, RungeKutta4, run
 
+    plant, law, _ = what
     method: Integrator = Adaptive(1e-8, 1e-10)
     if step is not None or rate is not None:
         method = RungeKutta4(LONGEST_STEP if step is None else step)
     with Progress(transient=True) as bar:
-        task = bar.add_task(f"{plant.name}, {law.name}", total=reference.duration)
+        task = bar.add_task(f"{plant.name}, {law.name}", total=getattr(law, "duration", duration) or duration)
         return run(
-            plant,
-            law,
-            reference,
+            *what,
             integrator=method,
+            duration=duration,
             rate=rate,
             limits=None if limit is None else numbers("--limit", limit),
             every=max(LONGEST_STEP, step or 0.0) if every is None else every,
+            lock=lock,
+            joint_limits=joint_limits,
             progress=lambda t: bar.update(task, completed=t),
         )
 
 
 def _figures(result: Result) -> dict[str, object]:
     """What a run comes to."""
-    rms, over_time, gap = result.rmse(), result.rmse_over_time(), result.loop_gap()
+    gap = result.loop_gap()
     return {
         **{key: value for key, value in result.about.items() if key in SETTINGS},
         "samples": len(result),
         "duration_s": float(result.time[-1]),
-        "error_rms_m": rms.position,
-        "error_rms_m_per_s": rms.velocity,
-        "error_rms_over_time_m": over_time.position,
-        "error_worst_m": result.worst_error(),
-        "error_last_m": result.worst_error(float(result.time[-1])),
+        **(_errors(result) if result.followed else {}),
         "effort_peak": {name: peak for name, _, peak in _peaks(result)},
         "loop_gap_m": gap[0],
         "loop_gap_rad": gap[1],
@@ -176,6 +242,20 @@ def _figures(result: Result) -> dict[str, object]:
     }
 
 
+def _errors(result: Result) -> dict[str, object]:
+    """How well a robot followed."""
+    rms, over_time, end = result.rmse(), result.rmse_over_time(), float(result.time[-1])
+    turning = "orientation_error" in result.columns
+    return {
+        "error_rms_m": rms.position,
+        "error_rms_m_per_s": rms.velocity,
+        "error_rms_over_time_m": over_time.position,
+        "error_worst_m": result.worst_error(),
+        "error_last_m": result.worst_error(end),
+        **({"error_worst_rad": result.worst_turn(), "error_last_rad": result.worst_turn(end)} if turning else {}),
+    }
+
+
 def _peaks(result: Result) -> list[tuple[str, str, float]]:
     """Name, unit of its effort, and largest effort of every actuator."""
     rows = zip(result.about["actuators"], result.peak_effort(), strict=True)
@@ -183,22 +263,22 @@ def _peaks(result: Result) -> list[tuple[str, str, float]]:
 
 
 def _show(result: Result, figures: dict[str, object]) -> None:
-    shown = TerminalTable(f"{figures['plant']}: {figures['law']}, {figures['trajectory']}", ("", ""))
+    from cutjoint.simulation.result import FREE
+
+    shown = TerminalTable(f"{figures['plant']}: {figures['law']}, {figures.get('trajectory', FREE)}", ("", ""))
     gains = ", ".join(f"{name} {_short(value)}" for name, value in result.about["gains"].items()) or "none"
     rate = "continuous" if figures["rate"] is None else f"{figures['rate']:g} Hz, held in between"
-    rows = (
+    rows = [
         ("gains", gains),
         ("control", rate),
         ("integrator", f"{figures['integrator']}: {figures['steps']} steps, {figures['evaluations']} evaluations"),
-        ("tool error", f"{figures['error_rms_m']:.4g} m rms of {figures['samples']} samples"),
-        ("", f"{figures['error_rms_over_time_m']:.4g} m rms over time"),
-        ("", f"{figures['error_worst_m']:.4g} m at worst, {figures['error_last_m']:.4g} m at the end"),
-        ("tool velocity error", f"{figures['error_rms_m_per_s']:.4g} m/s rms of the samples"),
+        *(_error_rows(figures) if result.followed else ()),
+        *([("locked", ", ".join(result.about["locked"]))] if "locked" in result.about else ()),
         ("peak effort", ", ".join(f"{name} {peak:.4g} {unit}" for name, unit, peak in _peaks(result))),
         ("loops", f"closed to {figures['loop_gap_m']:.1e} m, {figures['loop_gap_rad']:.1e} rad"),
         ("", f"steps strayed by up to {figures['loop_gap_before_projection_m']:.1e} m before they were put back"),
         ("energy balance", f"off by {figures['energy_drift']:.1e} of the energy turned over"),
-    )
+    ]
     for row in rows:
         shown.add_row(*row)
     if "saved" in figures:
@@ -206,6 +286,19 @@ def _show(result: Result, figures: dict[str, object]) -> None:
     shown.print()
 
 
-def _short(gain: list[list[float]]) -> str:
-    rows = [" ".join(f"{value:g}" for value in row) for row in gain]
+def _error_rows(figures: Mapping[str, object]) -> list[tuple[str, str]]:
+    rows = [
+        ("tool error", f"{figures['error_rms_m']:.4g} m rms of {figures['samples']} samples"),
+        ("", f"{figures['error_rms_over_time_m']:.4g} m rms over time"),
+        ("", f"{figures['error_worst_m']:.4g} m at worst, {figures['error_last_m']:.4g} m at the end"),
+        ("tool velocity error", f"{figures['error_rms_m_per_s']:.4g} m/s rms of the samples"),
+    ]
+    if "error_worst_rad" in figures:
+        turned = f"{figures['error_worst_rad']:.4g} rad at worst, {figures['error_last_rad']:.4g} rad at the end"
+        rows.append(("orientation error", turned))
+    return rows
+
+
+def _short(gain: npt.ArrayLike) -> str:
+    rows = [" ".join(f"{value:g}" for value in row) for row in np.atleast_2d(np.asarray(gain, dtype=np.float64))]
     return rows[0] if len(rows) == 1 else f"[{'; '.join(rows)}]"

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 
-from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.from_file import is_motion_file, motion_from_file
 from cutjoint.motion.joint_space import JointChirp, JointSine
+from cutjoint.motion.outside import outside_trajectory
 from cutjoint.motion.paths import Circle, Hold, Lissajous, PointToPoint, Trapezoidal
 from cutjoint.motion.pick_and_place import PickAndPlace
 from cutjoint.motion.pose_moves import PoseMove
@@ -163,7 +164,7 @@ def trajectory(spec: str, mechanism: Mechanism) -> Trajectory:
     if name not in TRAJECTORIES and is_motion_file(spec):
         return motion_from_file(spec, mechanism)
     if name not in TRAJECTORIES:
-        raise UnknownNameError("trajectory", name, list(TRAJECTORIES))
+        return outside_trajectory(spec, mechanism, list(TRAJECTORIES))
     row = TRAJECTORIES[name]
     wrong = f"'{spec}' is no trajectory; write {describe(name)}"
     words = rest.split(",") if rest else []

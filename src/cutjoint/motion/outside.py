@@ -6,7 +6,6 @@ it says is checked at every instant for its form; its rates are compared with di
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
