@@ -9,7 +9,8 @@ import trimesh
 from cutjoint.description.model import Shape
 from cutjoint.errors import InputError
 from cutjoint.viewer.picture import shapes
-from cutjoint.viewer.picture.figure import along, css, turn_down
+from cutjoint.viewer.picture.figure import css, turn_down
+from cutjoint.viewer.picture.shapes import along
 
 RED = (1.0, 0.0, 0.0, 1.0)
 TURNED = np.array([[0.0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])

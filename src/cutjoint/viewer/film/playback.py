@@ -18,7 +18,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.viewer.film.document import Document
 from cutjoint.viewer.film.recording import Recording
 from cutjoint.viewer.picture import shapes
-from cutjoint.viewer.picture.figure import ROOT, Figure, along, css
+from cutjoint.viewer.picture.figure import ROOT, Figure, css
 from cutjoint.viewer.picture.shapes import Colour
 
 DESIRED: Colour = (0.35, 0.36, 0.4, 0.35)
@@ -164,7 +164,7 @@ def _effort_tracks(figure: Figure, recording: Recording, frames: Array) -> dict[
     tracks: dict[str, list[_Track]] = {}
     for i, actuator in enumerate(chain.actuators):
         joint, path = joints[actuator.name], f"{ROOT}/effort/{i}"
-        axis = along(np.asarray(joint.axis))
+        axis = shapes.along(np.asarray(joint.axis))
         matrices = np.array([place[joint.child] @ axis for place in places])
         figure.scene.set_transform(path, matrices[0])
         tracks[path] = _pose_tracks(frames, matrices)

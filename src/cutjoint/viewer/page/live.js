@@ -5,7 +5,14 @@ const byId = (id) => document.getElementById(id);
 const stage = new Stage(byId("scene"));
 const state = { tab: 0, session: null, number: 0, inFlight: null, wanted: null, socket: null, held: null, last: null };
 const ANSWER_SECONDS = 20;
-window.cutjoint = { stage, state };
+const MANY = 12; // passive coordinates: more are folded up at first
+const handle = new ToolHandle(stage, (point) => ask({ move: "drag", point }));
+window.cutjoint = { stage, state, handle };
+
+// Angles are shown in degrees, and sent in radians.
+const shown = (value, unit) => (unit === "rad" ? value * 180 / Math.PI : value);
+const sent = (value, unit) => (unit === "rad" ? value * Math.PI / 180 : value);
+const unitText = (unit) => (unit === "rad" ? "°" : unit);
 
 // ---- trail of the tool
 
@@ -102,6 +109,8 @@ function receive(message) {
 
 const sliders = { actuated: [], tool: [] };
 
+const DRAGGED = "Or drag the ball at the tool in the picture.";
+
 function build(controls) {
   document.title = `${controls.title} · cutjoint`;
   byId("title").textContent = controls.title;
@@ -113,12 +122,21 @@ function build(controls) {
     }
     controls[kind].forEach((spec, index) => {
       const { range, number } = sliders[kind][index], value = number.value;
-      for (const input of [range, number]) { input.min = spec.lower; input.max = spec.upper; }
+      for (const input of [range, number]) {
+        input.min = shown(spec.lower, spec.unit);
+        input.max = shown(spec.upper, spec.unit);
+      }
       if (value !== "") range.value = value;
     });
   }
   byId("note").textContent = controls.note;
-  for (const kind of ["actuated", "tool"]) byId(`${kind}-section`).hidden = controls[kind].length === 0;
+  byId("tool-note").textContent = [controls.tool_axes, controls.draggable ? DRAGGED : ""].filter((one) => one).join(" ");
+  if (controls.draggable) handle.attach();
+  if (!state.controls) byId("passive-section").open = controls.passive.length <= MANY;
+  byId("passive-section").hidden = controls.passive.length === 0;
+  byId("passive-section").firstElementChild.textContent = `Passive joints (${controls.passive.length})`;
+  byId("actuated-section").hidden = controls.actuated.length === 0;
+  byId("tool-section").hidden = controls.tool.length === 0 && !controls.draggable;
   byId("mode").replaceChildren(...controls.modes.map((name, index) => new Option(name, index)));
   state.controls = controls;
   const own = [{ title: "Tool trail", shown: false }, { title: "Names", shown: false }];
@@ -132,7 +150,7 @@ function build(controls) {
 }
 
 function makeSlider(kind, spec) {
-  const { index } = spec;
+  const { index, unit: own } = spec;
   const box = document.createElement("div"), name = document.createElement("label");
   const range = document.createElement("input"), number = document.createElement("input"), unit = document.createElement("span");
   box.className = "slider";
@@ -145,17 +163,17 @@ function makeSlider(kind, spec) {
   range.step = "any";
   number.type = "number";
   number.step = "any";
-  number.setAttribute("aria-label", `${spec.name} [${spec.unit}]`);
+  number.setAttribute("aria-label", `${spec.name} [${unitText(own)}]`);
   unit.className = "unit";
-  unit.textContent = spec.unit;
+  unit.textContent = unitText(own);
   const moved = (value) => {
-    if (Number.isFinite(value)) ask({ move: kind, index, value });
+    if (Number.isFinite(value)) ask({ move: kind, index, value: sent(value, own) });
   };
-  range.addEventListener("input", () => { number.value = fixed(+range.value); moved(+range.value); });
+  range.addEventListener("input", () => { number.value = fixed(+range.value, own === "rad" ? 2 : 4); moved(+range.value); });
   range.addEventListener("pointerdown", () => { state.held = range; });
   number.addEventListener("change", () => moved(number.value === "" ? NaN : +number.value));
   box.append(name, range, number, unit);
-  return { box, range, number, index };
+  return { box, name, range, number, index, unit: own };
 }
 
 window.addEventListener("pointerup", () => {
@@ -168,23 +186,33 @@ function update(message) {
   const { answer } = message;
   if (answer && answer.tab === state.tab && answer.number === state.inFlight) {
     state.inFlight = null;
+    byId("text").hidden = true; // what it said is no longer so
+    byId("copied").textContent = "";
+    if (answer.text) copy(answer.text);
     if (answer.trouble) say("trouble", answer.trouble);
     else if (message.stop) say(`stop ${message.stop.kind}`, message.stop.text);
     else say("", "");
   }
   const settled = !state.wanted && !state.inFlight;
-  for (const [kind, values] of [["actuated", message.q], ["tool", message.tool || []]]) {
-    sliders[kind].forEach(({ range, number, index }) => {
+  const atLimit = new Set(message.at_limit), { controls } = state;
+  for (const [kind, values] of [["actuated", message.q], ["tool", message.coordinates]]) {
+    sliders[kind].forEach(({ name, range, number, index, unit }) => {
       if (values[index] === undefined) return;
+      const value = shown(values[index], unit);
+      if (kind === "actuated" && controls) name.classList.toggle("at-limit", atLimit.has(controls.actuated[index].name));
       const own = range === state.held || document.activeElement === number;
       if (own && !(settled && message.stop) && !(settled && range !== state.held)) return;
-      range.value = values[index];
-      number.value = fixed(values[index]);
+      range.value = value;
+      number.value = fixed(value, unit === "rad" ? 2 : 4);
     });
   }
+  fillTable(byId("passive"), (controls ? controls.passive : []).map(({ name, joint, unit }, i) => {
+    const value = fixed(shown(message.passive[i], unit), unit === "rad" ? 2 : 4);
+    return [name, `${value} ${unitText(unit)}`, null, atLimit.has(joint) ? "at-limit" : ""];
+  }));
   byId("mode").value = message.mode;
   const efforts = (message.effort || []).map((effort, i) => {
-    const spec = state.controls ? state.controls.actuated[i] : { name: "", colour: "" };
+    const spec = controls ? controls.actuated[i] : { name: "", colour: "" };
     return [`${spec.name} holds`, `${figure(effort)} ${message.effort_units[i]}`, spec.colour];
   });
   fillTable(byId("figures"), [
@@ -202,6 +230,17 @@ function update(message) {
   send();
 }
 
+function copy(text) {
+  const box = byId("text");
+  box.value = text;
+  box.hidden = false;
+  box.select();
+  const done = (words) => { byId("copied").textContent = words; };
+  done("Copy it from here:");
+  if (navigator.clipboard) navigator.clipboard.writeText(text).then(() => done("Copied."), () => {}); // not over --host
+}
+
+for (const move of ["toml", "python"]) byId(move).addEventListener("click", () => ask({ move }));
 byId("mode").addEventListener("change", () => ask({ move: "mode", index: +byId("mode").value }));
 byId("home").addEventListener("click", () => ask({ move: "home" }));
 byId("modes").addEventListener("click", () => { say("busy", "Searching the working modes…"); ask({ move: "modes" }); });

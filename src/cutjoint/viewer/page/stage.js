@@ -1,6 +1,13 @@
 // The 3-D scene of a page: meshcat's viewer, fed with batches of its own messages, and labels over it.
 "use strict";
 
+const VIEWS = [
+  ["Front", "f", [0, -1, 0]],
+  ["Side", "s", [1, 0, 0]],
+  ["Top", "t", [0, 0, 1]],
+  ["Home", "h", null],
+];
+
 class Stage {
   constructor(scene) {
     this.pane = scene.querySelector("#pane");
@@ -20,6 +27,36 @@ class Stage {
     const render = viewer.render;
     viewer.render = () => { render.call(viewer); this.placeLabels(); };
     viewer.set_3d_pane_size();
+    this.makeViews(scene.querySelector("#views"));
+  }
+
+  // Named views, by button and key, along the axes of the world (turned so that gravity points down): from in front one
+  // looks along +y with +x to the right, from the side along -x with +y to the right, from the top along -z with +y up.
+  makeViews(parent) {
+    for (const [name, key, where] of VIEWS) {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = name;
+      button.title = `${name} view (key ${key.toUpperCase()})`;
+      button.addEventListener("click", () => this.lookFrom(where));
+      parent.append(button);
+    }
+    window.addEventListener("keydown", (event) => {
+      const typing = event.target instanceof Element && event.target.matches("input[type=number], select, textarea");
+      if (typing || event.ctrlKey || event.altKey || event.metaKey) return;
+      const view = VIEWS.find(([, key]) => key === event.key.toLowerCase());
+      if (view) this.lookFrom(view[2]);
+    });
+  }
+
+  // The camera at `where` in the world, or where the scene puts it, looking at the middle of the robot.
+  lookFrom(where) {
+    const { camera, controls } = this.viewer;
+    camera.position.copy(this.home);
+    if (where) camera.position.set(where[0], where[2], 0 - where[1]).setLength(this.home.length()); // its y is up
+    controls.target.set(0, 0, 0);
+    controls.update();
+    this.viewer.set_dirty();
   }
 
   // A batch: messages, each with its length in four bytes before it.
@@ -30,6 +67,7 @@ class Stage {
       this.viewer.handle_command_bytearray(new Uint8Array(buffer, at + 4, size));
       at += 4 + size;
     }
+    this.home ??= this.viewer.camera.position.clone();
   }
 
   node(path) {
@@ -76,12 +114,13 @@ class Stage {
   }
 }
 
-// Rows of a table: [[name, value, colour], ...].
+// Rows of a table: [[name, value, colour, class of the name], ...].
 function fillTable(table, rows) {
-  table.replaceChildren(...rows.map(([name, value, colour]) => {
+  table.replaceChildren(...rows.map(([name, value, colour, kind]) => {
     const row = document.createElement("tr"), left = document.createElement("td"), right = document.createElement("td");
     if (colour) left.append(swatch(colour));
     left.append(name);
+    if (kind) left.className = kind;
     right.textContent = value;
     row.append(left, right);
     return row;

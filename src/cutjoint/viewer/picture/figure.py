@@ -23,6 +23,7 @@ from cutjoint.mechanism import Posture
 from cutjoint.viewer.picture import shapes
 from cutjoint.viewer.picture.scene import Scene
 from cutjoint.viewer.picture.shapes import Colour
+from cutjoint.viewer.picture.sticks import is_bare, sticks
 
 ROOT = "robot"
 PALETTE: tuple[Colour, ...] = (
@@ -42,6 +43,9 @@ GRAVITY: Colour = (0.15, 0.15, 0.18, 1.0)
 WORKSPACE = 0x7A5195
 GAP = 0xD81B60
 FRAME = 0.12
+STICK = 0.05
+"""Radius of the sticks of a robot without shapes, in its characteristic length."""
+
 CAMERA: tuple[float, float, float] = (2.1, -2.5, 1.35)
 FIELD_OF_VIEW = 34.0
 
@@ -63,7 +67,10 @@ class Figure:
         placements = chain.link_placements(at.q_full)
         self._paths = {link.name: f"{ROOT}/links/{_safe(i, link.name)}" for i, link in enumerate(description.links)}
         self.colours = limb_colours(description)
-        low, high = _bounds(description, placements)
+        self._visuals: Mapping[str, tuple[Shape, ...]] = {link.name: link.visuals for link in description.links}
+        if is_bare(description):
+            self._visuals = sticks(description, STICK * chain.length)
+        low, high = self._bounds(placements)
         self.radius = max(float(np.linalg.norm(high - low)) / 2, 1e-6)
         self._stage(np.asarray(description.gravity), low, high)
         self._links(description)
@@ -107,7 +114,7 @@ class Figure:
         found[f"{ROOT}/mass"] = centre
         down = np.asarray(self.chain.description.gravity)
         if np.linalg.norm(down) > 0:
-            found[f"{ROOT}/gravity"] = centre @ along(down)
+            found[f"{ROOT}/gravity"] = centre @ shapes.along(down)
         return found
 
     def show_box(self, title: str, low: Array, high: Array) -> None:
@@ -150,7 +157,7 @@ class Figure:
             path = self._paths[link.name]
             limb = owners.get(link.name)
             default = GREY if limb is None else self.colours[limb]
-            self._draw(f"{path}/visual", link.visuals, default)
+            self._draw(f"{path}/visual", self._visuals.get(link.name, ()), default)
             if link.collisions:
                 self._draw(f"{path}/collision", link.collisions, COLLISION, own=False)
                 collisions.append(f"{path}/collision")
@@ -158,7 +165,17 @@ class Figure:
             frames.append(f"{path}/frame")
         self.toggle("Link frames", frames, False)
         if collisions:
-            self.toggle("Collision shapes", collisions, False)
+            self.toggle("Collision shapes", collisions, not any(self._visuals.values()))
+
+    def _bounds(self, placements: Mapping[str, Array]) -> tuple[Array, Array]:
+        """Corners of a box around the robot, shape (3,) each [m]."""
+        points = [placement[:3, 3][None, :] for placement in placements.values()]
+        for link in self.chain.description.links:
+            at = placements[link.name]
+            shown = self._visuals.get(link.name, ()) or link.collisions
+            points += [np.asarray(shapes.corners(shape) @ at[:3, :3].T + at[:3, 3]) for shape in shown]
+        cloud = np.concatenate(points)
+        return cloud.min(axis=0), cloud.max(axis=0)
 
     def put(self, path: str, part: shapes.Part) -> None:
         """A part of a shape at `path`."""
@@ -198,16 +215,6 @@ class Figure:
         self.toggles[title] = (paths, shown)
         for path in paths:
             self.scene.set_property(path, "visible", shown)
-
-
-def along(direction: Array) -> Array:
-    """A (4, 4) rotation that takes z to `direction` (any length > 0)."""
-    z = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
-    x /= np.linalg.norm(x)
-    placement = np.eye(4)
-    placement[:3, :3] = np.column_stack([x, np.cross(z, x), z])
-    return placement
 
 
 def turn_down(gravity: Array) -> Array:
@@ -274,20 +281,10 @@ def _bright(colour: Colour) -> bool:
     return max(colour[:3]) - min(colour[:3]) > 0.25
 
 
-def _bounds(description: RobotDescription, placements: Mapping[str, Array]) -> tuple[Array, Array]:
-    points = [placement[:3, 3][None, :] for placement in placements.values()]
-    for link in description.links:
-        at = placements[link.name]
-        shown = link.visuals or link.collisions
-        points += [np.asarray(shapes.corners(shape) @ at[:3, :3].T + at[:3, 3]) for shape in shown]
-    cloud = np.concatenate(points)
-    return cloud.min(axis=0), cloud.max(axis=0)
-
-
 def _between(start: Array, end: Array) -> Array:
     """Placement and length that turn a unit line along z into the line from `start` to `end`."""
     length = float(np.linalg.norm(end - start))
-    placement = along(end - start) if length > 0 else np.eye(4)
+    placement = shapes.along(end - start) if length > 0 else np.eye(4)
     placement[:3, :3] *= max(length, 1e-12)
     placement[:3, 3] = start
     return placement

@@ -62,6 +62,16 @@ def translation(offset: Array | list[float]) -> Array:
     return placement
 
 
+def along(direction: Array) -> Array:
+    """A (4, 4) rotation that takes z to `direction` (any length > 0)."""
+    z = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
+    x /= np.linalg.norm(x)
+    placement = np.eye(4)
+    placement[:3, :3] = np.column_stack([x, np.cross(z, x), z])
+    return placement
+
+
 def parts(shape: Shape, colour: Colour) -> list[Part]:
     """The meshcat objects that show `shape` in `colour`.
 

@@ -50,6 +50,7 @@ def live_files() -> dict[str, File]:
         "/": File(page("live.html").encode(), "text/html; charset=utf-8", LIVE_POLICY),
         "/meshcat.js": File(bundle().encode(), script),
         "/stage.js": File(page("stage.js").encode(), script),
+        "/drag.js": File(page("drag.js").encode(), script),
         "/live.js": File(page("live.js").encode(), script),
         "/page.css": File(page("page.css").encode(), style),
         "/favicon.ico": File(b"", "image/x-icon"),
