@@ -53,9 +53,10 @@ def led(name: str, folder: Path) -> Standing:
 
 def refusal(mechanism: Mechanism, target: Any, expected: Any = InputError, **how: Any) -> CutjointError:
     """The error of `reach`; numpy may not even warn on the way to it."""
-    with warnings.catch_warnings(), pytest.raises(CutjointError) as caught:
+    with warnings.catch_warnings():
         warnings.simplefilter("error")
-        mechanism.reach(target, **how)
+        with pytest.raises(CutjointError) as caught:
+            mechanism.reach(target, **how)
     assert isinstance(caught.value, expected), f"{target!r}: {type(caught.value).__name__}: {caught.value}"
     assert caught.value.__cause__ is None or isinstance(caught.value, InputError)
     words = str(caught.value)
@@ -85,7 +86,9 @@ def no_targets(mechanism: Mechanism) -> list[Any]:
     stretched[:3, :3] *= 2.0
     sheared[:3, 0] += 0.01 * sheared[:3, 1]
     mirrored[:3, 2] *= -1.0
-    named = dict(zip(mechanism.task.names, mechanism.task.coordinates(mechanism.tool(mechanism.home).pose), strict=True))
+    named = dict(
+        zip(mechanism.task.names, mechanism.task.coordinates(mechanism.tool(mechanism.home).pose), strict=True)
+    )
     first = mechanism.task.names[0]
     return [
         None, "home", 1.0, NAN, [], {}, object(), ["a", "b", "c"], [None] * 3, [[0.0, 1.0], [2.0]], np.zeros(0),
@@ -106,7 +109,8 @@ def check_refused(mechanism: Mechanism) -> None:
     before = np.array(mechanism.home.q_full)
     for target in no_targets(mechanism):
         refusal(mechanism, target)
-        refusal(mechanism, target, free=True) if not isinstance(target, dict) else None
+        if not isinstance(target, dict):
+            refusal(mechanism, target, free=True)
     task = mechanism.task
     named = dict(zip(task.names, task.coordinates(mechanism.tool(mechanism.home).pose), strict=True))
     for name in task.names:
@@ -179,7 +183,7 @@ def too_far(mechanism: Mechanism, size: float, far: float) -> list[Array]:
     return found
 
 
-@pytest.mark.parametrize("far", [100.0, 1e6, 1e150, 1e300])
+@pytest.mark.parametrize("far", [30.0, pytest.param(1e6, marks=pytest.mark.slow), 1e150, 1e300])
 @pytest.mark.parametrize("name", SHIPPED)
 def test_out_of_reach(name: str, far: float) -> None:
     mechanism = model(name)

@@ -14,6 +14,7 @@ import pinocchio as pin
 import pytest
 from kit.led import Standing
 from kit.led_robots import LED, somewhere
+from oracles.closed_form import PanTilt
 
 from cutjoint.mechanism import Mechanism, Pose
 
@@ -101,3 +102,26 @@ def test_forward_kinematics_on_the_branch_of_home(name: str, tmp_path: Path) -> 
                 np.testing.assert_allclose(
                     chain.reach(robot.pose(x)).q_full, at.q_full, rtol=0.0, atol=1e-11 * max(robot.size.length, 1.0)
                 )
+
+
+def check_sphere(seeds: range, points: int, folder: Path) -> None:
+    for seed in seeds:
+        rng = np.random.default_rng([seed, 15])
+        robot = somewhere("pan_tilt", seed, folder, rng)
+        form, chain = robot.led.form, robot.chain
+        assert isinstance(form, PanTilt)
+        for _ in range(points):
+            away = rng.normal(size=3)
+            point = form.centre - form.at(form.start)[0] + form.arm * away / np.linalg.norm(away)
+            at = chain.reach(robot.size.place(point))
+            assert np.abs(chain.tool(at).position - robot.size.place(point)).max() < ACCURACY * robot.length
+
+
+def test_all_over_a_sphere(tmp_path: Path) -> None:
+    """Two motors on a curved surface reach every point of it."""
+    check_sphere(range(2), 10, tmp_path)
+
+
+@pytest.mark.slow
+def test_all_over_many_spheres(tmp_path: Path) -> None:
+    check_sphere(range(2, 6), 100, tmp_path)

@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from kit.blueprint import random_rotation, turn
+from kit.built import built
 from kit.led import stand
 from kit.led_robots import LED, drawn
-from kit.sized import Size
+from kit.mechanisms import MECHANISMS
 from kit.shipped import SHIPPED
+from kit.sized import Size
 
 from cutjoint import robots
 from cutjoint.chain import ClosedChain
@@ -97,6 +99,19 @@ def test_tilted_with_a_turned_tool(name: str, tmp_path: Path) -> None:
     words = str(caught.value)
     assert name in words
     assert f"{robot.chain.n} independent motions" in words
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_tripod_is_not_led_by_its_parasitic_motions(seed: int, tmp_path: Path) -> None:
+    """Its point moves aside a little wherever it tilts, which is no way to lead it."""
+    chain, _ = built(MECHANISMS["prs_3"](np.random.default_rng(seed)).plan, tmp_path)
+    assert chain.task.names == ("z", "rx", "ry")
+
+
+def test_a_singular_home_does_not_count(tmp_path: Path) -> None:
+    """Where branches meet at home, the task is that of the postures around it."""
+    chain, _ = built(MECHANISMS["upu_3_equal"](np.random.default_rng(0)).plan, tmp_path)
+    assert chain.task.names == ("x", "y", "z")
 
 
 @pytest.mark.parametrize("name", LED)

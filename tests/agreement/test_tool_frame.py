@@ -1,7 +1,7 @@
 """The tool's frame: six-row Jacobian, drift and twist against differences of poses; the same of papers and compiled.
 
-A motion of the actuators q + v t + a t^2 / 2 is followed in closed postures; poses of the tool on it give its twist, and
-twists its acceleration, by central differences of fourth order.
+A motion of the actuators q + v t + a t^2 / 2 is followed in closed postures; poses of the tool on it give its twist,
+and twists its acceleration, by central differences of fourth order.
 """
 
 from __future__ import annotations
