@@ -109,7 +109,9 @@ def as_vector(name: str, values: npt.ArrayLike, size: int, unit: str = "") -> Ar
         InputError: wrong size, not numbers, or not finite; the message names the argument.
     """
     try:
-        array = np.asarray(values, dtype=np.float64)
+        array = np.asarray(values)
+        if array.dtype != np.float64:
+            array = array.astype(np.float64, casting="same_kind" if array.dtype.kind in "cmM" else "unsafe")
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} must be {size} numbers{unit and f' [{unit}]'}, found {values!r}") from error
     if array.shape == (size,) and isfinite(array.dot(array)):  # the quick way through for what is right

@@ -10,8 +10,8 @@ import pytest
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import CompiledChain, Options, compiled
-from cutjoint.compile.equations.elimination_order import Plan
 from cutjoint.compile.equations.elimination import STRAIN_LIMIT
+from cutjoint.compile.equations.elimination_order import Plan
 from cutjoint.compile.equations.reduction import MASS_SHARE
 from cutjoint.description import load_description
 from cutjoint.description.catalogue import path

@@ -13,11 +13,23 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
+from cutjoint.errors import InputError
 from cutjoint.mechanism.task import Task
 from cutjoint.mechanism.types import Posture, Terms, Tool
 
 JointLimits = Literal["respect", "ignore"]
 """What is done about joints that would go beyond their limits."""
+
+
+def are_respected(limits: JointLimits) -> bool:
+    """Whether joint limits are respected.
+
+    Raises:
+        InputError: it is neither "respect" nor "ignore".
+    """
+    if limits not in ("respect", "ignore"):
+        raise InputError(f'limits must be "respect" or "ignore", found {limits!r}')
+    return limits == "respect"
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import hypot
+from math import hypot, isfinite
 from typing import Any, Literal
 
 import numpy as np
@@ -134,8 +134,7 @@ class Task(Frozen):
         start = np.zeros(3) if at_home else self.home.position
         values = np.concatenate([start, np.zeros(3)])
         for name, value in coordinates.items():
-            values[NAMES.index(name)] = float(value)
-        values = as_vector("coordinates", values, 6)
+            values[NAMES.index(name)] = _number(name, value)
         place = basis @ values[:3] + (self.home.position if at_home else 0.0)
         return Pose(place, turned(basis @ values[3:]) @ self.home.rotation)
 
@@ -152,7 +151,7 @@ class Task(Frozen):
         """
         if isinstance(given, Mapping):
             return self._by_name(given, free)
-        shape = np.shape(given) if isinstance(given, list | tuple | np.ndarray) else None
+        shape = _shape(given)
         if shape == (3,):
             point = as_vector("target", given, 3, "m")
             if not (self.is_of_point or free):
@@ -169,22 +168,22 @@ class Task(Frozen):
         pose = Pose.of(given)
         return Target(pose, self.rows, self.rows if free else _ALL)
 
-    def _by_name(self, given: Mapping[str, float], free: bool) -> Target:
+    def _by_name(self, said: Mapping[str, Any], free: bool) -> Target:
+        given = {str(name): _number(name, value) for name, value in said.items()}
         missing = [name for name in self.names if name not in given]
         other = [name for name in given if name not in self.names]
         if other and not free:
             raise InputError(
-                f"{self.robot} cannot be led by {', '.join(map(str, other))}; its task is {self}, so give "
-                f"{self._example()}"
+                f"{self.robot} cannot be led by {', '.join(other)}; its task is {self}, so give {self._example()}"
             )
         if missing and not free:
             raise InputError(
-                f"{', '.join(map(str, given)) or 'nothing'} does not fix {self.robot}, whose task is {self}: give also "
+                f"{', '.join(given) or 'nothing'} does not fix {self.robot}, whose task is {self}: give also "
                 f"{', '.join(missing)}, or say that the rest is free (free=True)"
             )
         pose = self.pose(given)
         rows = tuple(row for row, name in enumerate(NAMES) if name in given)
-        return Target(pose, rows, rows, {name: float(value) for name, value in given.items()})
+        return Target(pose, rows, rows, given)
 
     def _example(self) -> str:
         at_home = np.round(self.coordinates(self.home), 12) + 0.0
@@ -267,6 +266,27 @@ class Condition:
 _UNIT = np.eye(3)
 _UNIT.setflags(write=False)
 _POINT, _ALL = (0, 1, 2), (0, 1, 2, 3, 4, 5)
+
+
+def _shape(given: Any) -> tuple[int, ...] | None:
+    """Shape of an array or of lists, None of anything else."""
+    if not isinstance(given, list | tuple | np.ndarray):
+        return None
+    try:
+        return np.shape(given)
+    except ValueError:  # lists of different lengths
+        return ()
+
+
+def _number(name: object, value: Any) -> float:
+    """A coordinate; raises InputError where it is no finite number."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"coordinate {name} must be a number, found {value!r}") from error
+    if not isfinite(number):
+        raise InputError(f"coordinate {name} must be finite, found {value!r}")
+    return number
 
 
 def _tilt(carried: Array, axis: int) -> Array:

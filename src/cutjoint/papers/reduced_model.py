@@ -20,6 +20,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.errors import InputError, UnreachableError
 from cutjoint.mechanism import Actuator, JointLimits, Posture, Task, Terms, Tool
+from cutjoint.mechanism.interface import are_respected
 from cutjoint.mechanism.rotations import vector_of
 from cutjoint.papers.scalars import NUMBERS, Functions, Scalar, Vector, Vector3
 from cutjoint.tolerances import REACHED
@@ -128,6 +129,7 @@ class ReducedModel(ABC, Generic[P]):
             InputError: it is no target.
             UnreachableError: a pose that is turned, which this tool cannot be.
         """
+        are_respected(limits)
         if isinstance(target, np.ndarray) and target.shape == (3,):
             return self.reach_point(target, near)
         wanted = self.task.target(target, free)

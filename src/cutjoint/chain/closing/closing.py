@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,7 @@ from cutjoint.chain.closing.assembling import assembled
 from cutjoint.chain.closing.continuation import Stopped
 from cutjoint.chain.closing.drivers import Driver, TaskDriver, ToolDriver
 from cutjoint.chain.closing.equations import System
-from cutjoint.chain.closing.joint_limits import LimitCheck, Way
+from cutjoint.chain.closing.joint_limits import LimitCheck
 from cutjoint.chain.closing.newton import settled
 from cutjoint.chain.closing.short_steps import short_way
 from cutjoint.chain.closing.walking import Walker
@@ -25,10 +26,31 @@ from cutjoint.chain.rank import null_space
 from cutjoint.chain.task import all_motions, task_of
 from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import JointLimits, Posture, Target, Task
+from cutjoint.mechanism.interface import are_respected
 
 Near = Posture | str | None
 POINT = {0, 1, 2}
 """Rows of a tool's pose that are its point."""
+
+FURTHEST = 1e6
+"""Targets further away than this, in lengths of the robot, are refused at once."""
+
+
+class Way(NamedTuple):
+    """A straight way of a robot.
+
+    Attributes:
+        start: where it stands.
+        origin, goal: places at both ends, as `driver` takes them.
+        driver: leads the robot from one place to another.
+        lengths: which coordinates of a place are lengths; default all.
+    """
+
+    start: Placed
+    origin: Array
+    goal: Array
+    driver: Callable[[Array, Array], Driver]
+    lengths: npt.NDArray[np.bool_] | None = None
 
 
 class Closing:
@@ -90,7 +112,7 @@ class Closing:
 
     def close(self, q: npt.ArrayLike, near: Near, limits: JointLimits) -> Posture:
         """The closed posture with actuated coordinates `q` (n,), on the branch of `near`."""
-        own = self._actuated
+        own, respected = self._actuated, are_respected(limits)
         target = as_vector("q", q, own.n)
         start = self._start(near)
         origin = own.of(start.q)
@@ -99,11 +121,23 @@ class Closing:
             found = self._walker.walk(start, origin, target, own.lead, own.lengths)
         if isinstance(found, Stopped):
             raise self._not_closed(found, origin, target)
-        if limits == "respect":
-            beyond = self._limits.beyond(start.q, found.q)
-            if beyond is not None:
-                raise self._limits.error(beyond, Way(start, origin, target, own.lead), f"close at {own.show(target)}")
+        if respected:
+            way = Way(start, origin, target, own.lead, own.lengths)
+            self._keep_limits(way, found, f"close at {own.show(target)}", target)
         return self._postures.make(found)
+
+    def _keep_limits(self, way: Way, found: Placed, what: str, target: Array) -> None:
+        """Raises LimitError where a joint is beyond its limits at the end of a way."""
+        beyond = self._limits.beyond(way.start.q, found.q)
+        if beyond is None:
+            return
+
+        def go(fraction: float) -> Placed | None:
+            goal = way.origin + fraction * (way.goal - way.origin)
+            there = self._walker.walk(way.start, way.origin, goal, way.driver, way.lengths)
+            return None if isinstance(there, Stopped) else there
+
+        raise self._limits.error(beyond, way.start, found, go, what, target)
 
     def goes_beyond(self, start: Array, q: Array) -> bool:
         """Whether a joint is beyond its limits at `q` (nq,), further than at `start`."""
@@ -120,22 +154,26 @@ class Closing:
 
     def reach(self, given: Any, near: Near, free: bool, limits: JointLimits) -> Posture:  # see `Task.target`
         """The closed posture with the tool at a target, on the branch of `near`."""
-        k = self._k
+        k, respected = self._k, are_respected(limits)
         k.need_tool()
         task = self._any_task if free else self.task
         target = task.target(given, free)
         start = self._start(near)
         way = self._way(task, target, start)
+        away = float(np.abs(way.goal - way.origin).max())
+        if away > FURTHEST * k.reach:
+            raise UnreachableError(
+                f"{k.name} cannot reach {target}: that is {away:.3g} m away, and the robot is {k.reach:.3g} m long",
+                target=target.pose.position,
+            )
         found: Placed | Stopped | None = self._short(start, way.driver(way.origin, way.goal))
         if found is None:
             found = self._lead_tool(way)
         if isinstance(found, Stopped):
             raise self._not_reached(found, target)
         self._check_rest(task, target, found)
-        if limits == "respect":
-            beyond = self._limits.beyond(start.q, found.q)
-            if beyond is not None:
-                raise self._limits.error(beyond, way, f"reach {target}", target.pose.position)
+        if respected:
+            self._keep_limits(way, found, f"reach {target}", target.pose.position)
         return self._postures.make(found)
 
     def _start(self, near: Near) -> Placed:

@@ -6,14 +6,11 @@ A joint that starts beyond its limits may come back, but not go further.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.closing.continuation import Stopped, follow
-from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.joints import type_of
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.errors import LimitError
@@ -22,19 +19,7 @@ HALVINGS = 16
 """How finely the place on the way is found at which a joint meets its limit."""
 
 
-class Way(NamedTuple):
-    """A straight way of a robot.
-
-    Attributes:
-        start: where it stands.
-        origin, goal: places at both ends, as `driver` takes them.
-        driver: leads the robot from one place to another.
-    """
-
-    start: Placed
-    origin: Array
-    goal: Array
-    driver: Callable[[Array, Array], Driver]
+Go = Callable[[float], Placed | None]
 
 
 class LimitCheck:
@@ -48,7 +33,7 @@ class LimitCheck:
         bounded = np.isfinite(lower) | np.isfinite(upper)
         self._joints = [joint for joint, one in zip(joints, bounded.tolist(), strict=True) if one]
         self._index, self._lower, self._upper = index[bounded], lower[bounded], upper[bounded]
-        slack = tolerances.CLOSURE.value * np.array(
+        slack = self._slack = tolerances.CLOSURE.value * np.array(
             [kinematics.reach if type_of(model, joint).slides else 1.0 for joint in self._joints]
         )
         self._least, self._most = self._lower - slack, self._upper + slack
@@ -62,31 +47,35 @@ class LimitCheck:
         if (at >= self._least).all() and (at <= self._most).all():
             return None
         began = start[index]
-        over = np.maximum(np.minimum(self._least, began) - at, at - np.maximum(self._most, began))
+        over = np.maximum(
+            np.minimum(self._least, began - self._slack) - at, at - np.maximum(self._most, began + self._slack)
+        )
         worst = int(over.argmax())
         return worst if over[worst] > 0.0 else None
 
-    def error(self, number: int, way: Way, what: str, target: Array | None = None) -> LimitError:
+    def error(self, number: int, start: Placed, found: Placed, go: Go, what: str, target: Array) -> LimitError:
         """What to raise for a joint beyond its limits at the end of a way.
 
         Args:
             number: of the joint, as `beyond` gives it.
-            way: that was gone.
+            start, found: both ends of the way.
+            go: goes a fraction of the way.
             what: the robot cannot do.
-            target: of the tool, where there is one.
+            target: what was asked for.
         """
-        k, name = self._k, self._k.model.names[self._joints[number]]
+        k, name, index = self._k, self._k.model.names[self._joints[number]], self._index[number]
         unit = "m" if type_of(k.model, self._joints[number]).slides else "rad"
         lower, upper = float(self._lower[number]), float(self._upper[number])
-        low, high, value = 0.0, 1.0, float("nan")
-        for fraction in [1.0, *[0.0] * HALVINGS]:
-            middle = fraction or 0.5 * (low + high)
-            found = follow(k, way.start, way.driver(way.origin, way.origin + middle * (way.goal - way.origin)))
-            inside = not isinstance(found, Stopped) and self.beyond(way.start.q, found.q) is None
-            if fraction and not isinstance(found, Stopped):
-                value = float(found.q[self._index[number]])
-            low, high = (middle, high) if inside else (low, middle)
-        side = "lower" if value < lower else "upper"
+        value, began = float(found.q[index]), float(start.q[index])
+        side, bound = ("lower", lower) if value < lower else ("upper", upper)
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            there = go(middle)
+            if there is None:  # it came there by a detour, of which the joint tells the part
+                low = min(max((bound - began) / (value - began), 0.0), 1.0)
+                break
+            low, high = (middle, high) if self.beyond(start.q, there.q) is None else (low, middle)
         return LimitError(
             f"{k.name} cannot {what} within its joint limits: '{name}' would be at {value:.6g} {unit}, its limits are "
             f"{lower:.6g} to {upper:.6g} {unit}, and it meets the {side} one after {low:.1%} of the way; choose a "
@@ -94,6 +83,6 @@ class LimitCheck:
             joint=name,
             value=value,
             bounds=(lower, upper),
-            target=way.goal if target is None else target,
+            target=target,
             progress=low,
         )
