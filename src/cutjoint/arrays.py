@@ -114,7 +114,7 @@ def as_vector(name: str, values: npt.ArrayLike, size: int, unit: str = "") -> Ar
             array = array.astype(np.float64, casting="same_kind" if array.dtype.kind in "cmM" else "unsafe")
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} must be {size} numbers{unit and f' [{unit}]'}, found {values!r}") from error
-    if array.shape == (size,) and isfinite(array.dot(array)):  # the quick way through for what is right
+    if array.shape == (size,) and all(map(isfinite, array.tolist())):  # the quick way through for what is right
         return array
     if array.shape != (size,):
         raise InputError(f"{name} must have shape ({size},){unit and f' [{unit}]'}, found shape {array.shape}")
