@@ -155,7 +155,7 @@ def test_closed_ways_come_back(tmp_path):
         assert np.abs(reference.at(float(turn)).q - reference.at(0.0).q).max() < 1e-12 * robot.length
 
 
-# ---- more and fewer actuators than what is led ------------------------------------------------------------------------
+# ---- more and fewer actuators than what is led -----------------------------------------------------------------------
 
 
 def with_task(name, tmp_path, *names):
@@ -208,7 +208,7 @@ def test_a_surface_is_followed_and_what_leaves_it_is_refused(tmp_path):
         Reference(Skimming(), chain)
 
 
-# ---- what cannot be done ----------------------------------------------------------------------------------------------
+# ---- what cannot be done ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", LED)
@@ -223,7 +223,8 @@ def test_what_is_not_led_is_named(name, tmp_path):
         along = np.eye(6)[row] * (0.05 * robot.length if row < 3 else 0.1)
         free = PoseMove(task.home, task.basis @ along[:3], task.basis @ along[3:], given=task.names)
         moved = robot.chain.tool(Reference(free, chain).at(1.0).posture).pose
-        missed = abs(float(task.error(moved, Pose(free.at(1.0).position, free.at(1.0).rotation), [row])[0]))
+        wanted = Pose(free.at(1.0).position, free.at(1.0).rotation)
+        missed = abs(float(task.towards(wanted, [row]).error(moved.position, moved.rotation)[0]))
         with pytest.raises(
             UnreachableError, match=rf"leads {task}: it would miss (.*, )?{other} by [\d.e-]+ "
         ) as caught:
@@ -235,7 +236,7 @@ def test_what_is_not_led_is_named(name, tmp_path):
 def test_limits_on_the_way_are_told(tmp_path):
     robot = stand(drawn("stewart", 1), tmp_path)
     chain, joint = robot.chain, robot.chain.actuators[2].name
-    way = PointToPoint(chain.task.home.position, chain.task.home.position + [0.0, 0.0, 0.1 * robot.length], 2.0)
+    way = PointToPoint(chain.task.home.position, chain.task.home.moved([0.0, 0.0, 0.1 * robot.length]).position, 2.0)
     free = Reference(way, chain)
     at = free.at(1.0)
     low, high = sorted((chain.home.q[2] - 0.5 * (at.q[2] - chain.home.q[2]), at.q[2]))
@@ -297,8 +298,8 @@ def test_a_joint_motion_of_another_robot_is_refused():
     chain = cutjoint.load("stewart")
     with pytest.raises(InputError, match=r"gives q of shape \(3,\).*must have shape \(6,\)"):
         Reference(JointSine(*STILL, np.zeros(3), 1.0), chain)
+    first = JointMotion(chain.home.q, np.zeros(6), np.zeros(6))
     with pytest.raises(InputError, match="must give a JointMotion, as at the start"):
-        first = JointMotion(chain.home.q, np.zeros(6), np.zeros(6))
         Reference(Given(first, ToolMotion(*STILL)), chain)
 
 

@@ -29,6 +29,8 @@ from cutjoint.motion.values import POSITION, ROTATION, JointMotion, ToolMotion, 
 
 CLOSED = 1e-14
 """What may be left of an error, beside the size of the robot, where the actuators are led in combinations."""
+NOTHING, NANOMETRE = 1e-6, 1e-9
+"""Levers that are rounding: beside the distance from the origin, and in metres."""
 STEPS = 30
 
 
@@ -131,8 +133,6 @@ class ToolFollower:
     def __init__(self, trajectory: Trajectory, mechanism: Mechanism, limits: JointLimits) -> None:
         self.trajectory, self.mechanism, self.limits = trajectory, mechanism, limits
         self.task, self.size = mechanism.task, _size(mechanism)
-        home = self.task.home
-        self._at_home = self.task.condition(home, home, self.task.rows)
         self.is_of_whole_point = self.task.names == POSITION
         self.weights = np.array([self.size if row < 3 else 1.0 for row in self.task.rows])
         self.start: Posture | None = None
@@ -143,10 +143,6 @@ class ToolFollower:
             unit = np.array([1.0 if one.kind == "rotation" else self.size for one in mechanism.actuators])
             led = first.led(mechanism.tool(self.start)) / self.weights[:, None]
             self.combinations = unit[:, None] * (led * unit).T
-
-    def condition(self, pose: Pose, wanted: Pose) -> Array:
-        """C of the module's head, shape (rows, 6)."""
-        return self._at_home if self.task.is_of_point else self.task.condition(pose, wanted, self.task.rows)
 
     def at(self, t: float) -> ToolInstant:
         """What is to be done at `t` [s]."""
@@ -173,6 +169,7 @@ class ToolInstant:
     def __init__(self, whole: ToolFollower, motion: ToolMotion, pose: Pose, twist: Array, twist_rate: Array) -> None:
         self._whole, self._motion = whole, motion
         self._pose, self._twist, self._twist_rate = pose, twist, twist_rate
+        self._condition = whole.task.towards(pose, whole.task.rows)
 
     @property
     def place(self) -> Array:
@@ -190,12 +187,12 @@ class ToolInstant:
         at, last = near, np.inf
         for _ in range(STEPS):
             tool = whole.mechanism.tool(at)
-            error = whole.task.error(tool.pose, self._pose, whole.task.rows)
+            error = self._condition.error(tool.position, tool.rotation)
             left = float(np.abs(error / whole.weights).max())
             if left < CLOSED or (left < 1e3 * CLOSED and left >= last):
                 return at
             last = left
-            at = whole.mechanism.close(at.q - _Rates(whole, self.led(tool)).of(error), at, limits=whole.limits)
+            at = whole.mechanism.close(at.q - _Rates(whole, self.led(tool)).of(error, 0.0), at, limits=whole.limits)
         raise UnreachableError(
             f"{whole.mechanism.name} cannot be led there by the combinations of its {whole.mechanism.n} actuators that "
             "lead its tool at the start",
@@ -204,21 +201,20 @@ class ToolInstant:
 
     def led(self, tool: Tool) -> Array:
         """Jacobian of the task, shape (rows, n)."""
-        whole = self._whole
-        return np.asarray(whole.condition(tool.pose, self._pose) @ tool.frame_jacobian)
+        return np.asarray(self._condition.matrix(tool.rotation) @ tool.frame_jacobian)
 
     def rates(self, posture: Posture) -> tuple[Array, Array, ToolMotion]:
         """Those by which the task is led, and what the tool does then."""
-        task, mechanism = self._whole.task, self._whole.mechanism
+        mechanism = self._whole.mechanism
         here = mechanism.tool(posture)
-        condition = self._whole.condition(here.pose, self._pose)
+        condition = self._condition.matrix(here.rotation)
         rates = _Rates(self._whole, condition @ here.frame_jacobian)
-        v = rates.of(condition @ self._twist)
+        speed = 1.0 / self._whole.trajectory.duration
+        v = rates.of(condition @ self._twist, speed)
         tool = mechanism.tool(posture, v)
-        wanted = condition @ (self._twist_rate - tool.frame_drift)
-        if not task.is_of_point:
-            wanted = wanted - task.turning(here.pose, self._pose, tool.twist, self._twist, task.rows)
-        a = rates.of(wanted)
+        turning = self._condition.turning(here.rotation, tool.twist, self._twist)
+        wanted, drift = condition @ self._twist_rate, condition @ tool.frame_drift + turning
+        a = rates.of(wanted - drift, speed * speed + rates.size_of(wanted) + rates.size_of(drift))
         return v, a, self._tool_motion(tool, a)
 
     def missed(self, posture: Posture) -> dict[str, float]:
@@ -226,8 +222,8 @@ class ToolInstant:
         whole, found = self._whole, {}
         for name in self._motion.prescribed:
             if name not in whole.task.names:
-                row = NAMES.index(name)
-                error = whole.task.error(whole.mechanism.tool(posture).pose, self._pose, [row])
+                row, tool = NAMES.index(name), whole.mechanism.tool(posture)
+                error = whole.task.towards(self._pose, [row]).error(tool.position, tool.rotation)
                 size = abs(float(error[0]))
                 if size > tolerances.REACHED.value * (whole.size if row < 3 else 1.0):
                     found[name] = size
@@ -257,22 +253,31 @@ class _Rates:
         self._matrix = matrix / whole.weights[:, None]
         self._is_regular = False
 
-    def of(self, wanted: Array) -> Array:
+    def size_of(self, wanted: Array) -> float:
+        """The largest of some rates of the task, in sizes of the robot."""
+        return float(np.abs(wanted / self._whole.weights).max())
+
+    def of(self, wanted: Array, scale: float) -> Array:
         """The x, shape (n,), with led @ x = wanted, in the combinations of the actuators where there are some.
+
+        Args:
+            wanted: rates of the task, shape (rows,).
+            scale: what is small beside this may be rounding, in sizes of the robot.
 
         Raises:
             SingularError: the tool cannot move in a direction of its task.
             UnreachableError: more rows than actuators, which do not agree.
         """
-        whole, matrix, right = self._whole, self._matrix, wanted / self._whole.weights
+        whole, matrix = self._whole, self._matrix
         if not wanted.any():
             return np.zeros(whole.mechanism.n)
         self._check()
+        right = wanted / whole.weights
         if matrix.shape[0] == matrix.shape[1]:
             found = np.linalg.solve(matrix, right)
         else:
             found = np.linalg.lstsq(matrix, right, rcond=None)[0]
-            left = float(np.abs(matrix @ found - right).max() / np.abs(right).max())
+            left = float(np.abs(matrix @ found - right).max() / (scale + np.abs(right).max()))
             if left > tolerances.REACHED.value:
                 raise UnreachableError(
                     f"the tool of {whole.mechanism.name} cannot move so: of its {len(right)} coordinates {whole.task} "
@@ -298,11 +303,18 @@ class _Rates:
 
 
 def _size(mechanism: Mechanism) -> float:
-    """A length of the robot [m]: the longest lever of an actuator that turns, or way from zero of one that slides."""
+    """A length of the robot [m]: the longest lever of an actuator that turns, or way from zero of one that slides.
+
+    Where that is nothing, as on a wrist whose tool point is its centre, the distance from the world's origin, or 1 m.
+    """
     tool = mechanism.tool(mechanism.home)
     levers = np.linalg.norm(tool.jacobian, axis=0)
     lengths = [
         lever if one.kind == "rotation" else abs(q)
         for one, lever, q in zip(mechanism.actuators, levers, mechanism.home.q, strict=True)
     ]
-    return float(max(lengths)) or float(np.linalg.norm(tool.position)) or 1.0
+    away = float(np.linalg.norm(tool.position))
+    size = float(max(lengths))
+    if size < NOTHING * away:
+        size = away
+    return size if size > NANOMETRE else 1.0

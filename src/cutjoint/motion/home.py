@@ -41,8 +41,8 @@ class Home(Frozen):
             InputError: it has no tool, or its task cannot be told.
         """
         task, tool = mechanism.task, mechanism.tool(mechanism.home)
-        condition = task.condition(tool.pose, tool.pose, range(6)) @ tool.frame_jacobian
-        held = condition[[row for row in task.rows if row >= 3]]
+        turns = [row for row in task.rows if row >= 3]
+        held = task.towards(tool.pose, turns).matrix(tool.rotation) @ tool.frame_jacobian
         point = tool.jacobian
         if held.size:
             _, sizes, motions = np.linalg.svd(held)
