@@ -93,7 +93,6 @@ def test_gains_as_list_and_matrix():
         (["omega3", "--trajectory", "circle:0.5"], "leaves the workspace"),
         (["fivebar"], "no published trajectory"),
         (["fivebar", "--trajectory", "hold", "--controller", "pd"], "no gains are known"),
-        (["stewart", "--trajectory", "hold"], "6 actuators"),
         (["redundant", "--trajectory", "hold"], "actuators"),
         (["cpm", "--rate", "-5"], "rate"),
         (["cpm", "--rate", "0"], "rate"),

@@ -78,22 +78,16 @@ def _of_desired(value: Callable[[Desired], npt.ArrayLike]) -> Callable[[Instant]
     return lambda at: None if at.desired is None else value(at.desired)
 
 
-def _desired_rotation(desired: Desired) -> Array:
-    """How the tool should be turned: as the trajectory says, else as in the desired posture."""
-    told = desired.tool.rotation
-    return desired.mechanism.tool(desired.posture).rotation if told is None else told
-
-
 def _desired_orientation(at: Instant) -> npt.ArrayLike | None:
-    if at.desired is None or at.seen.orientation is None:
+    if at.desired is None or at.desired.tool.rotation is None or at.seen.orientation is None:
         return None
-    return quaternion_of(_desired_rotation(at.desired))
+    return quaternion_of(at.desired.tool.rotation)
 
 
 def _turned_away(at: Instant) -> float | None:
-    if at.desired is None or at.seen.orientation is None:
+    if at.desired is None or at.desired.tool.rotation is None or at.seen.orientation is None:
         return None
-    return float(np.linalg.norm(vector_of(_desired_rotation(at.desired) @ matrix_of(at.seen.orientation).T)))
+    return float(np.linalg.norm(vector_of(at.desired.tool.rotation @ matrix_of(at.seen.orientation).T)))
 
 
 OBSERVABLES: dict[str, Observable] = {
