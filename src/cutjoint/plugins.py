@@ -25,7 +25,7 @@ FORM = re.compile(r"(?P<place>.+\.py|[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)(?::
 
 
 @dataclass(frozen=True)
-class Part:
+class OutsidePart:
     """Something from outside.
 
     Attributes:
@@ -44,7 +44,7 @@ def is_outside(text: str) -> bool:
     return text.endswith(".py") or FORM.fullmatch(text) is not None
 
 
-def part(text: str) -> Part:
+def part(text: str) -> OutsidePart:
     """The part that `text`, FILE.py:NAME or PACKAGE.MODULE:NAME, with further text behind another colon or not, names.
 
     Raises:
@@ -59,7 +59,7 @@ def part(text: str) -> Part:
     module = _of_file(Path(place)) if place.endswith(".py") else _of_module(place, name)
     if not hasattr(module, name):
         raise UnknownNameError(f"name in {place}", name, _offered(module))
-    return Part(getattr(module, name), f"{place}:{name}", match["rest"] or "")
+    return OutsidePart(getattr(module, name), f"{place}:{name}", match["rest"] or "")
 
 
 @cache
@@ -71,7 +71,7 @@ def installed(group: str) -> Mapping[str, tuple[EntryPoint, ...]]:
     return found
 
 
-def installed_part(group: str, name: str) -> Part:
+def installed_part(group: str, name: str) -> OutsidePart:
     """The part that an installed package offers as `name`, one of `installed(group)`.
 
     Raises:
@@ -82,7 +82,7 @@ def installed_part(group: str, name: str) -> Part:
         raise InputError(f"'{name}' is offered as {' and as '.join(one.value for one in offers)}; write out which one")
     place, _, attribute = offers[0].value.partition(":")
     found = part(f"{place.strip()}:{attribute.split('[')[0].strip()}")
-    return Part(found.value, f"{name} ({found.told})")
+    return OutsidePart(found.value, f"{name} ({found.told})")
 
 
 def raised(error: BaseException, files: str = "") -> str:

@@ -27,6 +27,7 @@ SETTINGS = ("plant", "law", "gains", "trajectory", "locked", "integrator", "rate
 Robot = TypeVar("Robot", bound="Mechanism")
 
 
+# long: its options, a line or three each
 @with_gains
 def command(
     robot: options.Robot,
@@ -41,7 +42,7 @@ def command(
         Path | None,
         typer.Option(
             metavar="FILE.csv",
-            help="Nothing to follow, efforts as given: columns t and the actuators' names [N] or [N m], linear between.",
+            help="Nothing to follow, efforts as given: columns t and the actuators [N] or [N m], linear between rows.",
         ),
     ] = None,
     lock: Annotated[
@@ -206,11 +207,12 @@ def _run(
     from cutjoint.simulation import Adaptive, RungeKutta4, run
 
     plant, law, _ = what
+    span = getattr(law, "duration", None) if duration is None else duration
     method: Integrator = Adaptive(1e-8, 1e-10)
     if step is not None or rate is not None:
         method = RungeKutta4(LONGEST_STEP if step is None else step)
     with Progress(transient=True) as bar:
-        task = bar.add_task(f"{plant.name}, {law.name}", total=getattr(law, "duration", duration) or duration)
+        task = bar.add_task(f"{plant.name}, {law.name}", total=span)
         return run(
             *what,
             integrator=method,

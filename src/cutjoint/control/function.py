@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from inspect import signature
 
 import numpy as np
@@ -25,9 +25,15 @@ WANTED = (
 @dataclass(frozen=True)
 class LawOfFunction:
     """`function(t, desired, q, v)`: time [s], desired motion, measured actuated coordinates and velocities (n,); it
-    returns the efforts (n,), [N] or [N m].  No memory, and no gains that anybody would know of."""
+    returns the efforts (n,), [N] or [N m].  No memory.
+
+    Attributes:
+        function: the function, or an object that is called like one.
+        settings: the gains that such an object was made with, for reports and result files.
+    """
 
     function: Callable[[float, Desired, Array, Array], npt.ArrayLike]
+    settings: Mapping[str, npt.ArrayLike] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -36,8 +42,8 @@ class LawOfFunction:
 
     @property
     def gains(self) -> dict[str, list[list[float]]]:
-        """None."""
-        return {}
+        """Its settings."""
+        return {name: np.atleast_2d(np.asarray(one, dtype=np.float64)).tolist() for name, one in self.settings.items()}
 
     def memory(self, n: int) -> int:
         """No memory."""

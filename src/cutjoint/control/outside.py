@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
 
-from cutjoint.control.function import WANTED, as_law
+from cutjoint.control.function import WANTED, LawOfFunction, as_law
 from cutjoint.control.law import Law
 from cutjoint.errors import InputError
-from cutjoint.plugins import Part, guarded, made_by
+from cutjoint.plugins import OutsidePart, guarded, made_by
 
 GROUP = "cutjoint.controllers"
 """The entry points of installed packages that are laws."""
 
 
-def maker(part: Part) -> Callable[..., object]:
+def maker(part: OutsidePart) -> Callable[..., object]:
     """What makes the law: a class itself, which takes gains; a function or object is the law already.
 
     Raises:
@@ -44,6 +45,8 @@ def outside_law(make: Callable[..., object], told: str, n: int, **given: object)
         law = as_law(made)
     except InputError as error:
         raise InputError(f"{told}: {error}") from error
+    if isinstance(law, LawOfFunction):
+        law = replace(law, settings={name: value for name, value in given.items() if name != "model"})  # type: ignore
     size = guarded(f"{told}.memory", law.memory, n)
     if not isinstance(size, int) or size < 0:
         raise InputError(f"{told}.memory({n}) must give the number of the law's own states, it gave {size!r}")

@@ -70,9 +70,10 @@ class OutsideTrajectory:
         if not isinstance(answer, ToolMotion):
             if not (isinstance(answer, tuple | list) and len(answer) == 3):
                 raise InputError(f"{told} gives {answer!r}; {WANTED}")
-            answer = ToolMotion(
-                *(as_vector(f"{name} of {told}", one, 3) for name, one in zip(NAMES, answer, strict=True))
+            place, velocity, acceleration = (
+                as_vector(f"{name} of {told}", one, 3) for name, one in zip(NAMES, answer, strict=True)
             )
+            answer = ToolMotion(place, velocity, acceleration)
         turning = ("angular_velocity", "angular_acceleration") if answer.rotation is not None else ()
         for name in (*NAMES, *turning):
             as_vector(f"{name} of {told}", getattr(answer, name), 3)
@@ -137,7 +138,7 @@ def check_rates(trajectory: OutsideTrajectory) -> None:
             worst = int(off.argmax())
             of = "position" if rate == 1 else "velocity"
             raise InputError(
-                f"the {name} of {trajectory.told} is not the derivative of its {of}: at t = {INSTANTS[worst] * span:.4g} s "
+                f"the {name} of {trajectory.told} is not the derivative of its {of}: at {INSTANTS[worst] * span:.4g} s "
                 f"it says {np.round(told[worst], 6).tolist()}, differences of the {of} give "
                 f"{np.round(found[worst], 6).tolist()}"
             )

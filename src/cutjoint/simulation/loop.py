@@ -26,6 +26,7 @@ from cutjoint.simulation.result import About, Result, result_of
 SAME = 1e-12
 
 
+# long: its arguments and what they mean
 def run(
     plant: Plant,
     law: Law | Callable[..., npt.ArrayLike] | None = None,
