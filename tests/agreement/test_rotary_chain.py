@@ -220,9 +220,7 @@ def test_tensions_are_the_forces_in_the_cuts(linear_cases: list[Case]) -> None:
         at, there, v, a = moved(case, rng)
         v_full, _ = case.chain.full_motion(at, v, a)
         effort = case.chain.inverse_dynamics(at, v, a)
-        motion = case.chain.full_forward_dynamics(
-            np.array(at.q_full), np.array(v_full), np.array(case.chain.full_effort(effort))
-        )
+        motion = case.chain.full_forward_dynamics(at, np.array(v_full), np.array(case.chain.full_effort(effort)))
         pull, angles = case.linear.rod_tensions(there, v, a), case.linear.angles(there)[:, 1]
         needed = (case.p.m4 / 3 + case.p.m2 / 2) * (a - [0.0, 0.0, case.p.g])
         for i in (1, 2):

@@ -168,7 +168,7 @@ def test_one_joint(kind: str, hinges: int, tmp_path: Path) -> None:
     ahead, behind = (chain.tool(chain.close(at.q + step, at)).position for step in (h, -h))
     np.testing.assert_allclose((ahead - behind) / (2 * h), tool.jacobian[:, 0], atol=1e-8)
     np.testing.assert_allclose(chain.reach(tool.position).q, at.q, atol=1e-9)
-    np.testing.assert_allclose(chain.assemble(at.q_full).q, at.q, atol=1e-12)
+    np.testing.assert_allclose(chain.assemble(at).q, at.q, atol=1e-12)
     q, v = chain.project(at.q_full, np.ones(1))
     np.testing.assert_allclose(q, at.q_full, atol=1e-12)
     np.testing.assert_allclose(v, np.ones(1), atol=1e-12)
@@ -204,7 +204,7 @@ def test_nothing_that_moves(tmp_path: Path) -> None:
     report = chain.mobility()
     assert (report.velocities, report.rows, report.mobility) == (0, 0, 0)
     empty = np.zeros(0)
-    assert chain.full_forward_dynamics(chain.home.q_full, empty, empty).acceleration.shape == (0,)
+    assert chain.full_forward_dynamics(chain.home, empty, empty).acceleration.shape == (0,)
     assert chain.inverse_dynamics(chain.home, empty, empty).shape == (0,)
     assert chain.potential_energy(chain.home) == oracle.at({}).potential_energy == 0.0
 
@@ -222,7 +222,7 @@ def test_a_gear_alone(tmp_path: Path) -> None:
     judged(chain, oracle, chain.home, rng)
     p = placed(chain, oracle, chain.home.q_full)
     motion = p.moving({}).driven({"left": 2.0, "right": -0.7})
-    found = chain.full_forward_dynamics(chain.home.q_full, np.zeros(2), np.array([2.0, -0.7]))
+    found = chain.full_forward_dynamics(chain.home, np.zeros(2), np.array([2.0, -0.7]))
     assert found.couplings["teeth"] == pytest.approx(motion.couplings["teeth"], rel=1e-11)
 
 

@@ -15,23 +15,22 @@ def allowed_motion(chain: Any, state: Any, rng: np.random.Generator, kit: Any) -
     """An acceleration of all joints that the loops allow: that of some efforts, plus a free motion."""
     q = np.array(state.at.q_full)
     free = kit.motions(chain, q)
-    start = chain.full_forward_dynamics(q, state.v_full, np.zeros(chain.nv)).acceleration
+    start = chain.full_forward_dynamics(state.at, state.v_full, np.zeros(chain.nv)).acceleration
     return start + free @ rng.normal(size=free.shape[1])
 
 
 def test_redundant_motors_do_the_motion_with_the_least_effort(kit: Any) -> None:
     chain, rng = kit.robot("redundant"), np.random.default_rng(1)
     for state in kit.random_states(chain, 5):
-        q = np.array(state.at.q_full)
         a = allowed_motion(chain, state, rng, kit)
-        found = chain.full_inverse_dynamics(q, state.v_full, a)
+        found = chain.full_inverse_dynamics(state.at, state.v_full, a)
         assert found.preload.shape == (3, 1)
         np.testing.assert_allclose(np.linalg.norm(found.preload, axis=0), 1.0)
         assert np.abs(found.preload.T @ found.effort).max() < 1e-10, "least: nothing of it is preload"
         forces = []
         for amount in (0.0, 5.0, -2.0):
             effort = found.effort + found.preload[:, 0] * amount
-            motion = chain.full_forward_dynamics(q, state.v_full, chain.full_effort(effort))
+            motion = chain.full_forward_dynamics(state.at, state.v_full, chain.full_effort(effort))
             np.testing.assert_allclose(motion.acceleration, a, atol=1e-9 * max(1.0, np.abs(a).max()))
             forces.append(motion.loop_forces["tip2"].force)
         assert np.abs(forces[1] - forces[0]).max() > 0.1, "preload is felt in the hinges"
@@ -44,7 +43,7 @@ def test_with_as_many_motors_as_needed_it_is_the_reduced_inverse_dynamics(name: 
     chain = kit.robot(name)
     for state in kit.random_states(chain, 3):
         a = chain.tangent(state.at) @ state.a + chain.drift(state.at, state.v)
-        found = chain.full_inverse_dynamics(np.array(state.at.q_full), state.v_full, a)
+        found = chain.full_inverse_dynamics(state.at, state.v_full, a)
         wanted = chain.inverse_dynamics(state.at, state.v, state.a)
         np.testing.assert_allclose(found.effort, wanted, atol=1e-9 * max(1.0, np.abs(wanted).max()))
         assert found.preload.shape == (chain.n, 0)
@@ -53,11 +52,11 @@ def test_with_as_many_motors_as_needed_it_is_the_reduced_inverse_dynamics(name: 
 def test_too_few_motors_can_do_what_the_robot_does_by_itself_and_no_more(kit: Any) -> None:
     chain, rng = kit.robot("underactuated"), np.random.default_rng(2)
     for state in kit.random_states(chain, 4):
-        q, torque = np.array(state.at.q_full), 7.0 * rng.normal(size=1)
-        own = chain.full_forward_dynamics(q, state.v_full, chain.full_effort(torque)).acceleration
-        np.testing.assert_allclose(chain.full_inverse_dynamics(q, state.v_full, own).effort, torque, atol=1e-9)
+        torque = 7.0 * rng.normal(size=1)
+        own = chain.full_forward_dynamics(state.at, state.v_full, chain.full_effort(torque)).acceleration
+        np.testing.assert_allclose(chain.full_inverse_dynamics(state.at, state.v_full, own).effort, torque, atol=1e-9)
         with pytest.raises(ActuationError) as caught:
-            chain.full_inverse_dynamics(q, state.v_full, allowed_motion(chain, state, rng, kit))
+            chain.full_inverse_dynamics(state.at, state.v_full, allowed_motion(chain, state, rng, kit))
         error = caught.value
         assert (error.mobility, error.actuators) == (2, 1)
         assert error.free

@@ -133,8 +133,8 @@ def test_mobility_is_six_less_the_rows_and_the_motion_is_the_joints(kind: str, k
     assert (report.velocities, report.rows, report.rank, report.mobility) == (6, rows, rows, 6 - rows)
     assert report.redundant_rows == ()
     assert report.free == (("f2",) if rows < 6 else ())
-    body = pin.SE3(chain.link_placements(chain.home.q_full)["two"])
-    _, a, b = chain.cut_placements(chain.home.q_full)[0]
+    body = pin.SE3(chain.link_placements(chain.home)["two"])
+    _, a, b = chain.cut_placements(chain.home)[0]
     in_b = (body.inverse() * pin.SE3(b)).toActionMatrixInverse()
     twists = (in_b @ kit.motions(chain, chain.home.q_full)).T  # of the body, seen from frame b
     if kind == "universal":
@@ -154,7 +154,7 @@ def test_any_start_closes_the_right_way_round(kind: str, kit: Any) -> None:
     for _ in range(40):
         start = np.r_[rng.normal(size=3), pin.Quaternion(pin.exp3(2.0 * rng.normal(size=3))).coeffs()]
         found = chain.assemble(start)
-        _, a, b = chain.cut_placements(found.q_full)[0]
+        _, a, b = chain.cut_placements(found)[0]
         between = np.linalg.inv(a) @ b
         if kind == "revolute":
             assert between[2, 2] == pytest.approx(1.0, abs=1e-12)
@@ -236,8 +236,8 @@ def test_a_cut_joint_has_the_dynamics_of_the_joint(kind: str, kit: Any) -> None:
         q_cut, v_cut = np.r_[q[0], pin.SE3ToXYZQUAT(pose)], np.r_[v[0], twist.vector]
         assert max(cut.gap(q_cut)) < 1e-12
         assert np.abs(cut.constraint_jacobian(q_cut) @ v_cut).max() < 1e-12
-        a = tree.full_forward_dynamics(q, v, tree.full_effort([torque])).acceleration
-        motion = cut.full_forward_dynamics(q_cut, v_cut, cut.full_effort([torque]))
+        a = tree.full_forward_dynamics(tree.posture(q), v, tree.full_effort([torque])).acceleration
+        motion = cut.full_forward_dynamics(cut.posture(q_cut), v_cut, cut.full_effort([torque]))
         pin.forwardKinematics(tree.model, data, q, v, np.array(a))
         wanted = pin.getFrameAcceleration(tree.model, data, frame, pin.ReferenceFrame.LOCAL).vector
         np.testing.assert_allclose(motion.acceleration, np.r_[a[0], wanted], atol=1e-10)
@@ -290,7 +290,7 @@ def test_a_gear_reflects_its_inertia_by_the_square_of_the_ratio(ratio: float) ->
     assert at.q_full == pytest.approx([0.7, 0.7 * ratio + 0.3], abs=1e-12)
     inertia = 0.03 + ratio**2 * 0.002
     assert chain.terms(at).mass[0, 0] == pytest.approx(inertia, rel=1e-13)
-    motion = chain.full_forward_dynamics(at.q_full, chain.full_velocity(at, [1.0]), chain.full_effort([5.0]))
+    motion = chain.full_forward_dynamics(at, chain.full_velocity(at, [1.0]), chain.full_effort([5.0]))
     assert motion.acceleration == pytest.approx(np.array([1.0, ratio]) * 5.0 / inertia, rel=1e-12)
     assert motion.couplings["mesh"] == pytest.approx(0.002 * ratio * 5.0 / inertia, rel=1e-12)
     assert motion.loop_forces == {}

@@ -55,7 +55,7 @@ def external(chain: ClosedChain, q: np.ndarray, motion: Any) -> tuple[pin.StdVec
 
 def check_forces(chain: ClosedChain, q: np.ndarray, v: np.ndarray, effort: np.ndarray) -> None:
     """Open tree + forces of the cuts = closed robot."""
-    motion = chain.full_forward_dynamics(q, v, effort)
+    motion = chain.full_forward_dynamics(chain.posture(q), v, effort)
     forces, efforts = external(chain, q, motion)
     data = chain.model.createData()
     free = pin.aba(chain.model, data, q, v, effort + efforts, forces)
@@ -106,7 +106,7 @@ def test_cuts_made_of_any_equations(seed: int, add_row: Callable[..., None], kit
     free = kit.motions(chain, q)
     v, effort = free @ rng.normal(size=free.shape[1]), rng.normal(size=chain.nv)
     check_forces(chain, q, v, effort)
-    a = chain.full_forward_dynamics(q, v, effort).acceleration
+    a = chain.full_forward_dynamics(chain.posture(q), v, effort).acceleration
     gaps = [sum(chain.gap(pin.integrate(chain.model, q, h * v + 0.5 * h**2 * a))) for h in (1e-2, 5e-3)]
     assert gaps[1] < 0.17 * gaps[0] or gaps[0] < 1e-12, "what is left open falls with the third power of time"
     code = compiled(chain, cached=False).kernel("full_forward")(q, v, effort, np.zeros(0))
@@ -119,7 +119,7 @@ def test_pinocchios_constraint_dynamics_against_the_equations_in_numpy(name: str
     chain = kit.robot(name)
     for state in kit.random_states(chain, 4):
         q, v, effort = np.array(state.at.q_full), state.v_full, chain.full_effort(state.effort)
-        ours = chain.full_forward_dynamics(q, v, effort).acceleration
+        ours = chain.full_forward_dynamics(state.at, v, effort).acceleration
         theirs = chain._dynamics.rigid.acceleration(q, v, effort)
         assert theirs is not None, "its iteration converges"
         size = max(1.0, float(np.abs(ours).max()))
@@ -132,9 +132,9 @@ def test_dynamics_do_not_depend_on_the_unit_of_mass(name: str, factor: float, ki
     chain = kit.robot(name)
     other = ClosedChain(kit.scaled_masses(chain.description, factor))
     for state in kit.random_states(chain, 2):
-        q, v, effort = np.array(state.at.q_full), state.v_full, chain.full_effort(state.effort)
-        wanted = chain.full_forward_dynamics(q, v, effort).acceleration
-        found = other.full_forward_dynamics(q, v, factor * effort).acceleration
+        v, effort = state.v_full, chain.full_effort(state.effort)
+        wanted = chain.full_forward_dynamics(state.at, v, effort).acceleration
+        found = other.full_forward_dynamics(state.at, v, factor * effort).acceleration
         np.testing.assert_allclose(found, wanted, atol=1e-8 * max(1.0, float(np.abs(wanted).max())))
 
 
@@ -150,7 +150,7 @@ def test_power_of_the_efforts_is_the_growth_of_energy(name: str, kit: Any) -> No
 
     for state in kit.random_states(chain, 3):
         q, v, effort = np.array(state.at.q_full), state.v_full, chain.full_effort(state.effort)
-        a = chain.full_forward_dynamics(q, v, effort).acceleration
+        a = chain.full_forward_dynamics(state.at, v, effort).acceleration
         steps = [
             energy(pin.integrate(chain.model, q, s * H * (v + 0.5 * s * H * a)), v + s * H * a) for s in (1.0, -1.0)
         ]
@@ -301,14 +301,14 @@ def test_a_body_without_mass_on_a_free_joint_changes_nothing(kit: Any) -> None:
     chain = ClosedChain(replace(description, links=links, joints=joints))
     zero, push = np.zeros(chain.nv), np.zeros(chain.nv)
     spin = chain.model.idx_vs[chain.model.getJointId("spin")]
-    found = chain.full_forward_dynamics(chain.home.q_full, zero, zero).acceleration
+    found = chain.full_forward_dynamics(chain.home, zero, zero).acceleration
     bare = ClosedChain(description)
-    wanted = bare.full_forward_dynamics(bare.home.q_full, zero[1:], zero[1:]).acceleration
+    wanted = bare.full_forward_dynamics(bare.home, zero[1:], zero[1:]).acceleration
     assert found[spin] == 0.0
     np.testing.assert_allclose(np.delete(found, spin), wanted, rtol=1e-11)
     push[spin] = 1e-3
     with pytest.raises(DynamicsError, match="moves no mass, of spin"):
-        chain.full_forward_dynamics(chain.home.q_full, zero, push)
+        chain.full_forward_dynamics(chain.home, zero, push)
 
 
 def test_gravity_of_robots_with_more_or_fewer_motors_is_a_gradient_too(kit: Any) -> None:

@@ -99,8 +99,8 @@ def test_holding_efforts_are_the_slope_of_the_potential_energy(name: str) -> Non
 def kinetic_energy(chain: ClosedChain, at: Any, v: np.ndarray, h: float = 1e-4) -> float:
     """Of a robot of round rods without spin, from where its links are a moment before and after."""
     before, after = (chain.close(at.q + sign * h * v, at) for sign in (-1.0, 1.0))
-    one, two = (chain.link_placements(side.q_full) for side in (before, after))
-    here, energy = chain.link_placements(at.q_full), 0.0
+    one, two = (chain.link_placements(side) for side in (before, after))
+    here, energy = chain.link_placements(at), 0.0
     for link in chain.description.links:
         body = link.inertial
         if body is None or link.name == "base":
@@ -132,7 +132,7 @@ def test_release_is_that_of_lagrange(name: str) -> None:
     wanted = -np.linalg.solve(mass, slope)
     found = chain.forward_dynamics(at, still, still)
     np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-4 * np.abs(wanted).max())
-    fell = chain.full_forward_dynamics(at.q_full, np.zeros(chain.nv), np.zeros(chain.nv)).acceleration
+    fell = chain.full_forward_dynamics(at, np.zeros(chain.nv), np.zeros(chain.nv)).acceleration
     np.testing.assert_allclose(chain.actuated_velocity(fell), found, rtol=0.0, atol=1e-10 * np.abs(found).max())
 
 
@@ -158,7 +158,7 @@ def test_nothing_drives_the_idle_motions(name: str, out_of_round: float) -> None
         forces = chain._k.tree.forces(at.q_full, v_full, full)
         assert np.abs(idle.T @ forces).max() < 1e-11 * (np.abs(idle.T) @ np.abs(forces)).max()
         # the same motion in full coordinates, where nobody knows of idle motions
-        moved = chain.full_forward_dynamics(at.q_full, v_full, chain.full_effort(effort)).acceleration
+        moved = chain.full_forward_dynamics(at, v_full, chain.full_effort(effort)).acceleration
         np.testing.assert_allclose(moved, full, rtol=0.0, atol=1e-9 * np.abs(full).max())
 
 

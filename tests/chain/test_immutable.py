@@ -22,7 +22,7 @@ def test_arrays_of_results_cannot_be_written_into(name: str, kit: Any) -> None:
     chain = kit.robot(name)
     at = chain.close(chain.home.q + 0.01)
     tool, terms = chain.tool(at, V), chain.terms(at, V)
-    motion = chain.full_forward_dynamics(at.q_full, np.array(chain.full_velocity(at, V)), chain.full_effort(A))
+    motion = chain.full_forward_dynamics(at, np.array(chain.full_velocity(at, V)), chain.full_effort(A))
     wrench = next(iter(motion.loop_forces.values()))
     for array in (
         at.q,
@@ -54,7 +54,7 @@ def test_results_are_not_views_of_a_workspace(name: str, kit: Any) -> None:
     def everything() -> list[np.ndarray]:
         tool, terms = chain.tool(at, V), chain.terms(at, V)
         effort = chain.inverse_dynamics(at, V, A)
-        motion = chain.full_forward_dynamics(at.q_full, chain.full_velocity(at, V), chain.full_effort(A))
+        motion = chain.full_forward_dynamics(at, chain.full_velocity(at, V), chain.full_effort(A))
         return [
             tool.position,
             tool.jacobian,
@@ -65,9 +65,9 @@ def test_results_are_not_views_of_a_workspace(name: str, kit: Any) -> None:
             effort,
             chain.forward_dynamics(at, V, effort),
             motion.acceleration,
-            chain.constraint_jacobian(at.q_full),
+            chain.constraint_jacobian(at),
             chain.drift(at, V),
-            *chain.link_placements(at.q_full).values(),
+            *chain.link_placements(at).values(),
         ]
 
     first = everything()

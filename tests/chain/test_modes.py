@@ -50,7 +50,7 @@ COUNTS = {
 
 def links(chain: ClosedChain, at: Posture) -> np.ndarray:
     """Placements of all links with lengths in characteristic ones, shape (links, 4, 4)."""
-    placed = np.array(list(chain.link_placements(at.q_full).values()))
+    placed = np.array(list(chain.link_placements(at).values()))
     placed[:, :3, 3] /= chain.length
     return placed
 
@@ -58,7 +58,7 @@ def links(chain: ClosedChain, at: Posture) -> np.ndarray:
 def tool(chain: ClosedChain, at: Posture) -> np.ndarray:
     """World placement of the tool, shape (4, 4)."""
     frame = chain.description.tool
-    return chain.link_placements(at.q_full)[frame.link] @ frame.placement
+    return chain.link_placements(at)[frame.link] @ frame.placement
 
 
 def same_set(chain: ClosedChain, one: Sequence[Posture], two: Sequence[Posture]) -> bool:
@@ -170,7 +170,7 @@ def test_a_five_bar_counts_all_limbs_wherever_the_tools_frame_sits(kit: Any) -> 
             modes = chain.working_modes(state.at)
             assert modes.held == "point"
             assert len(modes) == 4
-            places = [chain.link_placements(at.q_full) for at in modes]
+            places = [chain.link_placements(at) for at in modes]
             for side in ("left", "right"):
                 base = places[0][f"{side}_proximal"][:3, 3]
                 point = tool(chain, state.at)[:3, 3]

@@ -20,7 +20,7 @@ Z = readonly([0.0, 0.0, 1.0])
 
 def pose(chain: ClosedChain, at: Posture) -> np.ndarray:
     """World placement of the tool's link, shape (4, 4)."""
-    return chain.link_placements(at.q_full)[chain.description.tool.link]
+    return chain.link_placements(at)[chain.description.tool.link]
 
 
 # ---- planar 3-RRR --------------------------------------------------------------------------------------------------

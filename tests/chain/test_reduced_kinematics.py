@@ -27,7 +27,7 @@ def test_tangent_map_is_the_derivative_of_closing(name: str, kit: Any) -> None:
     chain = kit.robot(name)
     for state in kit.random_states(chain, 3):
         tangent = chain.tangent(state.at)
-        assert np.abs(chain.constraint_jacobian(state.at.q_full) @ tangent).max() < 1e-11
+        assert np.abs(chain.constraint_jacobian(state.at) @ tangent).max() < 1e-11
         for k, unit in enumerate(np.eye(chain.n)):
             ahead, behind = (chain.close(state.at.q + s * H * unit, state.at) for s in (1, -1))
             slope = pin.difference(chain.model, behind.q_full.copy(), ahead.q_full.copy()) / (2 * H)
@@ -71,7 +71,7 @@ def test_tool_is_where_its_link_is(name: str, kit: Any) -> None:
     chain = kit.robot(name)
     frame = chain.description.tool
     for state in kit.random_states(chain, 2):
-        wanted = chain.link_placements(state.at.q_full)[frame.link] @ frame.placement
+        wanted = chain.link_placements(state.at)[frame.link] @ frame.placement
         np.testing.assert_allclose(chain.tool(state.at).position, wanted[:3, 3], atol=1e-13)
 
 
@@ -134,13 +134,12 @@ def test_wrong_arguments_name_themselves(kit: Any) -> None:
 @pytest.mark.parametrize("name", ["cpm", "fourbar"])
 def test_wrong_full_coordinates_name_themselves(name: str, kit: Any) -> None:
     chain = kit.robot(name)
-    q, v, short = chain.home.q_full, np.zeros(chain.nv), np.zeros(2)
+    at, v, short = chain.home, np.zeros(chain.nv), np.zeros(2)
     for call, word in (
-        (lambda: chain.full_forward_dynamics(short, v, v), "q_full"),
-        (lambda: chain.full_forward_dynamics(q, short, v), "v_full"),
-        (lambda: chain.full_forward_dynamics(q, v, short), "effort_full"),
-        (lambda: chain.full_inverse_dynamics(q, v, short), "a_full"),
-        (lambda: chain.full_forward_dynamics(q * np.nan, v, v), "q_full"),
+        (lambda: chain.full_forward_dynamics(at, short, v), "v_full"),
+        (lambda: chain.full_forward_dynamics(at, v, short), "effort_full"),
+        (lambda: chain.full_inverse_dynamics(at, v, short), "a_full"),
+        (lambda: chain.gap(at.q_full * np.nan), "q_full"),
         (lambda: chain.gap(short), "q_full"),
         (lambda: chain.constraint_jacobian(short), "q_full"),
         (lambda: chain.link_placements(short), "q_full"),

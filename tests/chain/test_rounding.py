@@ -207,7 +207,7 @@ def test_rounding_of_one_loop_takes_no_rows_of_another(small: float, error: floa
         report = chain.mobility()
         assert (report.rank, report.mobility, report.determined) == (4, 2, True)
         assert report.dropped_rows
-        distance = {cut: float(np.linalg.norm((b - a)[:3, 3])) for cut, a, b in chain.cut_placements(chain.home.q_full)}
+        distance = {cut: float(np.linalg.norm((b - a)[:3, 3])) for cut, a, b in chain.cut_placements(chain.home)}
         assert error < distance["large"] < 1.5 * error
         assert distance["small"] < 1e-12
 

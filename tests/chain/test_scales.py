@@ -187,13 +187,13 @@ def placed(one: ClosedChain, chain: ClosedChain, size: Size, s: Sample) -> dict[
         assert np.isnan(a) == np.isnan(b), key
         if np.isfinite(b):
             found[key] = off(a, b)
-    links, wanted = chain.link_placements(at.q_full), one.link_placements(s.q)
+    links, wanted = chain.link_placements(at), one.link_placements(s.q)
     found["links"] = max(pose_off(links[key], wanted[key], size, reach) for key in wanted if key != "ground")
-    pairs = zip(chain.cut_placements(at.q_full), one.cut_placements(s.q), strict=True)
+    pairs = zip(chain.cut_placements(at), one.cut_placements(s.q), strict=True)
     found["cuts"] = max(
         (max(pose_off(a, c, size, reach), pose_off(b, d, size, reach)) for (_, a, b), (_, c, d) in pairs), default=0.0
     )
-    found["centre"] = off(chain.centre_of_mass(at.q_full), size.place(one.centre_of_mass(s.q)), reach)
+    found["centre"] = off(chain.centre_of_mass(at), size.place(one.centre_of_mass(s.q)), reach)
     mass = sum(inertia.mass for inertia in list(chain.model.inertias)[1:])
     weight = mass * np.array(chain.model.gravity.linear)
     energy = size.energy * one.potential_energy(right) - weight @ size.offset
@@ -216,13 +216,13 @@ def pose_off(found: np.ndarray, wanted: np.ndarray, size: Size, reach: float) ->
 
 def moved(one: ClosedChain, chain: ClosedChain, size: Size, s: Sample) -> dict[str, float]:
     """Dynamics in full coordinates, and projecting."""
-    q, units = np.array(chain.assemble(configuration(chain, size, s.q)).q_full), coordinate_units(chain, size)
+    at, units = chain.assemble(configuration(chain, size, s.q)), coordinate_units(chain, size)
     v, effort = units * s.v / size.time, size.energy * s.effort / units
-    motion = chain.full_forward_dynamics(q, v, effort)
-    right = one.full_forward_dynamics(s.q, s.v, s.effort)
+    motion = chain.full_forward_dynamics(at, v, effort)
+    right = one.full_forward_dynamics(one.posture(s.q), s.v, s.effort)
     own = tree_units(one)
     acceleration = motion.acceleration * size.time**2 / units
-    quick = chain.full_acceleration(q, v, effort) * size.time**2 / units
+    quick = chain.full_acceleration(at.q_full, v, effort) * size.time**2 / units
     free = tree_motions(one, s.q)
     forces = np.array(pin.rnea(one.model, one.model.createData(), s.q, s.v, acceleration))
     terms = np.abs(free.T) @ (np.abs(forces) + np.abs(s.effort))
@@ -237,7 +237,7 @@ def moved(one: ClosedChain, chain: ClosedChain, size: Size, s: Sample) -> dict[s
         force = off(here.force / unit, size.rotation @ wrench.force, max(loads) / one.length)
         moment = off(here.moment / unit / size.length, size.rotation @ wrench.moment, max(loads))
         found["loop forces"] = max(found.get("loop forces", 0.0), force, moment)
-    nudged = chain.integrate(q, coordinate_units(chain, size) * s.nudge)
+    nudged = chain.integrate(at.q_full, coordinate_units(chain, size) * s.nudge)
     projected, rates = chain.project(nudged, v)
     ahead, rate = one.project(one.integrate(s.q, s.nudge), s.v)
     apart = pin.difference(chain.model, np.array(configuration(chain, size, ahead)), np.array(projected))
@@ -347,7 +347,7 @@ def test_without_gravity_nothing_weighs(name: str) -> None:
     at = chain.posture(sample.q)
     assert chain.potential_energy(at) == 0.0
     still = np.zeros(chain.nv)
-    assert not chain.full_forward_dynamics(at.q_full, still, still).acceleration.any()
+    assert not chain.full_forward_dynamics(at, still, still).acceleration.any()
     if chain.mobility().determined:
         terms, wanted = chain.terms(at, sample.speed), plain(name).terms(at, sample.speed)
         assert not terms.gravity.any()
@@ -385,16 +385,16 @@ def test_a_floating_base_far_away_is_right_to_the_rounding_of_its_place(name: st
         free = tree_motions(near, np.array(near.home.q_full))
         v, effort = free @ rng.normal(size=free.shape[1]), rng.normal(size=near.nv)
         # the turn of the base lives in its own axes, so the same numbers say the same motion
-        motion = far.full_forward_dynamics(at.q_full, far.project(at.q_full, v)[1], effort)
+        motion = far.full_forward_dynamics(at, far.project(at.q_full, v)[1], effort)
     except CutjointError:
         if distance > 1e7:
             return
         raise
     assert (report.rank, report.mobility, report.determined) == (wanted.rank, wanted.mobility, wanted.determined)
     assert at.gap[0] < allowed * near.length
-    right = near.full_forward_dynamics(near.home.q_full, v, effort)
+    right = near.full_forward_dynamics(near.home, v, effort)
     assert off(motion.acceleration, right.acceleration) < 10.0 * allowed
-    assert off(far.centre_of_mass(at.q_full), near.centre_of_mass(near.home.q_full) + shift, near.length) < allowed
+    assert off(far.centre_of_mass(at), near.centre_of_mass(near.home) + shift, near.length) < allowed
 
 
 LOOPED = ("cassie", *catalogue.names())

@@ -176,4 +176,4 @@ def test_a_shaky_structure_moves_only_for_a_moment(seed: int, tmp_path: Path) ->
             call(chain.home, [0.7], [0.0])
     v = np.array(chain.full_velocity(chain.home, [0.7]))
     with pytest.raises(CutjointError):
-        chain.full_forward_dynamics(chain.home.q_full, v, np.zeros(chain.nv))
+        chain.full_forward_dynamics(chain.home, v, np.zeros(chain.nv))

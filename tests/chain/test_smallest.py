@@ -45,8 +45,8 @@ def calls(chain: ClosedChain) -> dict[str, Any]:
         "forward_dynamics": lambda: chain.forward_dynamics(at, v, v),
         "full_acceleration": lambda: chain.full_acceleration(q, full, full),
         "full_effort": lambda: chain.full_effort(v),
-        "full_forward_dynamics": lambda: chain.full_forward_dynamics(q, full, full),
-        "full_inverse_dynamics": lambda: chain.full_inverse_dynamics(q, full, full),
+        "full_forward_dynamics": lambda: chain.full_forward_dynamics(at, full, full),
+        "full_inverse_dynamics": lambda: chain.full_inverse_dynamics(at, full, full),
         "full_motion": lambda: chain.full_motion(at, np.zeros(3), np.zeros(3)),
         "full_velocity": lambda: chain.full_velocity(at, v),
         "gap": lambda: chain.gap(q),
@@ -140,9 +140,9 @@ def test_a_pendulum(small: Any) -> None:
     assert chain.reach(tool.position).q == pytest.approx([0.7])
     with pytest.raises(UnreachableError):
         chain.reach([0.0, 0.5, -1.0])
-    full = chain.full_forward_dynamics(at.q_full, np.array([2.0]), np.array([1.0]))
+    full = chain.full_forward_dynamics(at, np.array([2.0]), np.array([1.0]))
     assert full.acceleration == pytest.approx((1.0 - G * np.sin(0.7)) / INERTIA)
-    assert chain.full_inverse_dynamics(at.q_full, np.array([2.0]), np.array([3.0])).effort == pytest.approx(
+    assert chain.full_inverse_dynamics(at, np.array([2.0]), np.array([3.0])).effort == pytest.approx(
         INERTIA * 3.0 + G * np.sin(0.7)
     )
 
@@ -165,7 +165,7 @@ def test_a_door_on_two_hinges(name: str, small: Any) -> None:
     # without a tool what turns about one axis between two hinges is idle, like a rod between two balls
     assert report.determined
     assert report.free == report.idle == (() if chain.n else ("hinge",))
-    motion = chain.full_forward_dynamics(np.array([0.7]), np.array([2.0]), np.array([1.0]))
+    motion = chain.full_forward_dynamics(chain.posture(np.array([0.7])), np.array([2.0]), np.array([1.0]))
     assert motion.acceleration == pytest.approx((1.0 - G * np.sin(0.7)) / INERTIA)
     # the hinge of the tree carries it all: what the cut carries is not told apart, and the least is nothing
     assert np.abs(motion.loop_forces["upper"].force).max() < 1e-12
@@ -181,7 +181,7 @@ def test_a_locked_door_does_not_move(name: str, small: Any) -> None:
     report = chain.mobility()
     assert (report.rank, report.mobility, len(report.redundant_rows)) == (1, 0, 5)
     assert report.determined is (chain.n == 0)
-    push = chain.full_forward_dynamics(chain.home.q_full, np.zeros(1), np.array([5.0]))
+    push = chain.full_forward_dynamics(chain.home, np.zeros(1), np.array([5.0]))
     assert push.acceleration == pytest.approx(0.0, abs=1e-12)
     # the cut takes the whole moment about the hinge: x and z as far from it as they are, and the rest as moment
     wrench = push.loop_forces["upper"]

@@ -64,7 +64,7 @@ def effort(chain: Any) -> np.ndarray:
 def allowed(chain: Any, at: Any) -> np.ndarray:
     """An acceleration that the actuators can produce."""
     driven = chain.full_effort(np.linspace(-1.0, 2.0, chain.n))
-    return chain.full_forward_dynamics(at.q_full, full_v(chain, at), driven).acceleration
+    return chain.full_forward_dynamics(at, full_v(chain, at), driven).acceleration
 
 
 # Public method -> a call of it with a posture and the tool there; `None` is no work of the chain's own.
@@ -73,17 +73,17 @@ METHODS: dict[str, Callable[[Any, Any, np.ndarray], Any] | None] = {
     "actuated_velocity": None,
     "actuators": None,
     "assemble": lambda c, at, p: c.assemble(at.q_full + 1e-3 * (c.nq == c.nv)),
-    "centre_of_mass": lambda c, at, p: c.centre_of_mass(at.q_full),
+    "centre_of_mass": lambda c, at, p: c.centre_of_mass(at),
     "close": lambda c, at, p: c.close(at.q, c.home),
     "compile": None,
-    "constraint_jacobian": lambda c, at, p: c.constraint_jacobian(at.q_full),
-    "cut_placements": lambda c, at, p: c.cut_placements(at.q_full),
+    "constraint_jacobian": lambda c, at, p: c.constraint_jacobian(at),
+    "cut_placements": lambda c, at, p: c.cut_placements(at),
     "drift": lambda c, at, p: c.drift(at, v(c)),
     "forward_dynamics": lambda c, at, p: c.forward_dynamics(at, v(c), v(c)),
     "full_acceleration": lambda c, at, p: c.full_acceleration(at.q_full, full_v(c, at), effort(c)),
     "full_effort": None,
-    "full_forward_dynamics": lambda c, at, p: c.full_forward_dynamics(at.q_full, full_v(c, at), effort(c)),
-    "full_inverse_dynamics": lambda c, at, p: c.full_inverse_dynamics(at.q_full, full_v(c, at), allowed(c, at)),
+    "full_forward_dynamics": lambda c, at, p: c.full_forward_dynamics(at, full_v(c, at), effort(c)),
+    "full_inverse_dynamics": lambda c, at, p: c.full_inverse_dynamics(at, full_v(c, at), allowed(c, at)),
     "full_motion": lambda c, at, p: c.full_motion(at, c.tool(at).jacobian @ v(c), c.tool(at, v(c)).drift),
     "full_velocity": lambda c, at, p: c.full_velocity(at, v(c)),
     "gap": lambda c, at, p: c.gap(at.q_full),
@@ -93,7 +93,7 @@ METHODS: dict[str, Callable[[Any, Any, np.ndarray], Any] | None] = {
     "inverse_dynamics": lambda c, at, p: c.inverse_dynamics(at, v(c), v(c)),
     "length": None,
     "limit_violations": lambda c, at, p: c.limit_violations(at),
-    "link_placements": lambda c, at, p: c.link_placements(at.q_full),
+    "link_placements": lambda c, at, p: c.link_placements(at),
     "mobility": lambda c, at, p: c.mobility(at),
     "n": None,
     "local_model": None,
@@ -102,7 +102,7 @@ METHODS: dict[str, Callable[[Any, Any, np.ndarray], Any] | None] = {
     "nq": None,
     "nv": None,
     "origin": lambda c, at, p: c.origin,
-    "posture": lambda c, at, p: c.posture(at.q_full),
+    "posture": lambda c, at, p: c.posture(at),
     "potential_energy": lambda c, at, p: c.potential_energy(at),
     "project": lambda c, at, p: c.project(c.integrate(at.q_full, 1e-5 * effort(c)), full_v(c, at)),
     "reach": lambda c, at, p: c.reach(p, c.home),
@@ -177,8 +177,8 @@ def test_copies_say_the_same(name: str) -> None:
     v_full = full_v(chain, at)
     values = [
         at,
-        chain.full_forward_dynamics(at.q_full, v_full, effort(chain)),
-        chain.full_inverse_dynamics(at.q_full, v_full, allowed(chain, at)),
+        chain.full_forward_dynamics(at, v_full, effort(chain)),
+        chain.full_inverse_dynamics(at, v_full, allowed(chain, at)),
         chain.terms(at, v(chain)),
         chain.tool(at, v(chain)),
     ]

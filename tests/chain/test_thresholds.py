@@ -84,12 +84,11 @@ def test_a_little_out_of_reach_is_out_of_reach(part: float, kit: Any) -> None:
         chain.full_motion(chain.home, [0.0, 0.0, 0.0], [1.0, part, 0.0])
     chain, rng = load("underactuated"), np.random.default_rng(0)
     state = kit.random_states(chain, 1)[0]
-    q = np.array(state.at.q_full)
-    own = chain.full_forward_dynamics(q, state.v_full, chain.full_effort([3.0])).acceleration
-    aside = kit.motions(chain, q) @ rng.normal(size=2)
-    chain.full_inverse_dynamics(q, state.v_full, own)
+    own = chain.full_forward_dynamics(state.at, state.v_full, chain.full_effort([3.0])).acceleration
+    aside = kit.motions(chain, state.at.q_full) @ rng.normal(size=2)
+    chain.full_inverse_dynamics(state.at, state.v_full, own)
     with pytest.raises(ActuationError):
-        chain.full_inverse_dynamics(q, state.v_full, own + 10.0 * part * np.abs(own).max() * aside)
+        chain.full_inverse_dynamics(state.at, state.v_full, own + 10.0 * part * np.abs(own).max() * aside)
 
 
 # ---- masses ---------------------------------------------------------------------------------------------------------
@@ -109,7 +108,7 @@ def wheels(*inertias: float, serial: bool = False, com: float = 0.0, mass: float
 @pytest.mark.parametrize("small", [1e-3, 1e-9, 1e-15, 1e-20])
 def test_a_light_wheel_beside_a_heavy_one_turns(small: float) -> None:
     chain = wheels(1.0, small)
-    a = chain.full_forward_dynamics(np.zeros(2), np.zeros(2), np.array([2.0, 3.0 * small])).acceleration
+    a = chain.full_forward_dynamics(chain.posture(np.zeros(2)), np.zeros(2), np.array([2.0, 3.0 * small])).acceleration
     np.testing.assert_allclose(a, [2.0, 3.0], rtol=1e-9)
 
 
@@ -117,7 +116,7 @@ def test_a_light_wheel_beside_a_heavy_one_turns(small: float) -> None:
 def test_a_light_wheel_that_carries_a_heavy_one_turns(small: float) -> None:
     """M = [[1 + s, 1], [1, 1]]: the relative motion moves the light one alone."""
     chain, effort = wheels(small, 1.0, serial=True), np.array([2.0, 2.0 + 5.0 * small])
-    a = chain.full_forward_dynamics(np.zeros(2), np.zeros(2), effort).acceleration
+    a = chain.full_forward_dynamics(chain.posture(np.zeros(2)), np.zeros(2), effort).acceleration
     # the light wheel feels the first effort less the second, the heavy one the second
     assert a[0] == pytest.approx((effort[0] - effort[1]) / small, rel=1e-3)
     assert a.sum() == pytest.approx(effort[1], rel=1e-3 + 1e-15 / small)
@@ -132,9 +131,9 @@ def test_no_wheel_between_a_motor_and_a_heavy_one() -> None:
             effort = 2.0 * inertia * np.ones(count)
             chain = wheels(*([0.0] * (count - 1)), inertia, serial=True)
             q, v = rng.uniform(-3.0, 3.0, count), np.zeros(count)
-            assert chain.full_forward_dynamics(q, v, effort).acceleration.sum() == pytest.approx(2.0)
+            assert chain.full_forward_dynamics(chain.posture(q), v, effort).acceleration.sum() == pytest.approx(2.0)
             with pytest.raises(DynamicsError, match="no mass"):
-                chain.full_forward_dynamics(q, v, effort * np.r_[np.ones(count - 1), 1.1])
+                chain.full_forward_dynamics(chain.posture(q), v, effort * np.r_[np.ones(count - 1), 1.1])
 
 
 def test_a_mass_on_the_axis_but_for_rounding_is_none() -> None:
@@ -147,10 +146,10 @@ def test_a_mass_on_the_axis_but_for_rounding_is_none() -> None:
         joints=(*heavy.joints, Joint("about", JointType.CONTINUOUS, "base", "point", axis=Z)),
     )
     chain = ClosedChain(robot)
-    a = chain.full_forward_dynamics(np.zeros(2), np.zeros(2), np.array([2.0, 0.0])).acceleration
+    a = chain.full_forward_dynamics(chain.posture(np.zeros(2)), np.zeros(2), np.array([2.0, 0.0])).acceleration
     np.testing.assert_allclose(a, [2.0, 0.0], atol=1e-12)
     with pytest.raises(DynamicsError, match="no mass"):
-        chain.full_forward_dynamics(np.zeros(2), np.zeros(2), np.array([2.0, 1.0]))
+        chain.full_forward_dynamics(chain.posture(np.zeros(2)), np.zeros(2), np.array([2.0, 1.0]))
 
 
 # ---- what is checked ------------------------------------------------------------------------------------------------
@@ -160,8 +159,8 @@ def test_a_mass_on_the_axis_but_for_rounding_is_none() -> None:
 def test_forward_dynamics_checks_both_equations(wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """An answer that breaks either of them by a millionth is thrown away, whatever made it."""
     chain = load("cpm")
-    q, v, effort = np.array(chain.home.q_full), np.zeros(chain.nv), np.ones(chain.nv)
-    chain.full_forward_dynamics(q, v, effort)
+    v, effort = np.zeros(chain.nv), np.ones(chain.nv)
+    chain.full_forward_dynamics(chain.home, v, effort)
     right = dynamics.Motions.of
 
     def spoiled(allowed: np.ndarray, mass: np.ndarray) -> dynamics.Motions:
@@ -173,7 +172,7 @@ def test_forward_dynamics_checks_both_equations(wrong: str, monkeypatch: pytest.
     monkeypatch.setattr(dynamics.Motions, "of", spoiled)
     what = {"momentum": r"\|M a", "loops": r"\|K a"}[wrong]
     with pytest.raises(DynamicsError, match=what):
-        chain.full_forward_dynamics(q, v, effort)
+        chain.full_forward_dynamics(chain.home, v, effort)
 
 
 @pytest.mark.parametrize("name", ["bricard", "parallelogram_flat"])
@@ -185,10 +184,11 @@ def test_an_iteration_that_has_not_converged_is_not_believed(name: str, tmp_path
     assert rigid is not None
     for _ in range(30):
         step = chain._k.column_scale * rng.uniform(-1.0, 1.0, chain.nv) * rng.uniform(0.0, 1.5)
-        q = np.array(chain.assemble(chain.integrate(chain.home.q_full, step), keep_actuators=False).q_full)
+        at = chain.assemble(chain.integrate(chain.home.q_full, step), keep_actuators=False)
+        q = at.q_full
         v, effort = np.zeros(chain.nv), rng.normal(size=chain.nv)
         missed += rigid.acceleration(q, v, effort) is None
-        wanted = chain.full_forward_dynamics(q, v, effort).acceleration
+        wanted = chain.full_forward_dynamics(at, v, effort).acceleration
         found = chain.full_acceleration(q, v, effort)
         # some of the closed postures stand apart and cannot move: then nothing of what the open tree would do is left
         size = max(np.abs(wanted).max(), 1e-3 * np.abs(np.linalg.solve(chain._k.tree.mass_matrix(q), effort)).max())

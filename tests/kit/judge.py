@@ -40,7 +40,7 @@ def mobility(chain: Any, oracle: Maximal, at: Any) -> None:
 def forward(chain: Any, state: State, at: Any, v: Array, effort: Array, compiled: Any = None) -> dict[str, float]:
     """Full forward dynamics: accelerations, both equations, loop forces."""
     motion = state.driven(by_joint(chain, effort))
-    result = chain.full_forward_dynamics(at.q_full, v, effort)
+    result = chain.full_forward_dynamics(at, v, effort)
     differences = {
         "acceleration": apart(chain, motion, result.acceleration),
         "unchecked": apart(chain, motion, chain.full_acceleration(at.q_full, v, effort)),
@@ -200,7 +200,7 @@ def full_inverse(chain: Any, state: State, at: Any, v: Array, effort: Array) -> 
     acceleration = full(chain, motion.joints)
     wanted, part = state.efforts_for(motion.joints)
     assert part < 1e-9, "the oracle's own motion by its actuators needs others"
-    found = chain.full_inverse_dynamics(at.q_full, v, acceleration).effort
+    found = chain.full_inverse_dynamics(at, v, acceleration).effort
     loads = 1e-3 * float(np.abs(state.placed._velocity_scale * (state.placed.tree.T @ motion.load)).max(initial=0.0))
     return relative(found * _sizes(chain), np.array(list(wanted.values())) * _sizes(chain), loads)
 

@@ -104,7 +104,7 @@ class Verdicts:
                 self.counts["velocities without accelerations"] += 1
                 answer = self.attempt(
                     "open",
-                    lambda v=v: chain.full_forward_dynamics(at.q_full, v, effort),
+                    lambda v=v: chain.full_forward_dynamics(at, v, effort),
                     "no acceleration keeps it closed",
                 )
                 assert answer is None, "accelerations where none keeps the loops closed"

@@ -128,16 +128,17 @@ class ClosedChain(Sealed):
         """
         return self._closing.task
 
-    def posture(self, q_full: npt.ArrayLike) -> Posture:
-        """A configuration that is closed already, as a posture.
+    def posture(self, at: Posture | npt.ArrayLike) -> Posture:
+        """A configuration that is closed already, shape (nq,) or another robot's posture, as a posture of this one.
 
         Raises:
+            InputError: wrong shape or not finite.
             ClosureError: it is open by more than the closure tolerance.
         """
-        return self._closing.posture(q_full)
+        return self._closing.posture(at.q_full if isinstance(at, Posture) else at)
 
-    def assemble(self, q_full: npt.ArrayLike, keep_actuators: bool = True) -> Posture:
-        """A closed posture from any configuration `q_full`, shape (nq,), loops open or not.
+    def assemble(self, at: Posture | npt.ArrayLike, keep_actuators: bool = True) -> Posture:
+        """A closed posture from any configuration, shape (nq,) or another robot's posture, loops open or not.
 
         With `keep_actuators` the actuated coordinates stay as given; otherwise they may move too.
 
@@ -145,10 +146,10 @@ class ClosedChain(Sealed):
             InputError: wrong shape or not finite.
             ClosureError: no closed posture was found from there.
         """
-        return self._closing.assemble(q_full, keep_actuators)
+        return self._closing.assemble(at.q_full if isinstance(at, Posture) else at, keep_actuators)
 
     def project(self, q_full: Array, v_full: Array) -> tuple[Array, Array]:
-        """Nearby closed configuration and velocity: removes the drift of an integrator.
+        """Nearby closed configuration and velocity: removes the drift of an integrator, hence arrays.
 
         The actuated coordinates stay where they determine the motion; otherwise the correction is the least one.
 
@@ -288,30 +289,32 @@ class ClosedChain(Sealed):
 
     # ---- in full coordinates ---------------------------------------------------------------------------------------
 
-    def full_forward_dynamics(self, q_full: Array, v_full: Array, effort_full: Array) -> FullMotion:
-        """Acceleration of all joints and loop forces at a closed configuration; all arguments in full coordinates.
+    def full_forward_dynamics(self, at: Posture, v_full: npt.ArrayLike, effort_full: npt.ArrayLike) -> FullMotion:
+        """Acceleration of all joints and loop forces; velocity and effort are those of all joints, shape (nv,).
 
         Raises:
+            InputError: `at` is no posture of this robot, wrong shape or not finite.
             DynamicsError: the solution does not respect the cuts.
         """
         v, effort = self._motion("v_full", v_full), self._motion("effort_full", effort_full)
-        return self._dynamics.motion(self._whole(q_full), v, effort)
+        return self._dynamics.motion(self._postures.placed(at).q, v, effort)
 
     def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
-        """As `full_forward_dynamics`, the acceleration alone, for inner loops, shape (nv,); the arguments are not
-        checked."""
+        """As `full_forward_dynamics`, the acceleration alone, shape (nv,), for the inner loops of integrators: arrays
+        that are not checked, the loops as open as they have drifted."""
         return self._dynamics.acceleration(q_full, v_full, effort_full)
 
-    def full_inverse_dynamics(self, q_full: Array, v_full: Array, a_full: Array) -> ActuatorEfforts:
+    def full_inverse_dynamics(self, at: Posture, v_full: npt.ArrayLike, a_full: npt.ArrayLike) -> ActuatorEfforts:
         """Least actuator efforts for a motion of all joints that the loops allow, and the space of internal preload.
 
         For any number of actuators; `full_motion` makes such a motion from that of the tool.
 
         Raises:
+            InputError: `at` is no posture of this robot, wrong shape or not finite.
             ActuationError: the actuators cannot produce the motion; it names the joints that would need a motor.
         """
-        q, v, a = self._whole(q_full), self._motion("v_full", v_full), self._motion("a_full", a_full)
-        return actuator_efforts(self._k, self._actuated.v_index, q, v, a)
+        v, a = self._motion("v_full", v_full), self._motion("a_full", a_full)
+        return actuator_efforts(self._k, self._actuated.v_index, self._postures.placed(at).q, v, a)
 
     def full_motion(self, at: Posture, velocity: npt.ArrayLike, acceleration: npt.ArrayLike) -> tuple[Array, Array]:
         """Least motion of all joints, v and a (nv,) each, with which the tool point moves as asked, (3,) each.
@@ -330,7 +333,7 @@ class ClosedChain(Sealed):
         return full
 
     def actuated(self, q_full: Array) -> Array:
-        """Actuated coordinates of a full configuration, shape (n,)."""
+        """Actuated coordinates of a full configuration, shape (n,); a posture has them as `q`."""
         return self._actuated.of(q_full)
 
     def actuated_velocity(self, v_full: Array) -> Array:
@@ -341,34 +344,37 @@ class ClosedChain(Sealed):
         """Configuration after the tangent motion (nv,), on the manifold, shape (nq,)."""
         return self._k.tree.integrate(q_full, motion)
 
-    def gap(self, q_full: Array) -> tuple[float, float]:
-        """Worst loop gap of a configuration, ([m], [rad])."""
-        return self._k.at(self._whole(q_full)).gap[:2]
+    # Of the open tree: a posture, or any configuration (nq,) with the loops open.
 
-    def constraint_jacobian(self, q_full: Array) -> Array:
+    def gap(self, at: Posture | npt.ArrayLike) -> tuple[float, float]:
+        """Worst loop gap, ([m], [rad])."""
+        return self._k.at(self._configuration(at)).gap[:2]
+
+    def constraint_jacobian(self, at: Posture | npt.ArrayLike) -> Array:
         """Derivative of all constraint rows, unscaled, shape (rows, nv)."""
-        return self._k.at(self._whole(q_full)).jacobian
+        return self._k.at(self._configuration(at)).jacobian
 
-    def link_placements(self, q_full: Array) -> dict[str, Array]:
+    def link_placements(self, at: Posture | npt.ArrayLike) -> dict[str, Array]:
         """World placement (4, 4) of every link."""
-        return self._k.links(self._whole(q_full))
+        return self._k.links(self._configuration(at))
 
-    def cut_placements(self, q_full: Array) -> list[tuple[str, Array, Array]]:
+    def cut_placements(self, at: Posture | npt.ArrayLike) -> list[tuple[str, Array, Array]]:
         """Name and world placements (4, 4) of both frames of every cut."""
-        return self._k.cuts(self._whole(q_full))
+        return self._k.cuts(self._configuration(at))
 
-    def centre_of_mass(self, q_full: Array) -> Array:
+    def centre_of_mass(self, at: Posture | npt.ArrayLike) -> Array:
         """Centre of mass of all moving links, shape (3,) [m].
 
         Raises:
             InputError: none of them has mass.
         """
-        return self._k.centre_of_mass(self._whole(q_full))
+        return self._k.centre_of_mass(self._configuration(at))
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
-    def _whole(self, q_full: npt.ArrayLike) -> Array:
-        return as_vector("q_full", q_full, self.nq)
+    def _configuration(self, at: Posture | npt.ArrayLike) -> Array:
+        """That of a posture of this robot, or the one that is given, shape (nq,)."""
+        return self._postures.placed(at).q if isinstance(at, Posture) else as_vector("q_full", at, self.nq)
 
     def _motion(self, name: str, values: npt.ArrayLike) -> Array:
         return as_vector(name, values, self.nv)

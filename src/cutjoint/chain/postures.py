@@ -86,7 +86,10 @@ class Postures:
         if at is known:
             return placed
         if not isinstance(at, Posture):
-            raise InputError(f"a posture is wanted, such as {self.k.name} makes by close() or reach(); found {at!r}")
+            raise InputError(
+                f"a posture is wanted, such as {self.k.name} makes by close() or reach(), and by posture() of a closed "
+                f"configuration; found {at!r}"
+            )
         size = len(self.at_home.q)
         if at.q_full.shape != (size,):
             raise InputError(

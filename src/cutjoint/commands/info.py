@@ -75,7 +75,7 @@ def _search(modes: Modes | None) -> dict[str, object] | None:
 def _tool(chain: ClosedChain, at: Posture) -> list[list[float]] | None:
     """World placement (4, 4) of the tool's link."""
     tool = chain.description.tool
-    return None if tool is None else chain.link_placements(at.q_full)[tool.link].tolist()
+    return None if tool is None else chain.link_placements(at)[tool.link].tolist()
 
 
 def _show(chain: ClosedChain, report: MobilityReport, working: Modes | None, assembly: Modes | None) -> None:

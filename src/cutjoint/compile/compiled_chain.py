@@ -146,7 +146,7 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
             parts = self._library["full_forward"](q_full, v_full, effort_full, self._values)
             if parts is not None:
                 return parts["a_full"]
-        return self.plain.full_forward_dynamics(q_full, v_full, effort_full).acceleration
+        return self.plain.full_acceleration(q_full, v_full, effort_full)
 
     def _call(self, what: str, at: Posture, *arguments: npt.ArrayLike) -> dict[str, Array] | None:
         if not self.source.determined:

@@ -49,7 +49,7 @@ def compare_with_mujoco(
         upper = pin.crba(chain.model, data, q)
         mass = np.triu(upper) + np.triu(upper, 1).T
         bias = np.array(pin.nonLinearEffects(chain.model, data, q, v))
-        acceleration = chain.full_forward_dynamics(q, v, effort).acceleration
+        acceleration = chain.full_forward_dynamics(near, v, effort).acceleration
         tangent = chain.tangent(near)
         units = robot.units
         predicted = _softened(mass, effort - bias, acceleration, opinion)

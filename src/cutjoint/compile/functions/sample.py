@@ -191,7 +191,7 @@ class ChainSample(RobotSample):
 
     @property
     def a_full(self) -> Array:
-        return self.chain.full_forward_dynamics(self.q, self.v_full, self.effort_full).acceleration
+        return self.chain.full_forward_dynamics(self.at, self.v_full, self.effort_full).acceleration
 
     @cached_property
     def wanted(self) -> Pose:

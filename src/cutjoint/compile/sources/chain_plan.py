@@ -302,7 +302,7 @@ class ChainPlan(ChainTree):
         """
         if self.nv == 0:
             raise CompileError(f"{self.name} has no joint that moves: there is nothing to compile")
-        if len(self.chain.constraint_jacobian(self.chain.home.q_full)) != self.rows:
+        if len(self.chain.constraint_jacobian(self.chain.home)) != self.rows:
             raise CompileError(
                 f"{self.name} cannot be compiled: its loops close only when some of their rows are left out, and what "
                 "those are open by differs from posture to posture. Give its frames more digits"

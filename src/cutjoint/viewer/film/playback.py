@@ -125,7 +125,7 @@ def _animate(figure: Figure, recording: Recording) -> None:
     chain = figure.chain
     poses: dict[str, list[Array]] = {}
     for at in recording.postures:
-        placed = {figure.link_path(n): p for n, p in chain.link_placements(at.q_full).items()}
+        placed = {figure.link_path(n): p for n, p in chain.link_placements(at).items()}
         placed |= {p: m for p, m in figure.overlay_placements(at).items() if not p.endswith("/gap")}
         for path, matrix in placed.items():
             poses.setdefault(path, []).append(matrix)
@@ -159,7 +159,7 @@ def _pose_tracks(frames: Array, matrices: Array) -> list[_Track]:
 def _effort_tracks(figure: Figure, recording: Recording, frames: Array) -> dict[str, list[_Track]]:
     chain, radius = figure.chain, figure.radius
     joints = {joint.name: joint for joint in chain.description.joints}
-    places = [chain.link_placements(at.q_full) for at in recording.postures]
+    places = [chain.link_placements(at) for at in recording.postures]
     largest = _largest(chain, recording)
     tracks: dict[str, list[_Track]] = {}
     for i, actuator in enumerate(chain.actuators):

@@ -64,7 +64,7 @@ class Figure:
         self.scene = Scene()
         self.toggles: dict[str, tuple[list[str], bool]] = {}
         description = chain.description
-        placements = chain.link_placements(at.q_full)
+        placements = chain.link_placements(at)
         self._paths = {link.name: f"{ROOT}/links/{_safe(i, link.name)}" for i, link in enumerate(description.links)}
         self.colours = limb_colours(description)
         self._visuals: Mapping[str, tuple[Shape, ...]] = {link.name: link.visuals for link in description.links}
@@ -95,7 +95,7 @@ class Figure:
     def pose(self, at: Posture) -> None:
         """Show posture `at`, in one batch."""
         with self.scene.batch():
-            for name, placement in self.chain.link_placements(at.q_full).items():
+            for name, placement in self.chain.link_placements(at).items():
                 self.scene.set_transform(self._paths[name], placement)
             for path, placement in self.overlay_placements(at).items():
                 self.scene.set_transform(path, placement)
@@ -103,14 +103,14 @@ class Figure:
     def overlay_placements(self, at: Posture) -> dict[str, Array]:
         """Placements of what follows the posture but is no link: path -> (4, 4), scale included."""
         found: dict[str, Array] = {}
-        for i, (name, a, b) in enumerate(self.chain.cut_placements(at.q_full)):
+        for i, (name, a, b) in enumerate(self.chain.cut_placements(at)):
             path = f"{ROOT}/loops/{_safe(i, name)}"
             found[f"{path}/a"], found[f"{path}/b"] = np.asarray(a), np.asarray(b)
             found[f"{path}/gap"] = _between(np.asarray(a)[:3, 3], np.asarray(b)[:3, 3])
         tool = self.chain.description.tool
         if tool is not None:
-            found[f"{ROOT}/tool"] = self.chain.link_placements(at.q_full)[tool.link] @ tool.placement
-        centre = shapes.translation(self.chain.centre_of_mass(at.q_full))
+            found[f"{ROOT}/tool"] = self.chain.link_placements(at)[tool.link] @ tool.placement
+        centre = shapes.translation(self.chain.centre_of_mass(at))
         found[f"{ROOT}/mass"] = centre
         down = np.asarray(self.chain.description.gravity)
         if np.linalg.norm(down) > 0:
