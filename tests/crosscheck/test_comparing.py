@@ -10,7 +10,7 @@ import pytest
 
 from cutjoint.crosscheck import QUANTITIES, compare, effort_along, hypothesis_cost, sample_states, workspace_box
 from cutjoint.errors import CutjointError, DynamicsError, ToleranceError, UnreachableError
-from cutjoint.mechanism import Actuator, Mechanism, Posture, Terms, Tool
+from cutjoint.mechanism import Actuator, JointLimits, Mechanism, Posture, Task, Terms, Tool
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,17 @@ class Cart:
     def home(self) -> Posture:
         return Posture(np.zeros(3), np.zeros(3))
 
-    def close(self, q: Any, near: Posture | None = None) -> Posture:
+    @property
+    def task(self) -> Task:
+        return Task(("x", "y", "z"), self.tool(self.home).pose, self.name)
+
+    def close(self, q: Any, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         return Posture(np.array(q), np.array(q))
 
-    def reach(self, p: Any, near: Posture | None = None) -> Posture:
+    def reach(
+        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+    ) -> Posture:
+        p = self.task.target(target, free).pose.position
         if np.abs(p).max() > self.reach_of:
             raise UnreachableError("outside the box", target=np.array(p))
         return self.close(p)
@@ -42,7 +49,7 @@ class Cart:
 
     def tool(self, at: Posture, v: Any = None) -> Tool:
         drift = np.zeros(3) if v is None else np.full(3, self.off("J_dot v"))
-        return Tool(at.q + self.off("tool position"), np.eye(3) + self.off("Jacobian"), drift)
+        return Tool.of_point(at.q + self.off("tool position"), np.eye(3) + self.off("Jacobian"), drift)
 
     def terms(self, at: Posture, v: Any = None) -> Terms:
         gravity = np.array([0.0, 0.0, 9.81 * self.mass]) + self.off("gravity")

@@ -11,7 +11,7 @@ import pytest
 from cutjoint.crosscheck import Comparison, compare, sample_states, workspace_box
 from cutjoint.crosscheck.sampling import length_of
 from cutjoint.errors import UnreachableError
-from cutjoint.mechanism import Actuator, Mechanism, Posture, Terms, Tool
+from cutjoint.mechanism import Actuator, JointLimits, Mechanism, Posture, Task, Terms, Tool
 
 SIZES = [1e-4, 1.0, 1e4]
 NEAR, OUT, UP = 0.51371, 1.63183, 0.31717
@@ -39,11 +39,18 @@ class Polar:
     def home(self) -> Posture:
         return self.close([0.0, self.size, 0.0])
 
-    def close(self, q: Any, near: Posture | None = None) -> Posture:
+    @property
+    def task(self) -> Task:
+        return Task(("x", "y", "z"), self.tool(self.home).pose, self.name)
+
+    def close(self, q: Any, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         return Posture(np.array(q), np.array(q))
 
-    def reach(self, p: Any, near: Posture | None = None) -> Posture:
-        x, y, z = np.array(p) - self.origin
+    def reach(
+        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+    ) -> Posture:
+        p = self.task.target(target, free).pose.position
+        x, y, z = p - self.origin
         radius = np.hypot(x, y)
         if not NEAR * self.size <= radius <= OUT * self.size or abs(z) > UP * self.size:
             raise UnreachableError("outside", target=np.array(p))
@@ -59,7 +66,7 @@ class Polar:
         w, out = (0.0, 0.0) if v is None else (v[0], v[1])
         drift = [-2.0 * out * w * s - radius * w * w * c, 2.0 * out * w * c - radius * w * w * s, 0.0]
         place = np.array([radius * c, radius * s, lift]) + self.origin
-        return Tool(place + self.off("tool") * self.size, jacobian, np.array(drift))
+        return Tool.of_point(place + self.off("tool") * self.size, jacobian, np.array(drift))
 
     def terms(self, at: Posture, v: Any = None) -> Terms:
         radius = at.q_full[1]
@@ -156,7 +163,7 @@ def test_coordinates_near_zero_are_measured_against_the_robot(size: float) -> No
     """Coordinates count from home here, so that there is nothing of their own to measure them against."""
 
     class FromHome(Polar):
-        def close(self, q: Any, near: Posture | None = None) -> Posture:
+        def close(self, q: Any, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
             return Posture(self.by * np.array([1.0, self.size, self.size]), np.array(q))
 
     robot = FromHome(size)

@@ -138,7 +138,7 @@ def test_bad_numbers_are_refused_by_name(case, bad):
     still = np.zeros(3)
     calls = {
         "q": lambda: m.close(bad),
-        "p": lambda: m.reach(bad),
+        "target": lambda: m.reach_point(bad),
         "v": lambda: m.terms(at, bad),
         "a": lambda: m.inverse_dynamics(at, still, bad),
         "effort": lambda: m.forward_dynamics(at, still, bad),

@@ -67,10 +67,10 @@ class PendulumModel(ClosedFormModel[PendulumParameters, int]):
     def home(self):
         return self.close([0.3])
 
-    def close(self, q, near=None):
+    def close(self, q, near=None, *, limits="respect"):
         return Posture(np.array(q), np.array(q))
 
-    def reach(self, p, near=None):
+    def reach_point(self, p, near=None):
         return self.close([np.arctan2(p[0], -p[2])])
 
     def branch(self, at):

@@ -163,7 +163,7 @@ class CpmModel(CpmQuantities, ClosedFormModel[CpmParameters, Signs]):
 
     def reach_point(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The posture with the tool at `p` [m]; the same as `close` (equation 10), with the same errors."""
-        return self._place(three("p", p, "m"), self.signs if near is None else self.branch(near))
+        return self._place(three("target", p, "m"), self.signs if near is None else self.branch(near))
 
     def branch(self, at: Posture) -> Signs:
         """The elbow signs of a posture."""

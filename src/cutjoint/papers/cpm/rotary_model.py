@@ -78,7 +78,7 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
             SingularError: the posture is singular of type 1 or 2, or a type-2 singularity lies between `near` and it
                 because it is on the other side of it.
         """
-        tool = three("p", p, "m")
+        tool = three("target", p, "m")
         near = self.home if near is None else near
         branch = self.branch(near)
         at = self._place(tool, branch.signs, assembly=branch.assembly)

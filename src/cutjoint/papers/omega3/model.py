@@ -80,7 +80,7 @@ class Omega3Model(MeetingRodsModel[Omega3Parameters], ClosedFormModel[Omega3Para
             SingularError: the posture is singular of type 1 or 2, or a type-2 singularity lies between `near` and it
                 because its assembly mode is the other one.
         """
-        tool = three("p", p, "m")
+        tool = three("target", p, "m")
         near = self.home if near is None else near
         wanted = self._home_branch if near is self.home else self.branch(near)
         one, two, three_ = near.q.tolist()
