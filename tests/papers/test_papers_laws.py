@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cutjoint.errors import CutjointError, InputError
+from cutjoint.errors import CutjointError, InputError, UnreachableError
 from cutjoint.mechanism import Mechanism, Posture, kinetic_energy
 
 AXES = np.eye(3)
@@ -148,6 +148,36 @@ def test_bad_numbers_are_refused_by_name(case, bad):
             call()
     with pytest.raises(InputError, match=r"^v must"):
         m.tool(at, bad)
+    with pytest.raises(InputError, match=r"^(a )?target (must|is)"):
+        m.reach(bad)
+
+
+def test_every_way_to_say_a_target_is_one_posture(case):
+    """A point, a pose in each form, and coordinates by name; a pose that is turned is not reached at all."""
+    m, tool = case.model, case.model.tool(case.states[0][0])
+    assert m.task.names == ("x", "y", "z")
+    wanted = m.reach_point(tool.position, case.states[0][0]).q_full
+    by_name = dict(zip("xyz", tool.position.tolist(), strict=True))
+    for target in (
+        tool.position,
+        tool.position.tolist(),
+        tool.pose,
+        tool.pose.matrix,
+        [*tool.position, 0, 0, 0, 1],
+        by_name,
+    ):
+        np.testing.assert_array_equal(m.reach(target, case.states[0][0]).q_full, wanted)
+        np.testing.assert_array_equal(m.reach(target, case.states[0][0], free=True, limits="ignore").q_full, wanted)
+    turned = tool.pose.moved(turn=[1e-3, 0.0, 0.0])
+    with pytest.raises(UnreachableError, match=r"0\.0573 deg"):
+        m.reach(turned, case.states[0][0])
+    np.testing.assert_array_equal(m.reach(turned, case.states[0][0], free=True).q_full, wanted)
+    with pytest.raises(InputError, match="give also z"):
+        m.reach({"x": by_name["x"], "y": by_name["y"]})
+    with pytest.raises(InputError, match="led by rz"):
+        m.reach({**by_name, "rz": 0.0})
+    beside = m.reach({"x": by_name["x"] + 1e-3}, case.states[0][0], free=True)
+    np.testing.assert_allclose(m.tool(beside).position, tool.position + np.array([1e-3, 0, 0]), rtol=0, atol=1e-12)
 
 
 def test_a_posture_of_another_mechanism_is_refused(case):
