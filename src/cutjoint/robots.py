@@ -16,6 +16,7 @@ import numpy as np
 
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism
+from cutjoint.motion.values import ToolMotion
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
@@ -131,5 +132,5 @@ def hypothesis_cost_of(robot: str) -> Cost:
     simplified = published(robot)
     trajectory = PUBLISHED[robot].trajectory()
     motions = [trajectory.at(float(t)) for t in np.linspace(0.0, trajectory.duration, 401)]
-    path = [(motion.position, motion.velocity, motion.acceleration) for motion in motions]
+    path = [(one.position, one.velocity, one.acceleration) for one in motions if isinstance(one, ToolMotion)]
     return hypothesis_cost(simplified, load(robot, PUBLISHED[robot].physical), path)

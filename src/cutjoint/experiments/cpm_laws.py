@@ -19,7 +19,7 @@ from cutjoint.arrays import Array
 from cutjoint.control import law
 from cutjoint.errors import SimulationError
 from cutjoint.experiments import cpm
-from cutjoint.motion import Hold, Reference, ToolMotion, Trajectory
+from cutjoint.motion import Hold, JointMotion, Reference, ToolMotion, Trajectory
 from cutjoint.papers.cpm import CpmModel
 from cutjoint.papers.cpm.published import CIRCLE, SETTLING_TIME
 from cutjoint.simulation import Adaptive, Integrator, ReducedPlant, Result, RungeKutta4, State, run
@@ -71,7 +71,7 @@ class Later:
         """What is left [s]."""
         return self.whole.duration - self.since
 
-    def at(self, t: float) -> ToolMotion:
+    def at(self, t: float) -> ToolMotion | JointMotion:
         """The desired motion at time `t` [s] after `since`."""
         return self.whole.at(self.since + t)
 
