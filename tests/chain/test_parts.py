@@ -115,7 +115,7 @@ def test_parts_make_a_chain_without_its_face() -> None:
     closing, reduced = Closing(mobility), ReducedDynamics(mobility)
     np.testing.assert_array_equal(postures.home.q_full, robot.home.q_full)
     target = robot.home.q + 0.1
-    at = closing.close(target, None)
+    at = closing.close(target, None, "respect")
     np.testing.assert_array_equal(at.q_full, robot.close(target).q_full)
     assert mobility.report(postures.placed(at)) == robot.mobility(at)
     np.testing.assert_array_equal(reduced.terms(at, None).mass, robot.terms(at).mass)

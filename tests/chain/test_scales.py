@@ -283,11 +283,12 @@ def actuated(one: ClosedChain, chain: ClosedChain, size: Size, s: Sample) -> dic
         found["tool point"] = off(tool.position, size.place(place.position), reach)
         found["jacobian"] = off(size.rotation.T @ tool.jacobian / (size.length / units) * own, place.jacobian * own)
         found["tool drift"] = off(size.rotation.T @ tool.drift * size.time**2 / size.length, place.drift, one.length)
-        target = chain.tool(moved_to).position
-        back = chain.reach(target, at)
-        found["reach"] = off(chain.tool(back).position, target, reach)
-        if chain.n <= 3 and not idle:  # the point alone says where the robot is
-            found["reach back"] = apart(back, there) * size.length / reach
+        target = chain.tool(moved_to).pose
+        back = chain.tool(reached := chain.reach(target, at)).pose
+        found["reach"] = off(back.position, target.position, reach)
+        found["reach turn"] = off(back.rotation, target.rotation, reach / size.length)
+        if not idle:
+            found["reach back"] = apart(reached, there) * size.length / reach
     return found
 
 

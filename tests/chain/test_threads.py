@@ -21,6 +21,7 @@ from kit.sharing import alike
 from cutjoint.chain import ClosedChain
 from cutjoint.description import RobotDescription, load_description
 from cutjoint.errors import ClosureError, UnreachableError
+from cutjoint.mechanism import Pose
 
 Together = Callable[[Sequence[Callable[[], Any]]], list[Any]]
 ROBOTS = ("cpm", "omega3", "stewart", "fivebar", "ankle")
@@ -44,9 +45,9 @@ def postures(name: str) -> list[Any]:
 
 
 @cache
-def tools(name: str) -> list[np.ndarray]:
+def tools(name: str) -> list[Pose]:
     chain = ClosedChain(description(name))
-    return [chain.tool(at).position for at in postures(name)]
+    return [chain.tool(at).pose for at in postures(name)]
 
 
 def v(chain: Any) -> np.ndarray:
@@ -67,8 +68,8 @@ def allowed(chain: Any, at: Any) -> np.ndarray:
     return chain.full_forward_dynamics(at, full_v(chain, at), driven).acceleration
 
 
-# Public method -> a call of it with a posture and the tool there; `None` is no work of the chain's own.
-METHODS: dict[str, Callable[[Any, Any, np.ndarray], Any] | None] = {
+# Public method -> a call of it with a posture and the pose of the tool there; `None` is no work of the chain's own.
+METHODS: dict[str, Callable[[Any, Any, Pose], Any] | None] = {
     "actuated": None,
     "actuated_velocity": None,
     "actuators": None,
@@ -87,6 +88,7 @@ METHODS: dict[str, Callable[[Any, Any, np.ndarray], Any] | None] = {
     "full_motion": lambda c, at, p: c.full_motion(at, c.tool(at).jacobian @ v(c), c.tool(at, v(c)).drift),
     "full_velocity": lambda c, at, p: c.full_velocity(at, v(c)),
     "gap": lambda c, at, p: c.gap(at.q_full),
+    "goes_beyond": lambda c, at, p: c.goes_beyond(c.home.q_full, at.q_full),
     "home": lambda c, at, p: c.home,
     "idle_is_cyclic": lambda c, at, p: c.idle_is_cyclic,
     "integrate": lambda c, at, p: c.integrate(at.q_full, effort(c)),
@@ -107,6 +109,7 @@ METHODS: dict[str, Callable[[Any, Any, np.ndarray], Any] | None] = {
     "project": lambda c, at, p: c.project(c.integrate(at.q_full, 1e-5 * effort(c)), full_v(c, at)),
     "reach": lambda c, at, p: c.reach(p, c.home),
     "tangent": lambda c, at, p: c.tangent(at),
+    "task": lambda c, at, p: c.task,
     "terms": lambda c, at, p: c.terms(at, v(c)),
     "tool": lambda c, at, p: c.tool(at, v(c)),
     "with_payload": None,
