@@ -21,11 +21,12 @@ from cutjoint.errors import (
     ClosureError,
     CutjointError,
     InputError,
+    LimitError,
     SingularError,
     UnknownNameError,
     UnreachableError,
 )
-from cutjoint.mechanism import Posture
+from cutjoint.mechanism import Pose, Posture
 
 SPATIAL = ("cpm", "omega3")
 
@@ -67,7 +68,7 @@ def test_closed_postures_are_closed_and_where_they_were_asked_for(name: str, kit
     for _ in range(40):
         target = chain.home.q + 10.0 ** rng.uniform(-4, 0) * chain.length * rng.normal(size=chain.n)
         try:
-            at = chain.close(target)
+            at = chain.close(target, limits="ignore")
         except CutjointError:
             continue
         done += 1
@@ -80,18 +81,63 @@ def test_closed_postures_are_closed_and_where_they_were_asked_for(name: str, kit
 
 @pytest.mark.parametrize("name", [name for name in DETERMINED if name != "fourbar"])
 def test_reached_postures_hold_the_tool_where_it_was_asked_for(name: str, kit: Any) -> None:
+    """A point where that says all, else a pose."""
     chain, rng = kit.robot(name), np.random.default_rng(2)
-    start, done = tool_of(chain, chain.home), 0
+    start, done = Pose(tool_of(chain, chain.home), np.eye(3)), 0
     for _ in range(40):
-        target = start + in_space(name, 10.0 ** rng.uniform(-4, 0) * chain.length * rng.normal(size=3))
+        size = 10.0 ** rng.uniform(-4, 0)
+        by, turn = in_space(name, size * chain.length * rng.normal(size=3)), size * rng.normal(size=3)
+        target = start.moved(by, 0.0 * turn if chain.task.is_of_point else turn)
         try:
-            at = chain.reach(target)
+            at = chain.reach(target.position if chain.task.is_of_point else target, limits="ignore")
         except CutjointError:
             continue
         done += 1
         assert max(at.gap) < 1e-12
-        np.testing.assert_allclose(tool_of(chain, at), target, atol=1e-12)
+        np.testing.assert_allclose(tool_of(chain, at), target.position, atol=1e-12)
+        if not chain.task.is_of_point:
+            np.testing.assert_allclose(chain.tool(at).rotation, target.rotation, atol=1e-12)
     assert done > 15
+
+
+def test_a_point_leaves_the_rest_of_a_pose_free_where_that_is_said(kit: Any) -> None:
+    chain, rng = kit.robot("stewart"), np.random.default_rng(12)
+    for _ in range(10):
+        target = tool_of(chain, chain.home) + 0.05 * chain.length * rng.normal(size=3)
+        with pytest.raises(InputError, match="a point does not fix stewart, whose task is x y z rx ry rz"):
+            chain.reach(target)
+        at = chain.reach(target, free=True)
+        assert max(at.gap) < 1e-12
+        np.testing.assert_allclose(tool_of(chain, at), target, atol=1e-12)
+
+
+# ---- joint limits ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", DETERMINED)
+def test_joint_limits_are_respected_unless_they_are_to_be_ignored(name: str, kit: Any) -> None:
+    """A posture beyond them is the one that is found where they are ignored, and refused by name otherwise."""
+    chain, rng = kit.robot(name), np.random.default_rng(13)
+    units = np.array([chain.length if one.kind == "translation" else 1.0 for one in chain.actuators])
+    for _ in range(25):
+        q = chain.home.q + 10.0 ** rng.uniform(-2, 0.5) * units * rng.normal(size=chain.n)
+        try:
+            at = chain.close(q, limits="ignore")
+        except CutjointError:
+            continue
+        beyond = chain.limit_violations(at)
+        if not beyond:
+            np.testing.assert_array_equal(chain.close(q).q_full, at.q_full)
+            continue
+        for call in (lambda q=q: chain.close(q), lambda at=at: chain.reach(chain.tool(at).pose, free=True)):
+            with pytest.raises(CutjointError) as caught:
+                call()
+            error = caught.value
+            if not isinstance(error, LimitError):  # the tool's own way there may be barred otherwise
+                continue
+            value, lower, upper = chain.limit_violations(at)[error.joint] if error.joint in beyond else (np.nan,) * 3
+            assert (error.value, *error.bounds) == pytest.approx((value, lower, upper), abs=1e-9)
+            assert 0.0 <= error.progress < 1.0
 
 
 def test_a_four_bar_reaches_the_points_of_its_coupler_curve_alone(kit: Any) -> None:
@@ -141,7 +187,7 @@ def test_a_long_walk_of_the_tool_keeps_the_working_mode(name: str, kit: Any) -> 
     for _ in range(80):
         target = centre + in_space(name, chain.length * 10.0 ** rng.uniform(-2, 0.3) * rng.normal(size=3))
         try:
-            near = chain.reach(target, near)
+            near = chain.reach(target, near, limits="ignore")
         except (UnreachableError, SingularError):
             continue
         done += 1
@@ -157,14 +203,14 @@ def test_a_long_walk_of_the_actuators_comes_home(name: str, kit: Any) -> None:
     path = [chain.home]
     for _ in range(30):
         try:
-            path.append(chain.close(path[-1].q + 0.3 * scale * rng.normal(size=chain.n), path[-1]))
+            path.append(chain.close(path[-1].q + 0.3 * scale * rng.normal(size=chain.n), path[-1], limits="ignore"))
         except (ClosureError, SingularError):
             continue
         assert max(path[-1].gap) < 1e-12
     assert len(path) > 8
     back = path[-1]
     for there in reversed(path[:-1]):
-        back = chain.close(there.q, back)
+        back = chain.close(there.q, back, limits="ignore")
         np.testing.assert_allclose(back.q_full, there.q_full, atol=1e-9)
 
 
@@ -184,10 +230,12 @@ def test_a_sweep_in_fine_steps_and_one_leap_agree(name: str, kit: Any) -> None:
 def test_a_crank_turns_round_and_round(kit: Any) -> None:
     chain = kit.robot("fourbar")
     for turns in (1, -1, 3):
-        at = chain.close(chain.home.q + 2.0 * np.pi * turns)
+        at = chain.close(chain.home.q + 2.0 * np.pi * turns, limits="ignore")
         difference = (at.q_full - chain.home.q_full) / (2.0 * np.pi)
         np.testing.assert_allclose(difference, np.round(difference), atol=1e-10)
         assert difference[0] == pytest.approx(turns)
+    with pytest.raises(LimitError, match=r"'crank' would be at 8\.28319 rad, its limits are -6\.28319"):
+        chain.close(chain.home.q + 2.0 * np.pi)
 
 
 def test_closing_starts_from_any_working_mode(kit: Any) -> None:
@@ -425,7 +473,9 @@ def test_a_robot_that_is_a_tree_needs_no_closing(kit: Any) -> None:
     assert chain.mobility().determined
     assert chain.mobility().type2 == float("inf")
     q = np.linspace(-1.0, 1.0, chain.n)
-    at = chain.close(q)
+    with pytest.raises(LimitError, match="'limb1_slide' would be at -1 m, its limits are 0 to 0"):
+        chain.close(q)
+    at = chain.close(q, limits="ignore")
     np.testing.assert_array_equal(at.q_full, q)
     effort = chain.inverse_dynamics(at, q, -q)
     np.testing.assert_allclose(chain.forward_dynamics(at, q, effort), -q, atol=1e-10)

@@ -23,7 +23,7 @@ from oracles.maximal import Maximal
 
 from cutjoint.chain import ClosedChain
 from cutjoint.control import NoControl
-from cutjoint.errors import ActuationError
+from cutjoint.errors import ActuationError, InputError
 from cutjoint.motion import Hold, Reference
 from cutjoint.simulation import Adaptive, ConstrainedPlant, ReducedPlant, run
 
@@ -261,9 +261,15 @@ def test_a_bent_rod_would_move_otherwise_in_actuated_coordinates(monkeypatch: py
 
 @pytest.mark.parametrize("name", WITH_TOOL)
 def test_reaching_for_the_tool_comes_back(name: str) -> None:
+    """By pose; a point alone leaves the turning free on those that can turn."""
     one, rng = robot(name), np.random.default_rng(5)
     for at in one.postures:
-        target = one.chain.tool(at).position
+        target = one.chain.tool(at).pose
         found = one.chain.reach(target, one.chain.home)
-        np.testing.assert_allclose(one.chain.tool(found).position, target, rtol=0.0, atol=1e-11)
+        np.testing.assert_allclose(one.chain.tool(found).pose.matrix, target.matrix, rtol=0.0, atol=1e-11)
+        beside = one.chain.reach(target.position, one.chain.home, free=True)
+        np.testing.assert_allclose(one.chain.tool(beside).position, target.position, rtol=0.0, atol=1e-11)
+        if not one.chain.task.is_of_point:
+            with pytest.raises(InputError, match="a point does not fix"):
+                one.chain.reach(target.position, one.chain.home)
         require(actuated(one.chain, one.oracle, found, rng), 1e-9, name)
