@@ -11,6 +11,7 @@ import pytest
 from cutjoint.crosscheck import QUANTITIES, compare, effort_along, hypothesis_cost, sample_states, workspace_box
 from cutjoint.errors import CutjointError, DynamicsError, ToleranceError, UnreachableError
 from cutjoint.mechanism import Actuator, JointLimits, Mechanism, Posture, Task, Terms, Tool
+from cutjoint.mechanism.rotations import turned
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,8 @@ class Cart:
 
     def tool(self, at: Posture, v: Any = None) -> Tool:
         drift = np.zeros(3) if v is None else np.full(3, self.off("J_dot v"))
-        return Tool.of_point(at.q + self.off("tool position"), np.eye(3) + self.off("Jacobian"), drift)
+        tool = Tool.of_point(at.q + self.off("tool position"), np.eye(3) + self.off("Jacobian"), drift)
+        return replace(tool, rotation=turned(self.off("tool orientation") * at.q))
 
     def terms(self, at: Posture, v: Any = None) -> Terms:
         gravity = np.array([0.0, 0.0, 9.81 * self.mass]) + self.off("gravity")

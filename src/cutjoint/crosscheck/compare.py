@@ -5,7 +5,8 @@ sample, with sliding actuators counted in characteristic lengths of the robot: o
 turns and slides would outweigh one another by its size.  Three quantities may vanish while their terms do not (J_dot v
 of a robot whose Jacobian is constant, C v, and gravity at balance); they are measured against the accelerations or
 efforts of the same sample where those are larger.  Positions are measured against the robot, not against their distance
-from the origin.
+from the origin.  Jacobian and J_dot v are of the tool's frame, its angular velocity counted at the arm of a length of
+the robot; which axes two models call those of the tool is their own choice, so turns are compared since home.
 
 What a simplifying hypothesis costs is a comparison along a path: the effort that a robot without it needs, against the
 effort that the simplified model predicts.
@@ -20,7 +21,7 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly
-from cutjoint.crosscheck.sampling import REFUSED, Reacher, SampledState, length_of, units_of
+from cutjoint.crosscheck.sampling import REFUSED, Reacher, SampledState, frame_jacobian, length_of, units_of
 from cutjoint.errors import ToleranceError
 from cutjoint.mechanism import Mechanism, Posture
 
@@ -31,6 +32,7 @@ distance: there the rounding of coordinates shows."""
 QUANTITIES = (
     "actuated coordinates",
     "tool position",
+    "tool orientation",
     "Jacobian",
     "J_dot v",
     "mass matrix",
@@ -107,12 +109,12 @@ def compare(
     for count, state in enumerate(states, start=1):
         try:
             at = reacher.take_up(state)
-            found = _evaluate(checked, at, state, units)
+            found = _evaluate(checked, at, state, units, length)
         except REFUSED as error:
             refused, reason = refused + 1, reason or str(error)
             continue
-        wanted = _evaluate(reference, state.at, state, units)
-        natural = _natural_sizes(reference, state, units)
+        wanted = _evaluate(reference, state.at, state, units, length)
+        natural = _natural_sizes(reference, state, units, length)
         sizes = {name: max(float(np.abs(wanted[name]).max()), natural.get(name, 0.0)) for name in QUANTITIES}
         sizes["tool position"] = max(length, FAR * float(np.abs(wanted["tool position"]).max()))
         errors[count - 1] = {
@@ -134,13 +136,15 @@ def _rows(errors: dict[int, dict[str, tuple[float, float]]]) -> tuple[Comparison
     return tuple(rows)
 
 
-def _evaluate(mechanism: Mechanism, at: Posture, state: SampledState, units: Array) -> dict[str, Array]:
+def _evaluate(mechanism: Mechanism, at: Posture, state: SampledState, units: Array, length: float) -> dict[str, Array]:
     tool, terms = mechanism.tool(at, state.v), mechanism.terms(at, state.v)
+    scale = np.repeat([1.0, length], 3)
     return {
         "actuated coordinates": at.q / units,
         "tool position": tool.position,
-        "Jacobian": tool.jacobian * units,
-        "J_dot v": tool.drift,
+        "tool orientation": tool.rotation @ mechanism.tool(mechanism.home).rotation.T,
+        "Jacobian": frame_jacobian(tool, units, length),
+        "J_dot v": tool.frame_drift * scale,
         "mass matrix": terms.mass * np.outer(units, units),
         "Coriolis C v": terms.coriolis * units,
         "gravity": terms.gravity * units,
@@ -149,15 +153,16 @@ def _evaluate(mechanism: Mechanism, at: Posture, state: SampledState, units: Arr
     }
 
 
-def _natural_sizes(reference: Mechanism, state: SampledState, units: Array) -> dict[str, float]:
+def _natural_sizes(reference: Mechanism, state: SampledState, units: Array, length: float) -> dict[str, float]:
     """Sizes that vanishing quantities are measured against: a radian or a length, accelerations of the tool, inertial
     efforts."""
     tool, terms = reference.tool(state.at), reference.terms(state.at, state.v)
     inertial = float(np.abs(terms.mass @ state.a * units).max())
-    turning = tool.jacobian @ np.linalg.solve(terms.mass, terms.coriolis)
+    jacobian = np.repeat([1.0, length], 3)[:, None] * tool.frame_jacobian
+    turning = jacobian @ np.linalg.solve(terms.mass, terms.coriolis)
     return {
         "actuated coordinates": 1.0,
-        "J_dot v": max(float(np.abs(tool.jacobian @ state.a).max()), float(np.abs(turning).max())),
+        "J_dot v": max(float(np.abs(jacobian @ state.a).max()), float(np.abs(turning).max())),
         "Coriolis C v": inertial,
         "gravity": inertial,
     }

@@ -2,25 +2,33 @@
 
 The workspace is boxed by walking from home along each axis until the robot cannot follow; targets are drawn evenly from
 that box and kept where the robot can be closed and is well conditioned.  A target is a position of the tool where three
-actuators place it, and else the coordinates of the actuators.  Near a singularity two right models differ by
-conditioning alone, so such postures are left out.  Lengths count in characteristic lengths of the robot, so a robot a
-thousand times as large is sampled at the same postures.
+actuators place it in space, and else the coordinates of the actuators.  Near a singularity two right models differ by
+conditioning alone, so such postures are left out; joint limits are no business of the equations, and ignored.  Lengths
+count in characteristic lengths of the robot, so a robot a thousand times as large is sampled at the same postures.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from cutjoint.arrays import Array, Values, readonly
-from cutjoint.errors import ClosureError, CutjointError, DynamicsError, SingularError, UnreachableError
-from cutjoint.mechanism import Mechanism, Posture, Terms
+from cutjoint.errors import (
+    ClosureError,
+    CutjointError,
+    DynamicsError,
+    InputError,
+    SingularError,
+    UnreachableError,
+)
+from cutjoint.mechanism import Mechanism, Posture, Terms, Tool
 
 WORST_CONDITION = 100.0
-"""Postures where the tool Jacobian or the mass matrix, per natural unit of the actuators, is worse conditioned are not
-sampled."""
+"""Postures where the tool's frame Jacobian or the mass matrix, per natural unit of the actuators, is worse conditioned
+are not sampled."""
 
 REFUSED = (UnreachableError, ClosureError, SingularError, DynamicsError)
 
@@ -54,8 +62,8 @@ class Reacher:
     has been to."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self._mechanism = mechanism
-        self._origin, self._go = _targets(mechanism)
+        self._of_point = leads_point(mechanism)
+        self._origin, self._go = _targets(mechanism, self._of_point)
         self._known: list[tuple[Array, Posture]] = [(self._origin, mechanism.home)]
 
     def take_up(self, state: SampledState) -> Posture:
@@ -64,7 +72,7 @@ class Reacher:
         Raises:
             UnreachableError, ClosureError, SingularError: as the mechanism's `reach` or `close`.
         """
-        target = state.position if self._mechanism.n == 3 else state.at.q
+        target = state.position if self._of_point else state.at.q
         near = min(self._known, key=lambda one: float(np.sum(np.square(one[0] - target))))[1]
         at = self._go(target, near)
         self._known.append((target, at))
@@ -99,8 +107,9 @@ def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: floa
         resolution: how exactly, as a fraction of the distance.
         furthest: where the search ends, in characteristic lengths or radians.
     """
-    origin, go = _targets(mechanism)
-    units = np.full(3, length_of(mechanism)) if mechanism.n == 3 else units_of(mechanism)
+    of_point = leads_point(mechanism)
+    origin, go = _targets(mechanism, of_point)
+    units = np.full(3, length_of(mechanism)) if of_point else units_of(mechanism)
 
     def goes(axis: int, distance: float) -> bool:
         target = np.array(origin)
@@ -127,11 +136,27 @@ def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: floa
     return TargetBox(readonly(corners[0]), readonly(corners[1]))
 
 
-def _targets(mechanism: Mechanism) -> tuple[Array, Callable[[Array, Posture | None], Posture]]:
+def leads_point(mechanism: Mechanism) -> bool:
+    """Whether three actuators place the tool point in space, and nothing else is led."""
+    if mechanism.n != 3:
+        return False
+    try:
+        task = mechanism.task
+    except InputError:  # it cannot be told: the actuators do tell where the robot is
+        return False
+    return task.is_of_point and len(task.names) == 3
+
+
+def frame_jacobian(tool: Tool, units: Array, length: float) -> Array:
+    """The six rows per natural unit of the actuators, those of the angular velocity at the arm of a length [m]."""
+    return np.concatenate([tool.jacobian, length * tool.frame_jacobian[3:]]) * units
+
+
+def _targets(mechanism: Mechanism, of_point: bool) -> tuple[Array, Callable[[Array, Posture | None], Posture]]:
     """Home as a target, and what takes the mechanism to a target."""
-    if mechanism.n == 3:
-        return mechanism.tool(mechanism.home).position, mechanism.reach
-    return mechanism.home.q, mechanism.close
+    if of_point:
+        return mechanism.tool(mechanism.home).position, partial(mechanism.reach, limits="ignore")
+    return mechanism.home.q, partial(mechanism.close, limits="ignore")
 
 
 def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[SampledState]:
@@ -146,8 +171,8 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sam
         CutjointError: hardly any posture around home can be closed and is well conditioned.
     """
     random = np.random.default_rng(seed)
-    box, go = workspace_box(mechanism), _targets(mechanism)[1]
-    units = units_of(mechanism)
+    box, of_point = workspace_box(mechanism), leads_point(mechanism)
+    go, units, length = _targets(mechanism, of_point)[1], units_of(mechanism), length_of(mechanism)
     made = 0
     for _ in range(1000 * samples):
         if made == samples:
@@ -157,11 +182,11 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sam
             tool, terms = mechanism.tool(at), mechanism.terms(at)
         except REFUSED:
             continue
-        jacobian = tool.jacobian * units
+        jacobian = frame_jacobian(tool, units, length)
         if max(_condition(jacobian), _condition(terms.mass * np.outer(units, units))) > WORST_CONDITION:
             continue
         reach = box.upper - box.lower
-        if mechanism.n == 3:
+        if of_point:
             reach = box.diagonal / float(np.linalg.norm(jacobian, 2)) * units
         pace = _pace(terms, reach)
         v = pace * reach * random.normal(size=mechanism.n)

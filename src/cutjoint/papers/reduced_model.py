@@ -21,8 +21,7 @@ from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.errors import InputError, UnreachableError
 from cutjoint.mechanism import Actuator, JointLimits, Posture, Task, Terms, Tool
 from cutjoint.mechanism.interface import are_respected
-from cutjoint.mechanism.rotations import vector_of
-from cutjoint.papers.scalars import NUMBERS, Functions, Scalar, Vector, Vector3
+from cutjoint.papers.scalars import NUMBERS, Functions, Matrix3, Scalar, Vector, Vector3
 from cutjoint.tolerances import REACHED
 
 
@@ -65,6 +64,11 @@ class EquationState(ABC):
     @abstractmethod
     def tool(self, v: Vector | None = None) -> tuple[Vector3, Sequence[Vector], Vector3]:
         """Position [m], rows of the Jacobian (3, n) and drift [m/s2] of the tool; without `v` the drift is zero."""
+
+    def turning(self, v: Vector | None = None) -> tuple[Matrix3, Sequence[Vector], Vector3] | None:
+        """Axes of the tool as columns (3, 3), rows of the Jacobian of its angular velocity (3, n) and the drift of that
+        [rad/s2], without `v` zero; None of a tool that never turns, as most papers have it."""
+        return None
 
     @abstractmethod
     def strains(self) -> Vector:
@@ -116,7 +120,7 @@ class ReducedModel(ABC, Generic[P]):
 
     @cached_property
     def task(self) -> Task:
-        """Where the tool point is; the tool never turns, and its axes are those of the world."""
+        """Where the tool point is, in the axes of the world."""
         return Task(("x", "y", "z"), self.tool(self.home).pose, self.name)
 
     def reach(
@@ -127,7 +131,7 @@ class ReducedModel(ABC, Generic[P]):
 
         Raises:
             InputError: it is no target.
-            UnreachableError: a pose that is turned, which this tool cannot be.
+            UnreachableError: a pose that is turned otherwise than the tool is there.
         """
         are_respected(limits)
         if isinstance(target, np.ndarray) and target.shape == (3,):
@@ -137,15 +141,17 @@ class ReducedModel(ABC, Generic[P]):
         if not set(wanted.led) >= {0, 1, 2}:
             start = self.tool(self.home if near is None else near).position
             point = np.array([point[i] if i in wanted.led else start[i] for i in range(3)])
-        angle = float(np.linalg.norm(vector_of(wanted.pose.rotation)))
-        if angle > REACHED.value and not set(wanted.asked) <= {0, 1, 2}:
-            raise UnreachableError(
-                f"{self.name} cannot give its tool {wanted}: it never turns, and the pose is turned by "
-                f"{math.degrees(angle):.3g} deg; ask for the point alone",
-                target=point,
-                progress=0.0,
-            )
-        return self.reach_point(point, near)
+        found = self.reach_point(point, near)
+        if not set(wanted.asked) <= {0, 1, 2}:
+            _, angle = self.task.left(self.tool(found).pose, wanted)
+            if angle > REACHED.value:
+                raise UnreachableError(
+                    f"{self.name} cannot give its tool {wanted}: there it is turned by {math.degrees(angle):.3g} deg "
+                    "away from it; ask for the point alone",
+                    target=point,
+                    progress=0.0,
+                )
+        return found
 
     @abstractmethod
     def state(self, at: Posture) -> EquationState:
@@ -156,11 +162,16 @@ class ReducedModel(ABC, Generic[P]):
         """The same kind of robot, on the same branch at home, with other parameters."""
 
     def tool(self, at: Posture, v: npt.ArrayLike | None = None) -> Tool:
-        """Pose, which never turns, frame Jacobian, its drift and twist of the tool."""
-        speed = None if v is None else self._numbers("v", v, self._rate)
-        position, jacobian, drift = self.state(at).tool(speed)
-        given = None if speed is None else np.array(speed)
-        return Tool.of_point(np.array(position), np.array(jacobian), np.array(drift), given)
+        """Pose, frame Jacobian, its drift and twist of the tool."""
+        state, speed = self.state(at), None if v is None else self._numbers("v", v, self._rate)
+        (position, jacobian, drift), turning = state.tool(speed), state.turning(speed)
+        if turning is None:
+            given = None if speed is None else np.array(speed)
+            return Tool.of_point(np.array(position), np.array(jacobian), np.array(drift), given)
+        rotation, turns, turned = turning
+        rows = np.array([*jacobian, *turns])
+        twist = np.zeros(6) if speed is None else rows @ speed
+        return Tool(np.array(position), np.array(rotation), rows, np.array([*drift, *turned]), twist)
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
         """Mass matrix, Coriolis vector and gravity."""

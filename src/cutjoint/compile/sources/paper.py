@@ -130,9 +130,10 @@ class PaperState:
         return value
 
     def tool(self, v: Sequence[Number]) -> TracedTool:
-        """It never turns."""
         position, jacobian, drift = self._own.tool(tuple(v))
-        still: list[Number] = [0.0] * 3
-        rows = [*(list(row) for row in jacobian), *([0.0] * len(v) for _ in range(3))]
+        still = (0.0,) * len(v)
+        unturned = IDENTITY, (still, still, still), (0.0, 0.0, 0.0)
+        rotation, turns, turned = self._own.turning(tuple(v)) or unturned
+        rows = [list(row) for row in (*jacobian, *turns)]
         speed = [dot(row, v) for row in rows]
-        return TracedTool(list(position), [list(row) for row in IDENTITY], rows, [*drift, *still], speed)
+        return TracedTool(list(position), [list(row) for row in rotation], rows, [*drift, *turned], speed)
