@@ -125,8 +125,9 @@ class ToolFollower:
         task: of the mechanism.
         size: of the robot, see `_size` [m].
         is_of_whole_point: whether the task is x, y and z.
-        weights: what the rows of the task are divided by to have no dimension.
-        combinations: B of the module's head, or None.
+        weights: what the rows of the task are divided by to have no dimension, shape (rows,).
+        units: what a motion of the actuators is divided by to have none, shape (n,).
+        combinations: B of the module's head for motions without dimension, orthonormal columns; or None.
         start: the posture at 0 where there is one.
     """
 
@@ -135,14 +136,14 @@ class ToolFollower:
         self.task, self.size = mechanism.task, _size(mechanism)
         self.is_of_whole_point = self.task.names == POSITION
         self.weights = np.array([self.size if row < 3 else 1.0 for row in self.task.rows])
+        self.units = np.array([1.0 if one.kind == "rotation" else self.size for one in mechanism.actuators])
         self.start: Posture | None = None
         self.combinations: Array | None = None
         if mechanism.n > len(self.task.rows):
             first = self.at(0.0)
             self.start = first.posture(None)
-            unit = np.array([1.0 if one.kind == "rotation" else self.size for one in mechanism.actuators])
-            led = first.led(mechanism.tool(self.start)) / self.weights[:, None]
-            self.combinations = unit[:, None] * (led * unit).T
+            led = first.led(mechanism.tool(self.start)) * self.units / self.weights[:, None]
+            self.combinations = np.linalg.qr(led.T)[0]
 
     def at(self, t: float) -> ToolInstant:
         """What is to be done at `t` [s]."""
@@ -249,8 +250,8 @@ class _Rates:
 
     def __init__(self, whole: ToolFollower, led: Array) -> None:
         self._whole = whole
-        matrix = led if whole.combinations is None else led @ whole.combinations
-        self._matrix = matrix / whole.weights[:, None]
+        matrix = led * whole.units / whole.weights[:, None]
+        self._matrix = matrix if whole.combinations is None else matrix @ whole.combinations
         self._is_regular = False
 
     def size_of(self, wanted: Array) -> float:
@@ -284,14 +285,13 @@ class _Rates:
                     f"it leads {len(found)}, and {left:.2g} of the motion is beside them",
                     target=wanted,
                 )
-        return np.asarray(found if whole.combinations is None else whole.combinations @ found)
+        return np.asarray(whole.units * (found if whole.combinations is None else whole.combinations @ found))
 
     def _check(self) -> None:
         if self._is_regular:
             return
-        lengths = np.sqrt(np.einsum("ij,ij->j", self._matrix, self._matrix))
-        sizes = np.linalg.svd(self._matrix / np.maximum(lengths, 1e-300), compute_uv=False)
-        if sizes[-1] < tolerances.SINGULAR.value * sizes[0] or not sizes[0]:
+        sizes = np.linalg.svd(self._matrix, compute_uv=False)
+        if sizes[-1] <= tolerances.SINGULAR.value * sizes[0]:
             name, task = self._whole.mechanism.name, self._whole.task
             raise SingularError(
                 f"the tool of {name} cannot move in some direction of its task {task} here",

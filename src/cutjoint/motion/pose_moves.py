@@ -55,11 +55,15 @@ class PoseMove(Values):
 
     @classmethod
     def turn_at_home(cls, mechanism: Mechanism, rx: float, ry: float, rz: float, seconds: float) -> PoseMove:
-        """Turned by a rotation vector [deg] along the axes of the task; the point stays where the robot leads it, and
-        goes where the turn takes it otherwise."""
-        home = Home.of(mechanism)
-        turn = home.basis @ np.radians([rx, ry, rz])
-        return cls(home.pose, turn=turn, duration=seconds, given=ROTATION, name="turn")
+        """Turned by a rotation vector [deg] along the axes of the task.
+
+        Prescribed are the rotations that the robot leads and those that are not zero.  The point stays where the robot
+        leads it, and goes where the turn takes it otherwise.
+        """
+        home, vector = Home.of(mechanism), np.radians([rx, ry, rz])
+        wanted = dict(zip(ROTATION, vector.tolist(), strict=True))
+        given = tuple(name for name, angle in wanted.items() if angle or name in mechanism.task.names)
+        return cls(home.pose, turn=home.basis @ vector, duration=seconds, given=given, name="turn")
 
     def at(self, t: float) -> ToolMotion:
         """The desired motion at time `t` [s]."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cutjoint.arrays import Array, Values
+from cutjoint.arrays import Array, Values, positive
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.home import Home
@@ -88,7 +88,7 @@ def evenly(points: Array, seconds: float) -> Corners:
         )
     # The legs take lengths * rate [s], the two blends beyond the ends together half of the shortest leg's time.
     blend = 0.25 * float(lengths.min())
-    rate = seconds / float(lengths.sum() + 2.0 * blend)
+    rate = positive("seconds", seconds, "s") / float(lengths.sum() + 2.0 * blend)
     return Corners(points, lengths * rate, blend * rate)
 
 
