@@ -329,9 +329,9 @@ def test_a_direction_that_the_tool_cannot_take_is_told():
     place = chain.tool(at).position
     for velocity in np.eye(3)[[0, 2]]:
         motion = ToolMotion(place, velocity, np.zeros(3))
-        instant = ToolFollower(Given(motion, motion), chain, "respect").at(0.0)
+        demand = ToolFollower(Given(motion, motion), chain, "respect").at(0.0)
         with pytest.raises(SingularError, match="cannot move in some direction of its task x z") as caught:
-            instant.rates(at)
+            demand.rates(at)
         assert caught.value.kind == "type-1"
 
 
@@ -342,3 +342,35 @@ def test_references_are_trajectories_of_any_length():
     slow = Lissajous(home, [0.02, 0.0, 0.02], [0.3, 0.0, 0.4], [-0.5 * np.pi] * 3, 12.0)
     assert isinstance(slow, Trajectory)
     compare_with_differences(Reference(slow, chain), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "spec"),
+    [
+        pytest.param("stewart", "pose:0.02,0,0.01,2,0,4", marks=pytest.mark.slow),
+        ("fivebar", "lissajous:0.03,0.02"),
+        pytest.param("omega3", "joint-chirp:0.05,0.5,2,2", marks=pytest.mark.slow),
+    ],
+)
+def test_compiled_robots_follow_alike(name, spec):
+    chain = cutjoint.load(name)
+    quick = chain.compile()
+    made = trajectory(spec, chain)
+    one, two = Reference(made, chain), Reference(trajectory(spec, quick), quick)
+    for part in SAMPLES:
+        t = part * made.duration
+        for rate in ("q", "v", "a"):
+            assert np.abs(getattr(one.at(t), rate) - getattr(two.at(t), rate)).max() < 1e-9
+    compare_with_differences(two, 1.0)
+
+
+@pytest.mark.parametrize("name", ["cpm", "omega3", "cpm_rotary"])
+def test_published_models_follow_like_their_chains(name):
+    paper, chain = cutjoint.published(name), cutjoint.load(name, "lumped")
+    for spec in ("helix:0.01,0.01", "joint-sine:0.02", "pick-and-place:0.7,0.03"):
+        one, two = Reference(trajectory(spec, paper), paper), Reference(trajectory(spec, chain), chain)
+        for t in SAMPLES:
+            for rate in ("q", "v", "a"):
+                assert np.abs(getattr(one.at(t), rate) - getattr(two.at(t), rate)).max() < 1e-8
+        if not spec.startswith("pick"):  # whose third derivative jumps in the middle
+            compare_with_differences(one, 1.0)

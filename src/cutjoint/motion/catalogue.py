@@ -152,8 +152,8 @@ def describe(name: str) -> str:
 
 
 def trajectory(spec: str, mechanism: Mechanism) -> Trajectory:
-    """The trajectory that `spec`, NAME or NAME:NUMBER,NUMBER, names, from the home posture of `mechanism` on; or the one
-    that the file of this path tells.
+    """The trajectory that `spec`, NAME or NAME:NUMBER,NUMBER, names, from the home posture of `mechanism` on; or the
+    one that the file of this path tells.
 
     Raises:
         UnknownNameError: no such trajectory.

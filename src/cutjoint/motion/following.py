@@ -34,7 +34,7 @@ NOTHING, NANOMETRE = 1e-6, 1e-9
 STEPS = 30
 
 
-class Instant(Protocol):
+class Demand(Protocol):
     """What a trajectory prescribes at one instant, and how a mechanism follows it."""
 
     @property
@@ -54,7 +54,7 @@ class Instant(Protocol):
 class Follower(Protocol):
     """Follows one trajectory with one mechanism."""
 
-    def at(self, t: float) -> Instant:
+    def at(self, t: float) -> Demand:
         """What is to be done at `t` [s].
 
         Raises:
@@ -83,13 +83,13 @@ class JointFollower:
     def __init__(self, trajectory: Trajectory, mechanism: Mechanism, limits: JointLimits) -> None:
         self.trajectory, self.mechanism, self.limits = trajectory, mechanism, limits
 
-    def at(self, t: float) -> JointInstant:
+    def at(self, t: float) -> JointDemand:
         """What is to be done at `t` [s]."""
-        return JointInstant(self, joint_motion(self.trajectory, t, self.mechanism.n))
+        return JointDemand(self, joint_motion(self.trajectory, t, self.mechanism.n))
 
 
-class JointInstant:
-    """A joint motion at one instant: see `Instant`."""
+class JointDemand:
+    """A joint motion at one instant: see `Demand`."""
 
     def __init__(self, whole: JointFollower, motion: JointMotion) -> None:
         self._whole, self._motion = whole, motion
@@ -145,7 +145,7 @@ class ToolFollower:
             led = first.led(mechanism.tool(self.start)) * self.units / self.weights[:, None]
             self.combinations = np.linalg.qr(led.T)[0]
 
-    def at(self, t: float) -> ToolInstant:
+    def at(self, t: float) -> ToolDemand:
         """What is to be done at `t` [s]."""
         motion, still = tool_motion(self.trajectory, t), np.zeros(3)
         prescribed = motion.prescribed
@@ -161,11 +161,11 @@ class ToolFollower:
             kept = basis @ np.diag([float(name in prescribed) for name in POSITION]) @ basis.T
             place, speed, rate = home + kept @ (place - home), kept @ speed, kept @ rate
         pose = Pose(place, rotation)
-        return ToolInstant(self, motion, pose, np.concatenate([speed, turning]), np.concatenate([rate, change]))
+        return ToolDemand(self, motion, pose, np.concatenate([speed, turning]), np.concatenate([rate, change]))
 
 
-class ToolInstant:
-    """A tool motion at one instant: see `Instant`.  What is not prescribed is as at home."""
+class ToolDemand:
+    """A tool motion at one instant: see `Demand`.  What is not prescribed is as at home."""
 
     def __init__(self, whole: ToolFollower, motion: ToolMotion, pose: Pose, twist: Array, twist_rate: Array) -> None:
         self._whole, self._motion = whole, motion

@@ -17,7 +17,7 @@ PLAIN = 0.57
 
 
 @dataclass(frozen=True, eq=False)
-class Home(Frozen):
+class ToolAtHome(Frozen):
     """The tool at home.
 
     Attributes:
@@ -34,7 +34,7 @@ class Home(Frozen):
     directions: Array
 
     @classmethod
-    def of(cls, mechanism: Mechanism) -> Home:
+    def of(cls, mechanism: Mechanism) -> ToolAtHome:
         """That of a mechanism.
 
         Raises:

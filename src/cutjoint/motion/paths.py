@@ -15,7 +15,7 @@ import numpy as np
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
-from cutjoint.motion.home import Home, orthonormal
+from cutjoint.motion.home import ToolAtHome, orthonormal
 from cutjoint.motion.timing import Progress, minimum_jerk, trapezoid
 from cutjoint.motion.values import ToolMotion
 
@@ -64,7 +64,7 @@ class PointToPoint(Values):
     def from_home(cls, mechanism: Mechanism, x: float, y: float, z: float, seconds: float) -> Self:
         """From where the tool is at home to the point that is (x, y, z) [m] away from there, along the axes of the
         task."""
-        home = Home.of(mechanism)
+        home = ToolAtHome.of(mechanism)
         return cls(home.pose.position, home.by(x, y, z), seconds)
 
     def progress(self, t: float) -> Progress:
@@ -134,7 +134,7 @@ class Circle(Values):
         """
         positive("radius", radius, "m")
         positive("seconds", seconds, "s")
-        home = Home.of(mechanism)
+        home = ToolAtHome.of(mechanism)
         first, second = home.plane("a circle")
         return cls(home.pose.position - radius * first, radius, 2.0 * np.pi / seconds, first, second)
 
@@ -180,7 +180,7 @@ class Lissajous(Values):
         Raises:
             InputError: the tool can only move along a line, or an argument is not > 0.
         """
-        home = Home.of(mechanism)
+        home = ToolAtHome.of(mechanism)
         up, across = home.upright("a Lissajous curve")
         size = np.array([0.5 * positive("width", width, "m"), 0.5 * positive("height", height, "m"), 0.0])
         rate = 2.0 * np.pi / positive("seconds", seconds, "s") * np.array([1.0, 2.0, 0.0])

@@ -15,7 +15,7 @@ import numpy as np
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
 from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Mechanism, Pose
-from cutjoint.motion.home import Home
+from cutjoint.motion.home import ToolAtHome
 from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import ToolMotion
 
@@ -71,7 +71,7 @@ class PickAndPlace(Values):
             InputError: an argument is not > 0, or the tool can only move along a line.
             UnreachableError: there is no width that the robot reaches.
         """
-        home = Home.of(mechanism)
+        home = ToolAtHome.of(mechanism)
         up, across = home.upright("pick and place")
 
         def sized(width: float) -> PickAndPlace:

@@ -13,7 +13,7 @@ import numpy as np
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
 from cutjoint.mechanism import Mechanism, Pose
 from cutjoint.mechanism.rotations import turned
-from cutjoint.motion.home import Home
+from cutjoint.motion.home import ToolAtHome
 from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import ROTATION, ToolMotion
 
@@ -49,7 +49,7 @@ class PoseMove(Values):
         cls, mechanism: Mechanism, x: float, y: float, z: float, rx: float, ry: float, rz: float, seconds: float
     ) -> PoseMove:
         """From where the tool is at home, by a way [m] and a rotation vector [deg] along the axes of the task."""
-        home = Home.of(mechanism)
+        home = ToolAtHome.of(mechanism)
         turn = home.basis @ np.radians([rx, ry, rz])
         return cls(home.pose, home.basis @ np.array([x, y, z]), turn, seconds)
 
@@ -60,7 +60,7 @@ class PoseMove(Values):
         Prescribed are the rotations that the robot leads and those that are not zero.  The point stays where the robot
         leads it, and goes where the turn takes it otherwise.
         """
-        home, vector = Home.of(mechanism), np.radians([rx, ry, rz])
+        home, vector = ToolAtHome.of(mechanism), np.radians([rx, ry, rz])
         wanted = dict(zip(ROTATION, vector.tolist(), strict=True))
         given = tuple(name for name, angle in wanted.items() if angle or name in mechanism.task.names)
         return cls(home.pose, turn=home.basis @ vector, duration=seconds, given=given, name="turn")

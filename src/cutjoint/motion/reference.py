@@ -15,7 +15,7 @@ import numpy as np
 from cutjoint.arrays import Array, Frozen, positive, readonly
 from cutjoint.errors import ClosureError, CutjointError, LimitError, SingularError, UnreachableError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
-from cutjoint.motion.following import Instant, follower
+from cutjoint.motion.following import Demand, follower
 from cutjoint.motion.values import ROTATION, ToolMotion, Trajectory
 
 # Anchors to a way, and to a second of it: near enough that kinematics from the nearest one stays on its branch.
@@ -95,11 +95,11 @@ class Reference:
         places, postures, missed = [], [], _Missed()
         near: Posture | None = None
         for t in np.linspace(0.0, end, count + 1).tolist():
-            instant = self._follower.at(t)
-            near = self._posture(t, instant, near)
-            self._desired(t, instant, near)
-            missed.see(t, instant.missed(near))
-            places.append(instant.place)
+            demand = self._follower.at(t)
+            near = self._posture(t, demand, near)
+            self._desired(t, demand, near)
+            missed.see(t, demand.missed(near))
+            places.append(demand.place)
             postures.append(near)
         missed.tell(trajectory, mechanism)
         self._places, self._postures = readonly(places), tuple(postures)
@@ -123,10 +123,10 @@ class Reference:
         known = self._known.get(t)
         if known is not None:
             return known
-        instant = self._follower.at(t)
-        away = self._places - instant.place
+        demand = self._follower.at(t)
+        away = self._places - demand.place
         nearest = self._postures[int(np.argmin(np.einsum("ij,ij->i", away, away)))]
-        made = self._desired(t, instant, self._posture(t, instant, nearest))
+        made = self._desired(t, demand, self._posture(t, demand, nearest))
         # A memo of a pure function: stages of a method and runs on one time grid ask for the same instants again.
         with self._writing:
             self._known[t] = made
@@ -134,13 +134,13 @@ class Reference:
                 del self._known[next(iter(self._known))]
         return made
 
-    def _posture(self, t: float, instant: Instant, near: Posture | None) -> Posture:
+    def _posture(self, t: float, demand: Demand, near: Posture | None) -> Posture:
         with self._telling(t):
-            return instant.posture(near)
+            return demand.posture(near)
 
-    def _desired(self, t: float, instant: Instant, posture: Posture) -> Desired:
+    def _desired(self, t: float, demand: Demand, posture: Posture) -> Desired:
         with self._telling(t):
-            v, a, tool = instant.rates(posture)
+            v, a, tool = demand.rates(posture)
         return Desired(t, posture.q, v, a, tool, posture, self.mechanism)
 
     @contextmanager

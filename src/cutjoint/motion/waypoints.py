@@ -9,7 +9,7 @@ import numpy as np
 from cutjoint.arrays import Array, Values, positive
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
-from cutjoint.motion.home import Home
+from cutjoint.motion.home import ToolAtHome
 from cutjoint.motion.timing import Corners, points_of
 from cutjoint.motion.values import JointMotion, ToolMotion
 
@@ -32,7 +32,7 @@ class Waypoints(Values):
     def from_home(cls, mechanism: Mechanism, seconds: float, *numbers: float) -> Waypoints:
         """From where the tool is at home over points that are x, y, z [m] away from there, along the axes of the task,
         in `seconds` [s] with quintic blends (C2)."""
-        home = Home.of(mechanism)
+        home = ToolAtHome.of(mechanism)
         away = _groups(numbers, 3, "x, y, z")
         return cls(evenly(np.array([home.by(*point) for point in away]), seconds))
 

@@ -10,7 +10,7 @@ import numpy as np
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
-from cutjoint.motion.home import Home, orthonormal
+from cutjoint.motion.home import ToolAtHome, orthonormal
 from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import ToolMotion
 
@@ -57,7 +57,7 @@ class Spiral(Values):
         Raises:
             InputError: the tool can only move along a line, or an argument is out of its range.
         """
-        home = Home.of(mechanism)
+        home = ToolAtHome.of(mechanism)
         first, second = home.plane("a spiral")
         return cls(
             home.pose.position, np.array([0.0, positive("radius", radius, "m")]), 0.0, turns, seconds, first, second
@@ -70,7 +70,7 @@ class Spiral(Values):
         Raises:
             InputError: an argument is out of its range.
         """
-        home = Home.of(mechanism)
+        home = ToolAtHome.of(mechanism)
         first, second = home.basis[:, 0], home.basis[:, 1]
         start = home.pose.position - positive("radius", radius, "m") * first
         return cls(start, np.array([radius, radius]), rise, turns, seconds, first, second, name="helix")
