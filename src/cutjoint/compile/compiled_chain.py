@@ -21,7 +21,7 @@ from cutjoint.compile.reaching import ChainReaching
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.description.model import Inertial
-from cutjoint.errors import CompileError
+from cutjoint.errors import CutjointError
 from cutjoint.mechanism import JointLimits, Posture
 
 
@@ -66,11 +66,11 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
     def _reaching(self) -> ChainReaching | None:
         """Short ways of the tool, where the task leads the robot and one order of elimination serves."""
         row = function("reach_step")
-        if any(self.source.lacks(need) is not None for need in row.needs):
-            return None
         try:
             return ChainReaching(self.source, self._library[row.name], self._nominal)
-        except CompileError:
+        except CutjointError:
+            if all(self.source.lacks(need) is None for need in row.needs):
+                raise
             return None
 
     def _rebuilt(self, parameters: Mapping[str, float]) -> ClosedChain:

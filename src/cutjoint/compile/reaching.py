@@ -1,7 +1,8 @@
-"""Inverse kinematics of a chain by its compiled functions: short ways of the tool, where they are plainly on one branch.
+"""Inverse kinematics of a chain by its compiled functions: short ways of the tool, plainly on one branch.
 
-Loops and task are led together (`cutjoint.compile.equations.led`), as many rows as joints, so a step of Newton's method
-is one evaluation.  The branch is plain where the steps shrink (`cutjoint.compile.equations.newton`) and the determinant
+Loops and task are led together (`cutjoint.compile.equations.led`), so a step of Newton's method is one evaluation.  A
+point that moves on a surface or a curve is led by as many of its places as there are actuators, and all must be met.
+The branch is plain where the steps shrink (`cutjoint.compile.equations.newton`) and the determinant
 hardly changes: a singular posture on the way would change it more.
 """
 
@@ -80,6 +81,9 @@ class ChainReaching:
 
     def _has_rest(self, target: Target, y: Array) -> bool:
         """Whether the tool is also where nothing leads it."""
+        if target.asked == (0, 1, 2):
+            away = np.abs(y[self._at["place"]] - target.pose.position + self._origin)
+            return bool(away.max() <= tolerances.CLOSURE.value * self._source.chain.length)
         place, rotation = y[self._at["place"]], y[self._at["rotation"]].reshape(3, 3)
         distance, angle = self._task.left(Pose(place + self._origin, rotation), target)
         near = tolerances.CLOSURE if len(target.asked) == len(target.led) else tolerances.REACHED

@@ -18,7 +18,6 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain.rank import null_space
 from cutjoint.compile.sources.chain import ChainSource
-from cutjoint.compile.sources.interface import Need
 from cutjoint.mechanism import Mechanism, Pose, Posture, Terms, Tool
 
 DIFFERENCE = 1e-5
@@ -172,14 +171,11 @@ class ChainSample(RobotSample):
         self.far = float(np.abs(np.array(source.origin) / units.length).max()) + 1.0
         self.spin = units.rate if source.idle else 0.0
         self.axes.update(x=source.position_scale, u=scale)
-        if source.lacks(Need.TASK) is None:
-            self.axes["e"] = self.axes["t"][list(source.chain.task.rows)]
         self.mass = sum(float(inertia.mass) for inertia in list(source.model.inertias)[1:])
         motions = null_space(source.scaled_jacobian(self.q))
         self.v_full = np.asarray(units.rate * scale * (motions @ chance.normal(size=motions.shape[1])))
         energy = self.mass * units.length**2 * units.rate**2
         self.effort_full = np.asarray(energy / scale * chance.normal(size=source.nv))
-        self.away = chance.uniform(-1.0, 1.0, 6)
 
     @cached_property
     def tangent(self) -> Array:
@@ -195,10 +191,10 @@ class ChainSample(RobotSample):
 
     @cached_property
     def wanted(self) -> Pose:
-        """Where the tool shall be: where it is, where idle freedoms let the joints be anywhere; else a little aside."""
-        aside = 0.0 if self.source.idle else ASIDE
-        place, turn = aside * self.units.length * self.away[:3], aside * self.away[3:]
-        return self.tool.pose.moved(place, turn)
+        """Where the tool shall be: a little aside; with idle freedoms, which the steps need not share, where it is."""
+        aside = 0.0 if self.source.idle else ASIDE / self.units.rate
+        twist = aside * self.tool.twist
+        return self.tool.pose.moved(twist[:3], twist[3:])
 
     @property
     def goal(self) -> Array:
@@ -206,23 +202,18 @@ class ChainSample(RobotSample):
 
     @property
     def towards(self) -> Mapping[str, Array]:
-        source, task, tool = self.source, self.chain.task, self.tool
+        source, task, tool, unit = self.source, self.chain.task, self.tool, self.units.coordinate
         missed = task.error(tool.pose, self.wanted, task.rows)
         jacobian = task.condition(tool.pose, self.wanted, task.rows) @ tool.frame_jacobian
-        change = self.tangent @ np.linalg.solve(jacobian, -missed)
-        q_next = np.asarray(pin.integrate(source.model, self.q, change))
-        plan, matrix = source.led_plan, source.led_survey.system(self.q)[0] / source.rate_scale
-        rows, rates = [row for row, _ in plan.pivots], [rate for _, rate in plan.pivots]
-        square = matrix[np.ix_(rows, rates)] / source.led_survey.row_scale[rows][:, None]
-        size = np.abs((q_next - self.q) / source.position_scale).max()
+        scale = self.axes["t"][list(task.rows)]
+        change = np.linalg.lstsq(jacobian * unit / scale[:, None], -missed / scale, rcond=None)[0]
+        q_next = np.asarray(pin.integrate(source.model, self.q, self.tangent @ (unit * change)))
         return {
             "q_next": q_next,
-            "missed": missed,
             "place": tool.position - self.chain.origin,
             "rotation": tool.rotation,
-            "size": np.array([size]),
-            "gap": np.array([np.abs(missed / self.axes["e"]).max()]),
-            "determinant": np.array([np.linalg.det(square / plan.sizes)]),
+            "size": np.array([np.abs((q_next - self.q) / source.position_scale).max()]),
+            "gap": np.array([np.abs(missed / scale).max()]),
         }
 
     def aside(self, k: int, step: float) -> Posture:

@@ -173,10 +173,9 @@ def full_forward(call: Call) -> Traced:
 
 def reach_step(call: Call) -> Traced:
     """One Newton step on loops and task."""
-    found = call.joints.towards(call["goal"])
-    q, residual, led, size, gap, determinant, strain = found
-    results: Results = {"q_next": q, "missed": led.missed, "place": list(led.position), "rotation": _flat(led.rotation)}
-    return {**results, "residual": residual, "size": [size], "gap": [gap], "determinant": [determinant]}, strain
+    q, residual, led, size, gap, determinant, strain = call.joints.towards(call["goal"])
+    results: Results = {"q_next": q, "place": list(led.position), "rotation": _flat(led.rotation), "residual": residual}
+    return {**results, "size": [size], "gap": [gap], "determinant": [determinant]}, strain
 
 
 def reach(call: Call) -> Traced:

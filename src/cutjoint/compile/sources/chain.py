@@ -200,7 +200,7 @@ class ChainSource(ChainPlan):
             return self._not_determined()
         if need is Need.TOOL and self.chain.description.tool is None:
             return InputError(f"{self.name} has no tool frame; name one under [tool] in its loops.toml")
-        if need is Need.TASK:
+        if need is Need.TASK and self.determined:
             return self._lacks_task()
         if need is Need.CLOSED_FORM:
             return InputError(f"{self.name} has no inverse kinematics in closed form")
@@ -261,14 +261,18 @@ class ChainSource(ChainPlan):
         parts = (inertial.com, inertial.inertia, self.frame(name).placement.homogeneous)
         return [inertial.mass, *map(_numbers, parts)]
 
-    def _lacks_task(self) -> InputError | None:
+    def _lacks_task(self) -> CutjointError | None:
         try:
             task = self.chain.task
         except InputError as error:
             return error
-        if len(task.rows) == self.chain.n:
-            return None
-        return InputError(f"the task of {self.name} is {task}, and it has {self.chain.n} actuators: none leads another")
+        if len(task.rows) < self.chain.n:
+            return InputError(f"the task of {self.name}, {task}, does not say where its {self.chain.n} actuators are")
+        try:
+            _ = self.led_plan
+        except CompileError as error:
+            return error
+        return None
 
     def _not_determined(self) -> ActuationError:
         report = self.chain.mobility(self.chain.home)

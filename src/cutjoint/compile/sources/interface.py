@@ -30,7 +30,7 @@ class Need(Enum):
     IDLE_MASS = auto()
     """No idle freedom that moves no mass."""
     TASK = auto()
-    """A task of as many motions of the tool as there are actuators."""
+    """A task that says where the actuators are, and an order of elimination for it."""
     CLOSED_FORM = auto()
     """Inverse kinematics in closed form."""
 

@@ -1,0 +1,182 @@
+"""Compiled chains lead their tasks: short ways by compiled steps, on the chain's branch; the rest is the chain's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from kit.blueprint import random_rotation
+from kit.led import Standing, stand, with_limits
+from kit.led_robots import LED, drawn, somewhere
+from kit.sized import Size
+
+from cutjoint import tolerances
+from cutjoint.chain import ClosedChain
+from cutjoint.compile import CompiledChain, compiled
+from cutjoint.errors import CutjointError, InputError, LimitError, UnreachableError
+from cutjoint.mechanism import Posture
+
+ACCURACY = 1e-12
+"""Of the robot's size, and radians."""
+
+
+def quick(robot: CompiledChain, near: Posture, target: Any, free: bool = False) -> Posture | None:
+    """What compiled steps alone reach."""
+    assert robot._reaching is not None
+    return robot._reaching.to(near.q_full, target, free)
+
+
+def check_short_ways(robot: Standing, machine: CompiledChain, rng: np.random.Generator, ways: int) -> None:
+    chain, scale = robot.chain, machine.source.position_scale
+    units = robot.length if robot.led.slides else 1.0
+    for _ in range(ways):
+        x = robot.led.freedoms(rng, 0.9)
+        there = x + 0.02 * robot.led.spread * rng.uniform(-1.0, 1.0, len(x))
+        near, pose = chain.reach(robot.pose(x)), robot.pose(there)
+        found, wanted = quick(machine, near, pose), chain.reach(pose, near)
+        assert found is not None
+        assert np.abs(found.q - wanted.q).max() < ACCURACY * units
+        assert robot.missed(found.q, there) < ACCURACY
+        assert robot.off(chain.tool(found).pose, there) < ACCURACY
+        assert max(found.gap[0] / robot.length, found.gap[1], *chain.gap(found.q_full)) < ACCURACY * max(
+            1.0, robot.length
+        )
+        if not machine.source.idle:
+            assert np.abs((found.q_full - wanted.q_full) / scale).max() < ACCURACY
+        named = robot.named(there, chain.task.names, chain.task.axes)
+        for target in [pose, named, *([pose[:3, 3]] if chain.task.is_of_point else [])]:
+            np.testing.assert_allclose(machine.reach(target, near).q, found.q, rtol=0, atol=ACCURACY * units)
+
+
+@pytest.mark.parametrize("name", LED)
+def test_short_ways_are_those_of_the_chain(name: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng([3, *name.encode()])
+    robot = somewhere(name, 3, tmp_path, rng)
+    check_short_ways(robot, compiled(robot.chain, cached=False), rng, 12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LED)
+def test_short_ways_of_many_shapes(name: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng([4, *name.encode()])
+    for seed in range(4, 10):
+        robot = somewhere(name, seed, tmp_path, rng)
+        check_short_ways(robot, compiled(robot.chain, cached=False), rng, 30)
+
+
+@pytest.mark.parametrize("name", ["planar_3rrr", "tripod", "serial_wrist", "spherical_3rrr"])
+def test_long_ways_are_left_to_the_chain(name: str, tmp_path: Path) -> None:
+    """To targets near and far, reachable or not: the chain's posture, or none, but never another branch."""
+    rng = np.random.default_rng([5, *name.encode()])
+    robot = somewhere(name, 2, tmp_path, rng)
+    chain, machine = robot.chain, compiled(robot.chain, cached=False)
+    home, units = chain.home, robot.length if robot.led.slides else 1.0
+    near = far = 0
+    for part in np.linspace(0.02, 3.0, 60):
+        x = part * robot.led.spread * rng.uniform(-1.0, 1.0, len(robot.led.spread))
+        found = quick(machine, home, robot.pose(x))
+        try:
+            wanted = chain.reach(robot.pose(x))
+        except CutjointError:
+            assert found is None
+            continue
+        if found is not None:
+            near += 1
+            assert np.abs(found.q - wanted.q).max() < 1e-10 * units
+        change = np.abs((wanted.q_full - home.q_full) / machine.source.position_scale).max()
+        if change > 3.0 * tolerances.STRIDE.value:
+            far += 1
+            assert found is None
+    assert near > 5
+    assert far > 5
+
+
+def same_error(machine: CompiledChain, target: Any, kind: type[CutjointError], **given: Any) -> CutjointError:
+    """Both refuse a target in the same words."""
+    with pytest.raises(kind) as own:
+        machine.reach(target, **given)
+    with pytest.raises(kind) as wanted:
+        machine.chain.reach(target, **given)
+    assert type(own.value) is type(wanted.value)
+    assert str(own.value) == str(wanted.value)
+    return own.value
+
+
+def test_what_is_no_target_is_refused_as_by_the_chain(kit: Any) -> None:
+    stewart, flat, delta = kit.machine("stewart"), kit.machine("fivebar"), kit.machine("omega3")
+    pose = stewart.tool(stewart.home).pose
+    same_error(stewart, pose.position, InputError)
+    same_error(stewart, {"x": 0.0}, InputError)
+    same_error(stewart, {"x": np.nan, "y": 0.0, "z": 0.0, "rx": 0.0, "ry": 0.0, "rz": 0.0}, InputError)
+    same_error(stewart, np.zeros(5), InputError)
+    same_error(stewart, pose.moved((9.0, 0.0, 0.0)), UnreachableError)
+    tip = flat.tool(flat.home).position
+    same_error(flat, tip + np.array([0.0, 1e-6, 0.0]), UnreachableError)
+    same_error(delta, delta.tool(delta.home).pose.moved(turn=(1e-3, 0.0, 0.0)), UnreachableError)
+    same_error(kit.machine("underactuated"), {"x": 0.1, "w": 0.0}, InputError)
+
+
+def test_what_is_free_may_be_anything(kit: Any) -> None:
+    delta, stewart = kit.machine("omega3"), kit.machine("stewart")
+    pose = delta.tool(delta.home).pose.moved((1e-3, 0.0, 0.0), (0.1, 0.0, 0.0))
+    np.testing.assert_allclose(delta.reach(pose, free=True).q, delta.chain.reach(pose, free=True).q, atol=1e-13)
+    point = stewart.tool(stewart.home).position + np.array([1e-3, 0.0, -1e-3])
+    found, wanted = stewart.reach(point, free=True), stewart.chain.reach(point, free=True)
+    np.testing.assert_array_equal(found.q_full, wanted.q_full)
+    assert quick(stewart, stewart.home, point, free=True) is None
+
+
+@pytest.mark.parametrize("name", ["tripod", "planar_3rrr"])
+def test_limits_of_joints_are_respected(name: str, tmp_path: Path) -> None:
+    """Of actuated and passive joints, by reach and close; and a joint that is beyond them may come back."""
+    rng = np.random.default_rng([6, *name.encode()])
+    robot = stand(drawn(name, 6), tmp_path / "plain")
+    x = 0.1 * robot.led.freedoms(rng)
+    pose, chain = robot.pose(x), robot.chain
+    home, there = chain.home, chain.reach(robot.pose(x))
+    for joint in ("leg1", "hinge1") if name == "tripod" else ("crank1", "elbow1"):
+        index = chain.model.joints[chain.model.getJointId(joint)].idx_q
+        start, end = float(home.q_full[index]), float(there.q_full[index])
+        middle, side = 0.5 * (start + end), np.sign(end - start)
+        bounds = (middle, start + 9.0) if side < 0.0 else (start - 9.0, middle)
+        machine = compiled(ClosedChain(with_limits(robot.description, {joint: bounds})), cached=False)
+        assert quick(machine, machine.home, pose) is not None
+        error = same_error(machine, pose, LimitError)
+        assert isinstance(error, LimitError)
+        assert error.joint == joint
+        beyond = machine.reach(pose, limits="ignore")
+        np.testing.assert_allclose(beyond.q, there.q, rtol=0, atol=1e-12)
+        with pytest.raises(LimitError):
+            machine.close(there.q)
+        np.testing.assert_allclose(machine.close(there.q, limits="ignore").q_full, beyond.q_full, rtol=0, atol=1e-12)
+        machine.reach(robot.pose(0.9 * x), beyond)
+        with pytest.raises(LimitError):
+            machine.reach(robot.pose(1.1 * x), beyond)
+        np.testing.assert_allclose(machine.close(home.q, beyond).q, home.q, rtol=0, atol=1e-12)
+
+
+def test_half_a_turn_is_left_to_the_chain(tmp_path: Path) -> None:
+    """Where the rotation that is missed has no direction."""
+    robot = stand(drawn("serial_wrist", 1), tmp_path)
+    machine = compiled(robot.chain, cached=False)
+    pose = machine.tool(machine.home).pose
+    for angle in (3.0, np.pi - 1e-9, np.pi):
+        assert quick(machine, machine.home, pose.moved(turn=(angle, 0.0, 0.0))) is None
+
+
+def test_a_base_far_away_costs_no_digits(tmp_path: Path) -> None:
+    rng = np.random.default_rng(7)
+    size = Size(rotation=random_rotation(rng), offset=np.array([8e3, -5e3, 3e3]))
+    robot = stand(drawn("tripod", 2), tmp_path, size)
+    machine = compiled(robot.chain, cached=False)
+    assert any(machine.source.origin)
+    x = np.array([0.004, 0.02, -0.01])
+    found = quick(machine, machine.home, robot.pose(x))
+    assert found is not None
+    assert max(found.gap) < 1e-15
+    np.testing.assert_allclose(found.q, robot.chain.reach(robot.pose(x)).q, rtol=0, atol=1e-15)
+    assert np.abs(machine.tool(found).position - robot.pose(x)[:3, 3]).max() < 2e-12, (
+        "the rounding of the target itself"
+    )
