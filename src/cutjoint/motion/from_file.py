@@ -10,7 +10,7 @@ All of it is in the axes in which the robot's task is: those of the world, or of
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -138,13 +138,15 @@ def _quaternions(table: NumberTable, columns: Mapping[str, _Column], task: Task)
     """The orientation of the tool in the world, x y z w, each of shape (rows,)."""
     home = _constant(task.home.rotation, len(table.values))
     if not columns.keys().isdisjoint(VECTOR):
-        _check_jumps(table, columns, VECTOR)
+        turning = [columns[one] for one in VECTOR if one in columns and columns[one].values.any()]
+        if len(turning) == 1:
+            _check_jumps(table, turning)
         turn = _of_vectors(*(columns[one].si if one in columns else 0.0 * home[0] for one in VECTOR))
         return product(home, turn) if task.axes == "tool" else product(turn, home)
     if "qx" in columns:
         found = _units(table, columns)
     else:
-        _check_jumps(table, columns, FIXED_AXES)
+        _check_jumps(table, [columns[one] for one in FIXED_AXES if one in columns])
         found = _of_fixed_axes(table, columns, np.eye(3) if task.axes == "tool" else task.home.rotation)
     return product(home, found) if task.axes == "tool" else found
 
@@ -195,21 +197,24 @@ def _constant(rotation: Array, rows: int) -> Four[Array]:
     return x, y, z, w
 
 
-def _check_jumps(table: NumberTable, columns: Mapping[str, _Column], names: tuple[str, ...]) -> None:
+def _check_jumps(table: NumberTable, given: Sequence[_Column]) -> None:
     """Refuses an angle that jumps by more than half a turn, unless all that it does is to pass the seam at half or at a
-    whole turn: from 0 to 270 degrees the spline would go 90 degrees the other way, from 0 to 360 not at all."""
-    given = [columns[one] for one in names if one in columns]
+    whole turn: from 0 to 270 degrees the spline would go 90 degrees the other way, from 0 to 360 not at all.
+
+    Where two of three jump, it may be a change between two ways to write one orientation.
+    """
     jumps = np.array([np.abs(np.diff(one.si)) for one in given])
     large = jumps > np.pi + 1e-9
     left = np.abs(jumps - 2.0 * np.pi * np.round(jumps / (2.0 * np.pi)))
-    # Where two of them jump, it is a change between two ways to write one orientation.
     wrong = large & (large.sum(axis=0) == 1) & ((left > SEAM) | (left < 1e-9))
     if wrong.any():
         row = int(np.flatnonzero(wrong.any(axis=0))[0])
-        which = int(np.flatnonzero(wrong[:, row])[0])
+        angle = given[int(np.flatnonzero(wrong[:, row])[0])]
+        before, now = angle.values[row : row + 2]
+        turn = 2.0 * np.pi / angle.factor
         raise table.fault(
-            f"found an angle that jumps by {np.rad2deg(jumps[which, row]):.6g} degrees from the row before; expected "
-            "less than half a turn, so give rows between",
+            f"found a step from {before:.6g} to {now:.6g}; expected less than half a turn from row to row: give rows "
+            f"between, or write {now - turn * np.round((now - before) / turn):.6g} for {now:.6g} if it goes that way",
             row + 1,
-            given[which].number,
+            angle.number,
         )

@@ -6,8 +6,8 @@ With J the right Jacobian of the rotation vector, along the axes of the body,
     w = J phi_dot,    J = 1 - a [phi] + b [phi]^2,    a = (1 - cos x) / x^2,  b = (x - sin x) / x^3,  x = |phi|,
     w_dot = J phi_ddot + J_dot phi_dot
 
-(J. Sola, J. Deray, D. Atchuthan: A micro Lie theory for state estimation in robotics.  arXiv:1812.01537).  a and b are
-taken as power series in x^2, as far as their terms are felt; they hold for small x too, and up to a whole turn.
+(J. Sola, J. Deray, D. Atchuthan: A micro Lie theory for state estimation in robotics.  arXiv:1812.01537).  Up to half a
+turn a and b are taken as power series in x^2, as far as their terms are felt, which hold for small x too.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ from cutjoint.arrays import Array
 Number = TypeVar("Number", float, Array)
 Triple = tuple[Number, Number, Number]
 Four = tuple[Number, Number, Number, Number]
+Five = tuple[Number, Number, Number, Number, Number]
 
-_TERMS = 24
+_TERMS = 20
 _A = [(-1.0) ** k / factorial(2 * k + 2) for k in range(_TERMS + 1)]
 _B = [(-1.0) ** k / factorial(2 * k + 3) for k in range(_TERMS + 1)]
 # A row a power of x^2, for (a - 1 / 2) / x^2, b, and their derivatives by x over x.
@@ -38,42 +39,48 @@ class RightJacobian(Generic[Number]):
 
     def __init__(self, phi: Triple[Number]) -> None:
         self.phi: Triple[Number] = phi
-        square = dot(phi, phi)
-        terms = 1 + bisect_left(_UNFELT, float(np.max(square)) if isinstance(square, np.ndarray) else square)
-        p = q = r = s = 0.0 * square
-        for k in range(min(terms, _TERMS) - 1, -1, -1):
-            one, two, three, four = _ROWS[k]
-            p, q, r, s = p * square + one, q * square + two, r * square + three, s * square + four
-        self._a: Number = 0.5 + p * square
-        self._rest: Number = p
-        self._b: Number = q
-        self._a_rate: Number = r
-        self._b_rate: Number = s
+        self._coefficients: Five[Number] = _coefficients(dot(phi, phi))
 
     def times(self, rate: Triple[Number]) -> Triple[Number]:
         """J rate: the angular velocity while the rotation vector moves at `rate`."""
         (x, y, z), (u, v, w) = rate, cross(self.phi, rate)
         p, q, r = cross(self.phi, (u, v, w))
-        a, b = self._a, self._b
+        a, _, b, _, _ = self._coefficients
         return x - a * u + b * p, y - a * v + b * q, z - a * w + b * r
 
     def solve(self, velocity: Triple[Number]) -> Triple[Number]:
         """J^-1 velocity: the rate of the rotation vector at an angular velocity; for less than a whole turn."""
         (x, y, z), (u, v, w) = velocity, cross(self.phi, velocity)
         p, q, r = cross(self.phi, (u, v, w))
-        c = (2.0 * self._rest + self._b) / (2.0 * self._a)
+        a, rest, b, _, _ = self._coefficients
+        c = (2.0 * rest + b) / (2.0 * a)
         return x + 0.5 * u + c * p, y + 0.5 * v + c * q, z + 0.5 * w + c * r
 
     def change(self, rate: Triple[Number], other: Triple[Number]) -> Triple[Number]:
         """J_dot other, while the rotation vector moves at `rate`."""
         along, across, aside = dot(self.phi, rate), cross(self.phi, other), cross(rate, other)
         (x, y, z), (u, v, w), (p, q, r) = cross(rate, across), cross(self.phi, aside), cross(self.phi, across)
-        a, b, c, d = self._a, self._b, self._a_rate * along, self._b_rate * along
+        a, _, b, a_rate, b_rate = self._coefficients
+        c, d = a_rate * along, b_rate * along
         return (
             b * (x + u) - a * aside[0] - c * across[0] + d * p,
             b * (y + v) - a * aside[1] - c * across[1] + d * q,
             b * (z + w) - a * aside[2] - c * across[2] + d * r,
         )
+
+
+def _coefficients(square: Number) -> Five[Number]:
+    """a, (a - 1/2) / x^2, b, and the derivatives of a and b by x over x, at x^2; arrays up to half a turn."""
+    if not isinstance(square, np.ndarray) and square > 10.0:
+        x = sqrt(square)
+        a, b = (1.0 - cos(x)) / square, (x - sin(x)) / (x * square)
+        return a, (a - 0.5) / square, b, (sin(x) / x - 2.0 * a) / square, (a - 3.0 * b) / square
+    terms = 1 + bisect_left(_UNFELT, float(np.max(square)) if isinstance(square, np.ndarray) else square)
+    p = q = r = s = 0.0 * square
+    for k in range(min(terms, _TERMS) - 1, -1, -1):
+        one, two, three, four = _ROWS[k]
+        p, q, r, s = p * square + one, q * square + two, r * square + three, s * square + four
+    return 0.5 + p * square, p, q, r, s
 
 
 def quaternion_of_vector(phi: Triple[float]) -> Four[float]:

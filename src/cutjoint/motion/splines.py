@@ -27,6 +27,15 @@ SAME = 1e-9
 """By how much the last way-point of a closed way may miss the first: [m] or [rad], or beside the range of the
 coordinate where that is more than one."""
 
+APART = 1e-12
+"""[s]; way-points that follow one another closer than that are at one time."""
+
+LONGEST = 1e9
+"""[s]; a way of more than thirty years has a slip of the pen in its times."""
+
+MOST = 1e100
+"""What is more, in whatever unit, is no place: its cubics might not be numbers."""
+
 STILL = readonly(np.zeros(3))
 
 
@@ -165,12 +174,8 @@ class _Curve:
     def __init__(self, times: Array, values: Array, closed: bool) -> None:
         from scipy.interpolate import CubicSpline
 
-        with np.errstate(all="ignore"):
-            found = CubicSpline(times, values, bc_type="periodic" if closed else "clamped").c
+        found = CubicSpline(times, values, bc_type="periodic" if closed else "clamped").c
         self._steps = np.ascontiguousarray(found.transpose(1, 0, 2))  # step, power from 3 down to 0, coordinate
-        wild = np.flatnonzero(~np.isfinite(self._steps).all(axis=(1, 2)))
-        if len(wild):
-            raise WaypointError("the way to it is too steep for numbers", waypoint=int(wild[0]) + 1)
 
     def at(self, step: int, s: float) -> tuple[Array, Array, Array]:
         """Value, rate and second derivative, shape (k,), `s` [s] into a step."""
@@ -197,18 +202,24 @@ def as_times(values: npt.ArrayLike) -> Array:
     """Times of way-points since the first of them, as a read-only array (n,) [s].
 
     Raises:
-        WaypointError: one is not finite, or not later than the one before.
+        WaypointError: one is not finite, or not later than the one before by at least a picosecond.
         InputError: they are not two numbers or more.
     """
     times = as_rows("times", np.reshape(np.asarray(values, dtype=np.float64), (-1, 1)), 1)[:, 0]
-    late = np.flatnonzero(np.diff(times) <= 0.0)
+    late = np.flatnonzero(np.diff(times) < APART)
     if len(late):
         at = int(late[0])
-        what = "the same as" if times[at] == times[at + 1] else "before"
+        what = "before" if times[at + 1] < times[at] else "the same as"
         raise WaypointError(
             f"the time {times[at + 1]:.9g} s is {what} that of the way-point before it, {times[at]:.9g} s; expected "
             "ascending times",
             waypoint=at + 1,
+        )
+    if times[-1] - times[0] > LONGEST:
+        late = np.flatnonzero(times - times[0] > LONGEST)
+        raise WaypointError(
+            f"it is {times[late[0]] - times[0]:.6g} s after the first way-point; {LONGEST:g} s are the most",
+            waypoint=int(late[0]),
         )
     return readonly(times - times[0])
 
@@ -217,7 +228,7 @@ def as_rows(name: str, values: npt.ArrayLike, width: int | None) -> Array:
     """`values` as a read-only array (n, width), n at least 2.
 
     Raises:
-        WaypointError: a number is not finite.
+        WaypointError: a number is not finite, or beyond `MOST`.
         InputError: it has another shape.
     """
     rows = readonly(values)
@@ -225,7 +236,7 @@ def as_rows(name: str, values: npt.ArrayLike, width: int | None) -> Array:
         raise InputError(
             f"{name} must have a row a way-point, two or more, of {width or 'some'} numbers; found shape {rows.shape}"
         )
-    wrong = np.flatnonzero(~np.isfinite(rows).all(axis=1))
+    wrong = np.flatnonzero(~(np.abs(rows) <= MOST).all(axis=1))
     if len(wrong):
         at = int(wrong[0])
         raise WaypointError(f"{name} must be finite, found {rows[at].tolist()}", waypoint=at)
@@ -240,7 +251,7 @@ def as_poses(given: Iterable[object]) -> Array:
         InputError: they are no poses, or less than two.
     """
     if not (isinstance(given, np.ndarray) and given.ndim == 2):
-        found = [Pose.of(one) for one in given]
+        found = [_pose(number, one) for number, one in enumerate(given)]
         given = np.reshape([[*one.position, *one.quaternion] for one in found], (-1, 7))
     rows = np.array(as_rows("poses", given, 7))
     sizes = np.linalg.norm(rows[:, 3:], axis=1)
@@ -253,6 +264,13 @@ def as_poses(given: Iterable[object]) -> Array:
         )
     rows[:, 3:] /= np.copysign(sizes, rows[:, 3:] @ rows[0, 3:])[:, None]
     return readonly(rows)
+
+
+def _pose(number: int, given: object) -> Pose:
+    try:
+        return Pose.of(given)
+    except InputError as error:
+        raise WaypointError(str(error), waypoint=number) from error
 
 
 def _ended(times: Array, rows: Array, closed: bool) -> Array:

@@ -10,7 +10,6 @@ import os
 import stat
 from array import array
 from dataclasses import dataclass
-from math import isfinite
 
 import numpy as np
 
@@ -19,6 +18,8 @@ from cutjoint.errors import MotionFileError
 
 LARGEST = 200_000_000
 """Bytes; a file that is larger is refused before it is read."""
+MOST = 1e100
+"""A number beyond that is a slip of the pen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,14 +67,20 @@ def read_table(path: str | os.PathLike[str]) -> NumberTable:
         except ValueError:
             row = []
         # The quick way is for what is right; what is not, or may not be, is looked at cell by cell.
-        if len(row) != len(headings) or "_" in line or not isfinite(sum(row)):
+        if len(row) != len(headings) or "_" in line:
             row = _numbers(name, number, headings, cells)
         values.extend(row)
         numbers.append(number)
     if len(numbers) < 3:
         found = "no row" if len(numbers) == 1 else "one row"
         raise _fault(name, f"found {found} of numbers; expected two or more", number)
-    return NumberTable(name, headings, np.reshape(values, (-1, len(headings))), np.array(numbers))
+    table = NumberTable(name, headings, np.reshape(values, (-1, len(headings))), np.array(numbers))
+    wrong = np.argwhere(~(np.abs(table.values) <= MOST))
+    if len(wrong):
+        row_number, column = map(int, wrong[0])
+        found = f"found {table.values[row_number, column]:g}; expected a finite number, of at most {MOST:g}"
+        raise table.fault(found, row_number, column)
+    return table
 
 
 def _text(path: str) -> str:
@@ -135,10 +142,7 @@ def _numbers(path: str, line: int, headings: tuple[str, ...], cells: list[str]) 
             )
         if not _is_number(word):
             raise _fault(path, f"found '{_short(word)}'; expected a number", line, called)
-        number = float(word)
-        if not isfinite(number):
-            raise _fault(path, f"found {_short(word)}; expected a finite number", line, called)
-        row.append(number)
+        row.append(float(word))
     return row
 
 
