@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
-from cutjoint.control.given import GivenEfforts
+from cutjoint.control.given import GivenEfforts, efforts_of
 from cutjoint.control.law import Law
 from cutjoint.control.pd import NOTHING
 from cutjoint.errors import InputError
@@ -56,18 +56,6 @@ class LawOfFunction:
     def memory_rate(self, desired: Desired, q: Array, v: Array, asked: Array, given: Array) -> Array:
         """Nothing to remember."""
         return NOTHING
-
-
-def efforts_of(name: str, answer: npt.ArrayLike) -> Array:
-    """An answer of a law called `name` as an array.
-
-    Raises:
-        InputError: it is none.
-    """
-    try:
-        return np.asarray(answer, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"controller '{name}' must return efforts, one an actuator; it returned {answer!r}") from error
 
 
 def as_law(given: object) -> Law:

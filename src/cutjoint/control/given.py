@@ -94,8 +94,20 @@ class GivenEfforts:
 
     def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
         """As given, shape (n,)."""
-        return np.asarray(self.efforts(desired.t), dtype=np.float64)
+        return efforts_of(self.name, self.efforts(desired.t))
 
     def memory_rate(self, desired: Desired, q: Array, v: Array, asked: Array, given: Array) -> Array:
         """Nothing to remember."""
         return NOTHING
+
+
+def efforts_of(name: str, answer: npt.ArrayLike) -> Array:
+    """An answer of a law called `name` as an array.
+
+    Raises:
+        InputError: it is none.
+    """
+    try:
+        return np.asarray(answer, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"controller '{name}' must return efforts, one an actuator; it returned {answer!r}") from error
