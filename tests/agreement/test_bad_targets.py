@@ -15,7 +15,7 @@ from kit.led_robots import LED, drawn
 from kit.shipped import DETERMINED
 from kit.sized import Size
 
-from cutjoint import Mechanism, Posture, robots
+from cutjoint import Mechanism, Posture, compiled, robots
 from cutjoint.errors import CutjointError, InputError, LimitError, SingularError, UnreachableError
 
 X, Y, Z = np.eye(3)
@@ -38,12 +38,15 @@ OFF: dict[str, tuple[str, ...]] = {
 
 @cache
 def model(name: str) -> Mechanism:
+    if name.endswith(" compiled"):
+        return compiled(model(name.removesuffix(" compiled")))
     if name.endswith(" of the paper"):
         return robots.published(name.removesuffix(" of the paper"))
     return robots.load(name)
 
 
-SHIPPED = (*DETERMINED, *(f"{name} of the paper" for name in robots.PUBLISHED))
+COMPILED = ("stewart compiled", "fivebar compiled", "omega3 compiled", "omega3 of the paper compiled")
+SHIPPED = (*DETERMINED, *(f"{name} of the paper" for name in robots.PUBLISHED), *COMPILED)
 
 
 def led(name: str, folder: Path) -> Standing:
@@ -187,7 +190,7 @@ def too_far(mechanism: Mechanism, size: float, far: float) -> list[Array]:
 @pytest.mark.parametrize("name", SHIPPED)
 def test_out_of_reach(name: str, far: float) -> None:
     mechanism = model(name)
-    for pose in too_far(mechanism, robots.load(name.removesuffix(" of the paper")).length, far):
+    for pose in too_far(mechanism, robots.load(name.split()[0]).length, far):
         for target in (pose, pose[:3, 3]) if mechanism.task.is_of_point else (pose,):
             refusal(mechanism, target, (UnreachableError, SingularError))
 

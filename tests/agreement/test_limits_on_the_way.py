@@ -133,6 +133,23 @@ def test_passive_joints_too(name: str, tmp_path: Path) -> None:
         one.check(caught.value)
 
 
+@pytest.mark.parametrize("name", ["stewart", "planar_3rrr", "tripod", "spherical_3rrr", "serial_wrist"])
+def test_compiled(name: str, tmp_path: Path) -> None:
+    """The compiled robot stops where the chain does."""
+    pytest.importorskip("llvmlite")
+    one = limited(name, 1, tmp_path)
+    fast, end = one.chain.compile(), one.robot.joints(one.x)
+    for go in (lambda robot, **how: robot.reach(one.target(1.0), **how), lambda robot, **how: robot.close(end, **how)):
+        met = []
+        for robot in (one.chain, fast):
+            with pytest.raises(LimitError) as caught:
+                go(robot)
+            one.check(caught.value)
+            met.append(caught.value.progress)
+        assert met[0] == pytest.approx(met[1], abs=FOUND)
+        assert one.robot.missed(go(fast, limits="ignore").q, one.x) < 1e-12
+
+
 @pytest.mark.parametrize("name", LED)
 def test_ignored(name: str, tmp_path: Path) -> None:
     one = limited(name, 1, tmp_path)

@@ -79,7 +79,7 @@ def test_ten_laps(name: str, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LED)
 def test_ten_laps_of_hundred_ways(name: str, tmp_path: Path) -> None:
-    check(name, range(2, 12), 10, 20, tmp_path)
+    check(name, range(2, 12), 10, 12, tmp_path)
 
 
 @pytest.mark.parametrize("name", LED)
@@ -92,4 +92,4 @@ def test_compiled(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", LED)
 def test_hundred_ways_compiled(name: str, tmp_path: Path) -> None:
     pytest.importorskip("llvmlite")
-    check(name, range(2, 12), 10, 40, tmp_path, compiled=True)
+    check(name, range(2, 12), 10, 20, tmp_path, compiled=True)
