@@ -193,7 +193,7 @@ class ClosedChain(Sealed):
 
     def mobility(self, at: Posture | None = None) -> MobilityReport:
         """Mobility, redundancy and distance to singularities at a posture (default home)."""
-        return self._mobility.report(self._postures.placed(at))
+        return self._mobility.report(self._postures.placed(at), self._closing.known_task)
 
     @cached_property
     def idle_is_cyclic(self) -> bool:

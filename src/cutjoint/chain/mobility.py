@@ -6,7 +6,8 @@ Jacobian, split into actuated and passive columns K_a and K_p:
 
 - mobility = velocities - rank K; rows beyond the rank are redundant.
 - type-2 (parallel) singularity: K_p loses rank, so the robot moves with all actuators locked.
-- type-1 (serial) singularity: the tool's Jacobian loses rank, so the tool cannot move in some direction.
+- type-1 (serial) singularity: the rows of the tool's Jacobian that are led lose rank, so the tool cannot move in some
+  direction of its task.
 
 Idle motions, such as a rod between two balls that spins about itself, are counted in the mobility; the actuators need
 not determine them.  In actuated coordinates they are given no momentum (`cutjoint.chain.tangent`), at every single
@@ -36,6 +37,7 @@ from cutjoint.chain.rank import dependent_rows, rank_of
 from cutjoint.chain.structure import AROUND, SHIFT, Structure, idle_motions, is_steady, locked_motions, scaled_tool
 from cutjoint.chain.tangent import QuickTangent, QuickTangents, TangentMap, tangent_map
 from cutjoint.errors import ActuationError, SingularError
+from cutjoint.mechanism import Task
 
 TURN = 0.3
 """By how much the robot is moved along its idle motions, in radians or characteristic lengths."""
@@ -58,7 +60,8 @@ class MobilityReport:
         idle: those of them that do so without moving the tool, such as a rod that spins about itself.
         type1, type2: distance to type-1 and type-2 singularities, dimensionless, 0 = singular; NaN where undefined
             (no tool; motion not determined).
-        condition: condition number of the scaled tool Jacobian; NaN where undefined.
+        condition: condition number of the tool's Jacobian, its led rows, lengths in lengths of the robot; NaN where
+            undefined.
         gap: worst loop gap ([m], [rad]).
     """
 
@@ -85,8 +88,8 @@ class Mobility:
     def __init__(self, postures: Postures) -> None:
         self.postures, self._k, self._actuated = postures, postures.k, postures.actuated
 
-    def report(self, placed: Placed) -> MobilityReport:
-        """Mobility at one closed configuration."""
+    def report(self, placed: Placed, task: Task | None = None) -> MobilityReport:
+        """Mobility at one closed configuration; the tool is judged by a task, default its point."""
         k, nv = self._k, self._k.model.nv
         actuated, n, structure = self._actuated.v_index, self._actuated.n, self.structure
         matrix = placed.scaled
@@ -98,11 +101,9 @@ class Mobility:
         determined = regular and tangent.consistent and locked.shape[1] == structure.idle
         type1 = condition = float("nan")
         type2 = tangent.type2 if determined or self.is_determined else float("nan")
-        if determined and k.tool_support is not None and structure.directions:
-            jacobian = scaled_tool(k, placed)[:3] / k.column_scale @ tangent.map * k.column_scale[actuated]
-            values = np.linalg.svd(jacobian, compute_uv=False)
-            type1 = float(values[structure.directions - 1]) if len(values) >= structure.directions else 0.0
-            condition = float(values[0] / type1) if type1 > 0.0 else float("inf")
+        if determined and k.tool_support is not None:
+            jacobian = scaled_tool(k, placed) / k.column_scale @ tangent.map * k.column_scale[actuated]
+            type1, condition = self._type1(placed, jacobian, task)
         return MobilityReport(
             velocities=nv,
             rows=k.closure.all_rows,
@@ -120,6 +121,20 @@ class Mobility:
             condition=condition,
             gap=placed.gap[:2],
         )
+
+    def _type1(self, placed: Placed, jacobian: Array, task: Task | None) -> tuple[float, float]:
+        """Distance to a type-1 singularity and condition by the rows of a task, of the tool's Jacobian in actuated
+        coordinates, dimensionless, shape (6, n)."""
+        if task is None or task.is_of_point:
+            jacobian, count = jacobian[:3], self.structure.directions
+        else:
+            pose = placed.tool_pose.moved(self._k.origin)
+            jacobian, count = task.towards(pose, task.rows).matrix(pose.rotation) @ jacobian, len(task.rows)
+        if not count:
+            return float("nan"), float("nan")
+        values = np.linalg.svd(jacobian, compute_uv=False)
+        type1 = float(values[count - 1]) if len(values) >= count else 0.0
+        return type1, float(values[0] / type1) if type1 > 0.0 else float("inf")
 
     # ---- at nearly every posture -----------------------------------------------------------------------------------
 

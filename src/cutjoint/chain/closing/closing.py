@@ -156,7 +156,8 @@ class Closing:
         """The closed posture with the tool at a target, on the branch of `near`."""
         k, respected = self._k, are_respected(limits)
         k.need_tool()
-        task = self._any_task if free else self.task
+        # where the task cannot be told, all motions may be asked for: what is not led is free anyway
+        task = (self.known_task or all_motions(self._postures)) if free else self.task
         target = task.target(given, free)
         start = self._start(near)
         way = self._way(task, target, start)
@@ -192,12 +193,12 @@ class Closing:
         return self._homes[near]
 
     @cached_property
-    def _any_task(self) -> Task:
-        """The task, or all motions where it cannot be told: what is not led is free anyway."""
+    def known_task(self) -> Task | None:
+        """The task, or None where there is no tool, or it cannot be told."""
         try:
             return self.task
         except InputError:
-            return all_motions(self._postures)
+            return None
 
     def _way(self, task: Task, target: Target, start: Placed) -> Way:
         """The way of the tool from a configuration to a target, in the model."""
