@@ -26,7 +26,7 @@ from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
 from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.model import RobotDescription
-from cutjoint.mechanism import JointLimits, Posture, Task, Terms, Tool
+from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, Task, Terms, Tool
 
 if TYPE_CHECKING:
     from cutjoint import CompiledChain
@@ -83,7 +83,7 @@ class ClosedChain(Sealed):
 
     # ---- closing ---------------------------------------------------------------------------------------------------
 
-    def close(self, q: npt.ArrayLike, near: Near = None, *, limits: JointLimits = "respect") -> Posture:
+    def close(self, q: ActuatedCoordinates, near: Near = None, *, limits: JointLimits = "respect") -> Posture:
         """The closed posture with actuated coordinates `q`, shape (n,) [m] or [rad], on the branch of `near`.
 
         `near` is a posture, such as one of `assembly_modes()`, or the name of a home of the description.

@@ -6,7 +6,7 @@ type's own row (`cutjoint.description.joints`).  Everything else that is asked o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,9 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.model import Joint, JointType
+from cutjoint.description.transforms import rpy_from_rotation
+from cutjoint.mechanism import Stored
+from cutjoint.mechanism.rotations import matrix_of
 
 Anywhere = Callable[[np.random.Generator, Array, float], Array]
 """Draws a configuration with the body within a distance [m] of a point (3,) of the joint's frame."""
@@ -26,6 +29,7 @@ class PinocchioJoint:
     Attributes:
         models: its joint models: about or along x, y, z and any axis, or the only one.
         to_q: coordinates of a home posture as configuration; None where they are the same numbers.
+        from_q: the reverse, a function of a module (postures pickle it).
         anywhere: draws a start for a search; None where every coordinate is drawn within a range of its own.
         about_z: whether the model has its axis along z, so that its frame is turned there.
         first_with_parent: whether its first axis turns with the parent alone, which Pinocchio 4.1 leaves out of the
@@ -34,6 +38,7 @@ class PinocchioJoint:
 
     models: tuple[type[pin.JointModel], ...]
     to_q: Callable[[Array], Array] | None = None
+    from_q: Callable[[Array], Array] | None = None
     anywhere: Anywhere | None = None
     about_z: bool = False
     first_with_parent: bool = False
@@ -41,6 +46,18 @@ class PinocchioJoint:
 
 def _quaternion(rpy: Array) -> Array:
     return np.asarray(pin.Quaternion(pin.rpy.rpyToMatrix(rpy)).coeffs())
+
+
+def _rpy(quaternion: Array) -> Array:
+    return np.array(rpy_from_rotation(matrix_of(quaternion)))
+
+
+def _place_and_rpy(q: Array) -> Array:
+    return np.concatenate([q[:3], _rpy(q[3:])])
+
+
+def _place_and_angle(q: Array) -> Array:
+    return np.array([q[0], q[1], np.arctan2(q[3], q[2])])
 
 
 def _orientation(random: np.random.Generator) -> Array:
@@ -65,17 +82,20 @@ JOINTS: dict[JointType, PinocchioJoint] = {
     JointType.SPHERICAL: PinocchioJoint(
         (pin.JointModelSpherical,),
         to_q=_quaternion,
+        from_q=_rpy,
         anywhere=lambda random, middle, reach: _orientation(random),
     ),
     JointType.PLANAR: PinocchioJoint(
         (pin.JointModelPlanar,),
         to_q=lambda at: np.array([at[0], at[1], np.cos(at[2]), np.sin(at[2])]),
+        from_q=_place_and_angle,
         anywhere=_in_plane,
         about_z=True,
     ),
     JointType.FLOATING: PinocchioJoint(
         (pin.JointModelFreeFlyer,),
         to_q=lambda at: np.concatenate([at[:3], _quaternion(at[3:])]),
+        from_q=_place_and_rpy,
         anywhere=lambda random, middle, reach: np.concatenate(
             [middle + random.uniform(-reach, reach, 3), _orientation(random)]
         ),
@@ -105,6 +125,16 @@ def coordinates_to_q(joint: Joint, value: float | tuple[float, ...]) -> Array:
     """A home value, the coordinates of its type, as Pinocchio's configuration of that joint."""
     numbers, to_q = np.atleast_1d(np.asarray(value, dtype=np.float64)), JOINTS[joint.type].to_q
     return numbers if to_q is None else to_q(numbers)
+
+
+def stored_of(model: pin.Model, joints: Iterable[Joint]) -> tuple[Stored, ...]:
+    """Names of what the configurations of a model have of some moving joints."""
+    found = []
+    for joint in joints:
+        index, units = model.getJointId(joint.name), tuple(one.unit for one in joint.type.coordinates)
+        place = int(model.idx_qs[index]), int(model.nqs[index])
+        found.append(Stored(joint.name, units, *place, JOINTS[joint.type].from_q))
+    return tuple(found)
 
 
 def angles(model: pin.Model) -> dict[int, int]:

@@ -8,10 +8,11 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import ActuatedDriver
 from cutjoint.chain.closing.equations import System
+from cutjoint.chain.joints import stored_of
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import InputError
-from cutjoint.mechanism import Actuator, Posture
+from cutjoint.mechanism import Actuator, Layout, Posture
 
 
 class Actuated:
@@ -63,12 +64,15 @@ class Postures:
 
     def __init__(self, kinematics: Kinematics, actuated: Actuated, at_home: Placed) -> None:
         self.k, self.actuated = kinematics, actuated
+        driven = {actuator.name for actuator in actuated.joints}
+        rest = [joint for joint in kinematics.description.joints if joint.type.moves and joint.name not in driven]
+        self.layout = Layout(kinematics.name, actuated.joints, stored_of(kinematics.model, rest))
         self.home, self.at_home = self.make(at_home), at_home
 
     def make(self, placed: Placed) -> Posture:
         """A closed configuration as a posture."""
         distance, angle, _ = placed.gap
-        posture = Posture(self.actuated.of(placed.q), placed.q, (distance, angle))
+        posture = Posture(self.actuated.of(placed.q), placed.q, (distance, angle), self.layout)
         self.known = posture, placed
         return posture
 

@@ -52,7 +52,7 @@ class ChainClosing:
             if last is not None and newton.arrived(gap, worst):
                 gaps = np.abs(residual)
                 pair = float(gaps[self.lengths].max(initial=0.0)), float(gaps[~self.lengths].max(initial=0.0))
-                return Posture(q[list(self.source.actuated)], q, pair)
+                return Posture(q[list(self.source.actuated)], q, pair, self.source.chain.home.layout)
             if size > newton.longest(last):
                 return None
             last, worst, q = size, gap, after

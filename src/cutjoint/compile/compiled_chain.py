@@ -22,7 +22,7 @@ from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.description.model import Inertial
 from cutjoint.errors import CutjointError
-from cutjoint.mechanism import JointLimits, Posture
+from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, actuated_values
 
 
 class CompiledChain(CompiledMechanism[ClosedChain]):
@@ -98,10 +98,10 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
             return self.with_parameters(**{PAYLOAD: self.parameters[PAYLOAD] + mass})
         return CompiledChain(self.chain.with_payload(mass), self.options)
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
+    def close(self, q: ActuatedCoordinates, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """See `ClosedChain.close`.  Steps that are long against the links, or go beyond a joint's limits, are left
         to the chain's own continuation."""
-        target = as_vector("q", q, self.n)
+        target = actuated_values(q, self.actuators)
         start = self._closing.start(self.home if near is None else near)
         found = self._closing.to(start, target) if self.source.determined else None
         if found is None or (limits == "respect" and self.chain.goes_beyond(start, found.q_full)):

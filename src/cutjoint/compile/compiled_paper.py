@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.compile.batch import PaperBatch
@@ -18,7 +17,7 @@ from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.compile.sources.paper import PaperModel, PaperSource
-from cutjoint.mechanism import JointLimits, Posture
+from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture
 
 
 class CompiledPaper(CompiledMechanism[PaperModel]):
@@ -65,7 +64,7 @@ class CompiledPaper(CompiledMechanism[PaperModel]):
         """The same on many states at once."""
         return PaperBatch(self)
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
+    def close(self, q: ActuatedCoordinates, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """See the published model; closed form, so there is nothing to compile."""
         return self.plain.close(q, near, limits=limits)
 

@@ -21,7 +21,7 @@ from cutjoint.compile.functions.library import Library, Options
 from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.once import once
 from cutjoint.errors import InputError, SingularError, UnknownNameError
-from cutjoint.mechanism import JointLimits, Mechanism, Posture, Task, Terms, Tool
+from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Mechanism, Posture, Task, Terms, Tool
 
 Model_co = TypeVar("Model_co", bound=Mechanism, covariant=True)
 
@@ -123,7 +123,7 @@ class CompiledMechanism(Parametrised[Model_co]):
         """See `Mechanism.task`."""
         return self.model.task
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
+    def close(self, q: ActuatedCoordinates, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """See `Mechanism.close`."""
         raise NotImplementedError
 

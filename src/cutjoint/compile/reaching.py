@@ -57,7 +57,7 @@ class ChainReaching:
         if not (self._rows.issuperset(target.asked) or self._has_rest(target, y)):
             return None
         distance, angle = y[self._at["residual"]].tolist()
-        return Posture(q[self._actuated], q, (distance, angle))
+        return Posture(q[self._actuated], q, (distance, angle), self._source.chain.home.layout)
 
     def newton(self, q: Array, goal: Array) -> tuple[Array, Array] | None:
         """The closed configuration with the task of `goal` (12,) next to a closed one, and what the compiled function

@@ -1,20 +1,26 @@
 """What every model of a closed robot offers, whoever wrote it: the interface that controllers, simulator and
 cross-check are written against.  No Pinocchio and no numbers of any robot here."""
 
-from cutjoint.mechanism.interface import Actuator, JointLimits, Mechanism, kinetic_energy
+from cutjoint.mechanism.interface import JointLimits, Mechanism, kinetic_energy
+from cutjoint.mechanism.names import ActuatedCoordinates, Actuator, Layout, Stored, actuated_values, in_order
 from cutjoint.mechanism.pose import Pose
 from cutjoint.mechanism.task import Target, Task
 from cutjoint.mechanism.types import Posture, Terms, Tool
 
 __all__ = [
+    "ActuatedCoordinates",
     "Actuator",
     "JointLimits",
+    "Layout",
     "Mechanism",
     "Pose",
     "Posture",
+    "Stored",
     "Target",
     "Task",
     "Terms",
     "Tool",
+    "actuated_values",
+    "in_order",
     "kinetic_energy",
 ]

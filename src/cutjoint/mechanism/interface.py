@@ -6,7 +6,6 @@ written against it takes either.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Literal, Protocol, Self, runtime_checkable
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.errors import InputError
+from cutjoint.mechanism.names import ActuatedCoordinates, Actuator
 from cutjoint.mechanism.task import Task
 from cutjoint.mechanism.types import Posture, Terms, Tool
 
@@ -30,24 +30,6 @@ def are_respected(limits: JointLimits) -> bool:
     if limits not in ("respect", "ignore"):
         raise InputError(f'limits must be "respect" or "ignore", found {limits!r}')
     return limits == "respect"
-
-
-@dataclass(frozen=True)
-class Actuator:
-    """An actuated joint: its name and whether it turns or slides."""
-
-    name: str
-    kind: Literal["rotation", "translation"]
-
-    @property
-    def unit(self) -> str:
-        """Unit of the coordinate."""
-        return "rad" if self.kind == "rotation" else "m"
-
-    @property
-    def effort_unit(self) -> str:
-        """Unit of the effort."""
-        return "N m" if self.kind == "rotation" else "N"
 
 
 @runtime_checkable
@@ -83,11 +65,17 @@ class Mechanism(Protocol):
             InputError: the robot has no tool, or its task cannot be told.
         """
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
+    def close(self, q: ActuatedCoordinates, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """The closed posture with actuated coordinates `q`, on the branch of `near` (default: of `home`).
 
+        Args:
+            q: of all actuators, [m] or [rad]: in their order, shape (n,), or by name.
+            near: picks the branch; default home.
+            limits: whether joint limits are respected or ignored.
+
         Raises:
-            InputError: wrong shape or not finite.
+            InputError: wrong shape, not finite, or an actuator is missing.
+            UnknownNameError: there is no actuator of a name.
             ClosureError: the loops cannot be closed there.
             LimitError: a joint would go beyond its limits, and they are not to be ignored.
             SingularError: a singular posture lies at or before `q`.

@@ -5,27 +5,67 @@ All arrays in them are read-only, also after pickling and copying.  SI units and
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen, readonly
+from cutjoint.errors import InputError
+from cutjoint.mechanism.names import Layout
 from cutjoint.mechanism.pose import Pose
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Posture(Frozen):
     """A closed configuration.  Only `close()` and `reach()` of a mechanism make one, so it is always closed.
+
+    `posture["arm1"]` is a coordinate by its name, [m] or [rad]: a number, or for joints with several coordinates all of
+    them, as a home posture of loops.toml gives them.
 
     Attributes:
         q: actuated coordinates, shape (n,), [m] or [rad].
         q_full: the owner's own layout, shape (nq,) for a chain.  It also tells the branch (working and assembly mode).
         gap: worst residual over all loops, ([m], [rad]).
+        layout: what these numbers are called; None where nobody said.
     """
 
     q: Array
     q_full: Array
     gap: tuple[float, float] = (0.0, 0.0)
+    layout: Layout | None = None
+
+    def __getitem__(self, name: str) -> float | Array:
+        """The coordinate called `name`.
+
+        Raises:
+            UnknownNameError: there is none.
+            InputError: nobody said what the numbers are called.
+        """
+        if self.layout is None:
+            raise InputError(f"this posture has no names, so no {name!r}; make it with close() or reach() of a robot")
+        return self.layout.value(name, self.q, self.q_full)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all coordinates, the actuators first."""
+        return () if self.layout is None else self.layout.names
+
+    @property
+    def actuated(self) -> dict[str, float]:
+        """Actuated coordinates by name, which `close` takes, [m] or [rad]."""
+        actuators = () if self.layout is None else self.layout.actuators
+        return {actuator.name: float(value) for actuator, value in zip(actuators, self.q, strict=False)}
+
+    def __repr__(self) -> str:
+        if self.layout is None:
+            return f"Posture(q={self.q.tolist()}, q_full={self.q_full.tolist()}, gap={self.gap})"
+        distance, angle = self.gap
+        head = f"posture of {self.layout.robot}, closed to {distance:.2g} m, {angle:.2g} rad"
+        return f"{head}\n{self.layout.words(self.q, self.q_full)}".rstrip()
 
 
 @dataclass(frozen=True, eq=False)

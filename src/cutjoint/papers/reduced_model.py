@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.errors import InputError, UnreachableError
-from cutjoint.mechanism import Actuator, JointLimits, Posture, Task, Terms, Tool
+from cutjoint.mechanism import ActuatedCoordinates, Actuator, JointLimits, Layout, Posture, Task, Terms, Tool
 from cutjoint.mechanism.interface import are_respected
 from cutjoint.papers.scalars import NUMBERS, Functions, Matrix3, Scalar, Vector, Vector3
 from cutjoint.tolerances import REACHED
@@ -84,7 +84,7 @@ class ReducedModel(ABC, Generic[P]):
         name: for messages and tables.
         actuators: in the order of the coordinates.
         payload: the parameter that a payload adds to.
-        stored: what a posture stores in `q_full`, for messages.
+        stored: names of the numbers that a posture stores in `q_full`, each with its unit, as `x[m]`.
     """
 
     name: str
@@ -99,6 +99,11 @@ class ReducedModel(ABC, Generic[P]):
         unit = self.actuators[0].unit
         self._rate, self._acceleration, self._effort = f"{unit}/s", f"{unit}/s2", self.actuators[0].effort_unit
 
+    @cached_property
+    def layout(self) -> Layout:
+        """What the numbers of its postures are called."""
+        return Layout.of_numbers(self.name, self.actuators, self.stored)
+
     @property
     @abstractmethod
     def length(self) -> float:
@@ -110,7 +115,7 @@ class ReducedModel(ABC, Generic[P]):
         """The posture that calls without `near` start from; it picks the branch."""
 
     @abstractmethod
-    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
+    def close(self, q: ActuatedCoordinates, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """The posture with the actuators at `q`, on the branch of `near` (default: of `home`).  The papers give no
         limits of joints."""
 

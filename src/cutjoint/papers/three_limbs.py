@@ -203,7 +203,7 @@ class MeetingRodsModel(ThreeLimbModel[P]):
                 f"of the {self.rod}' directions {measure:+.3g}, of the other sign before)"
             )
         gap = max(abs(sqrt(x * x + y * y + z * z) - length) for x, y, z in rows)
-        return Posture(readonly(angles), readonly((*angles, *tool)), (gap, 0.0))
+        return Posture(readonly(angles), readonly((*angles, *tool)), (gap, 0.0), self.layout)
 
 
 def type_2(message: str, measure: float = 0.0) -> SingularError:

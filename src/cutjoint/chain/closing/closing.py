@@ -25,7 +25,7 @@ from cutjoint.chain.mobility import Mobility
 from cutjoint.chain.rank import null_space
 from cutjoint.chain.task import all_motions, task_of
 from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
-from cutjoint.mechanism import JointLimits, Posture, Target, Task
+from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, Target, Task, actuated_values
 from cutjoint.mechanism.interface import are_respected
 
 Near = Posture | str | None
@@ -110,10 +110,10 @@ class Closing:
         momentum = tangent.idle.T @ (k.tree.mass_matrix(placed.q) @ (v_full - driven))
         return placed.q, driven + tangent.idle @ momentum
 
-    def close(self, q: npt.ArrayLike, near: Near, limits: JointLimits) -> Posture:
+    def close(self, q: ActuatedCoordinates, near: Near, limits: JointLimits) -> Posture:
         """The closed posture with actuated coordinates `q` (n,), on the branch of `near`."""
         own, respected = self._actuated, are_respected(limits)
-        target = as_vector("q", q, own.n)
+        target = actuated_values(q, own.joints)
         start = self._start(near)
         origin = own.of(start.q)
         found: Placed | Stopped | None = self._short(start, own.lead(origin, target))

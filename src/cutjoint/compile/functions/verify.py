@@ -60,7 +60,7 @@ class Checker:
         """Home and a posture beside it, where one can be closed; where home is singular, two near it that are not."""
         source, home, unit = self.source, self.model.home, self.units.coordinate
         if isinstance(source, ChainSource) and not well_posed(source):
-            return [Posture(source.chain.actuated(q), q) for q in source.cloud[:2]]
+            return [source.chain.posture(q) for q in source.cloud[:2]]
         for sign in (1.0, -1.0):
             try:
                 return [home, self.model.close(home.q + sign * BESIDE * unit * (1.0 + np.abs(home.q / unit)))]

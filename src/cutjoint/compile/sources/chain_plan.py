@@ -33,7 +33,6 @@ from cutjoint.compile.once import once
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.description.model import Inertial
 from cutjoint.errors import CompileError, CutjointError, InputError, UnknownNameError
-from cutjoint.mechanism import Posture
 
 STARTS = 12
 """How often a regular posture is looked for around a singular home."""
@@ -199,7 +198,7 @@ class ChainPlan(ChainTree):
         return self._idle_at(cloud[0]) if moved else None
 
     def _idle_at(self, q: Array) -> int | None:
-        report = self.chain.mobility(Posture(self.chain.actuated(q), q))
+        report = self.chain.mobility(self.chain.posture(q))
         return report.idle_mobility if report.determined else None
 
     @property

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.errors import InputError, LimbReachError, SingularError
-from cutjoint.mechanism import Actuator, JointLimits, Posture, Tool
+from cutjoint.mechanism import ActuatedCoordinates, Actuator, JointLimits, Posture, Tool, in_order
 from cutjoint.papers.cpm import equations, per_limb
 from cutjoint.papers.cpm.equations import CpmState
 from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
@@ -42,7 +42,7 @@ class LimbEnergies(Frozen):
 class CpmQuantities(ThreeLimbModel[CpmParameters]):
     """The quantities of a posture that stores (x, y, z, theta_11, theta_21, theta_31)."""
 
-    stored = ("x", "y", "z", "theta_11", "theta_21", "theta_31")
+    stored = ("x[m]", "y[m]", "z[m]", "theta_11[rad]", "theta_21[rad]", "theta_31[rad]")
 
     def __init__(self, parameters: CpmParameters, signs: Sequence[int]) -> None:
         super().__init__(parameters, signs)
@@ -151,7 +151,7 @@ class CpmModel(CpmQuantities, ClosedFormModel[CpmParameters, Signs]):
         """Characteristic length [m]: the mean of the two links of a limb."""
         return 0.5 * (self.parameters.L1 + self.parameters.L2)
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
+    def close(self, q: ActuatedCoordinates, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """The posture with the sliders at `q` = (x, y, z) [m], on the elbow branch of `near`.
 
         Raises:
@@ -159,7 +159,8 @@ class CpmModel(CpmQuantities, ClosedFormModel[CpmParameters, Signs]):
             LimbReachError: a limb is too short or too long for it.
             SingularError: a limb is stretched or folded (kind `limb`).
         """
-        return self._place(three("q", q, "m"), self.signs if near is None else self.branch(near))
+        sliders = three("q", in_order(q, self.actuators), "m")
+        return self._place(sliders, self.signs if near is None else self.branch(near))
 
     def reach_point(self, p: npt.ArrayLike, near: Posture | None = None) -> Posture:
         """The posture with the tool at `p` [m]; the same as `close` (equation 10), with the same errors."""
@@ -199,7 +200,7 @@ class CpmModel(CpmQuantities, ClosedFormModel[CpmParameters, Signs]):
             angle = equations.limb_angle(p, u, w, sign)
             gap = max(gap, abs(hypot(u - p.L1 * cos(angle), w - p.L1 * sin(angle)) - p.L2))
             angles.append(angle)
-        return Posture(readonly(tool), readonly((*tool, *angles)), (gap, 0.0))
+        return Posture(readonly(tool), readonly((*tool, *angles)), (gap, 0.0), self.layout)
 
 
 def check_limb(

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import ClosureError, SingularError
-from cutjoint.mechanism import Actuator, JointLimits, Posture
+from cutjoint.mechanism import ActuatedCoordinates, Actuator, JointLimits, Posture, in_order
 from cutjoint.papers.cpm import equations, forward, per_limb, rotary
 from cutjoint.papers.cpm.model import HOME_TOOL, check_limb
 from cutjoint.papers.cpm.parameters import CpmParameters
@@ -37,7 +37,7 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
     name = "cpm_rotary (Lagrange)"
     actuators = tuple(Actuator(f"limb{i}_shoulder", "rotation") for i in (1, 2, 3))
     payload = "m4"
-    stored = ("theta_11", "theta_21", "theta_31", "x", "y", "z")
+    stored = ("theta_11[rad]", "theta_21[rad]", "theta_31[rad]", "x[m]", "y[m]", "z[m]")
     home_tool = HOME_TOOL
     rod = "second rods"
 
@@ -49,7 +49,7 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
         """Characteristic length [m]: the mean of the two links of a limb."""
         return 0.5 * (self.parameters.L1 + self.parameters.L2)
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
+    def close(self, q: ActuatedCoordinates, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """The posture with the motors at `q` [rad] on the branch of `near`: the motors are turned there, all at once.
 
         The way is walked in steps that are proved to stay on the branch (`cutjoint.papers.cpm.tracking`).  A limb that
@@ -60,7 +60,7 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
             ClosureError: no position of the tool at all belongs to `q`.
             SingularError: a singularity of type 2 lies on the way or at `q`.
         """
-        target = three("q", q, "rad")
+        target = three("q", in_order(q, self.actuators), "rad")
         start = self.home if near is None else near
         track = walk(self.parameters, SMALLEST_MEASURE, *self.split(start), target)
         if track.progress < 1.0:
@@ -86,7 +86,7 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
             angle + 2.0 * pi * round((wanted - angle) / (2.0 * pi))
             for angle, wanted in zip(at.q.tolist(), self._led(near, branch.signs, tool, at), strict=True)
         )
-        return Posture(readonly((one, two, three_)), readonly((one, two, three_, *tool)), at.gap)
+        return Posture(readonly((one, two, three_)), readonly((one, two, three_, *tool)), at.gap, self.layout)
 
     def assembly_modes(self, q: npt.ArrayLike) -> tuple[Posture, ...]:
         """All postures with the motors at `q` [rad]: none to eight, an even number, in the order of x, y, z.

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import ClosureError, LimbReachError, SingularError
-from cutjoint.mechanism import Actuator, JointLimits, Posture
+from cutjoint.mechanism import ActuatedCoordinates, Actuator, JointLimits, Posture, in_order
 from cutjoint.papers.omega3 import equations
 from cutjoint.papers.omega3.equations import Arms, Omega3State
 from cutjoint.papers.omega3.parameters import Omega3Parameters
@@ -39,7 +39,7 @@ class Omega3Model(MeetingRodsModel[Omega3Parameters], ClosedFormModel[Omega3Para
     name = "omega3 (virtual work)"
     actuators = tuple(Actuator(f"arm{i}", "rotation") for i in (1, 2, 3))
     payload = "m_payload"
-    stored = ("theta_1", "theta_2", "theta_3", "x", "y", "z")
+    stored = ("theta_1[rad]", "theta_2[rad]", "theta_3[rad]", "x[m]", "y[m]", "z[m]")
     home_tool = HOME_TOOL
     rod = "rods"
 
@@ -55,7 +55,7 @@ class Omega3Model(MeetingRodsModel[Omega3Parameters], ClosedFormModel[Omega3Para
     def _home_branch(self) -> Branch:
         return self.branch(self.home)
 
-    def close(self, q: npt.ArrayLike, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
+    def close(self, q: ActuatedCoordinates, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
         """The posture with the arms at `q` [rad], in the assembly mode of `near` (forward kinematics, closed form).
 
         A type-1 singularity is no obstacle here: moving the arms, the robot can pass it.
@@ -65,7 +65,7 @@ class Omega3Model(MeetingRodsModel[Omega3Parameters], ClosedFormModel[Omega3Para
             ClosureError: the rods are too short to meet.
             SingularError: the posture is singular of type 2.
         """
-        angles = three("q", q, "rad")
+        angles = three("q", in_order(q, self.actuators), "rad")
         arms = equations.arms(self.parameters, angles)
         return self._meet(angles, arms, (self._home_branch if near is None else self.branch(near)).assembly)
 
