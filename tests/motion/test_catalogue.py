@@ -2,13 +2,16 @@
 what is written wrongly is told."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from kit.led_robots import LED, somewhere
+from kit.led import stand
+from kit.led_robots import LED, drawn, somewhere
 from kit.shipped import DETERMINED
 
 import cutjoint
+from cutjoint.chain import ClosedChain
 from cutjoint.errors import InputError, UnknownNameError, UnreachableError
 from cutjoint.motion import TRAJECTORIES, JointMotion, PickAndPlace, Reference
 from cutjoint.motion.catalogue import describe, trajectory
@@ -105,6 +108,19 @@ def test_pick_and_place_is_the_cycle_of_the_industry_or_what_fits(robot):
     assert cycle.cycles_per_minute == 120.0
     assert "120 cycles a minute" in cycle.name
     Reference(cycle, chain)
+
+
+def test_a_tripod_that_holds_its_tilt_moves_along_a_line(tmp_path):
+    """A point beside its centre is moved by tilting too; but the tilt is led, and stays."""
+    robot = stand(drawn("tripod", 0), tmp_path)
+    assert robot.description.tool is not None
+    beside = robot.description.tool.placement.copy()
+    beside[:3, 3] += beside[:3, :3] @ [0.08, 0.03, 0.0]
+    tool = replace(robot.description.tool, placement=beside)
+    chain = ClosedChain(replace(robot.description, tool=tool, task=("z", "rx", "ry")))
+    assert np.linalg.matrix_rank(chain.tool(chain.home).jacobian, tol=1e-3) > 1
+    with pytest.raises(InputError, match="moves along a line; it cannot follow a circle"):
+        trajectory("circle:0.001", chain)
 
 
 @pytest.mark.parametrize("robot", DETERMINED)

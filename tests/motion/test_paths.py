@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cutjoint.errors import InputError
@@ -58,31 +58,32 @@ def corners(draw, width, smooth=("quintic", "parabolic")):
 
 
 poses = st.builds(lambda p, turn: Pose(np.array(p), turned(turn)), point, point)
-tools = st.one_of(
-    st.builds(Hold, point),
-    st.builds(PointToPoint, point, point, seconds),
-    st.builds(lambda a, b, t, ramp: Trapezoidal(a, b, t, ramp=ramp), point, point, seconds, st.floats(0.05, 0.5)),
-    st.builds(lambda c, r, w, p: Circle(c, r, w, *p), point, st.floats(0.01, 2.0), rate, planes()),
-    st.builds(Lissajous, point, point, st.tuples(rate, rate, rate), point, st.floats(0.5, 4.0)),
-    st.builds(
-        lambda c, r, rise, turns, t, p: Spiral(c, r, rise, turns, t, *p),
-        point,
-        st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)),
-        coordinate,
-        st.floats(-4.0, 4.0),
-        seconds,
-        planes(),
+turns = numbers.map(lambda rng: turned(rng.uniform(-2.0, 2.0, 3)))
+part = st.floats(0.0, 1.0)
+pairs = st.tuples(part, st.floats(0.0, 4.0))
+KINDS = {
+    "hold": st.builds(Hold, point),
+    "line": st.builds(PointToPoint, point, point, seconds),
+    "trapezoidal": st.builds(
+        lambda a, b, t, ramp: Trapezoidal(a, b, t, ramp=ramp), point, point, seconds, st.floats(0.05, 0.5)
     ),
-    st.builds(PickAndPlace, point, point, point, seconds),
-    st.builds(PoseMove, poses, point, point, seconds),
-    st.builds(Waypoints, corners(3)),
-)
-joints = st.one_of(
-    st.builds(JointWaypoints, corners(5)),
-    st.builds(JointSine, point, point, st.tuples(rate, rate, rate), point, st.floats(0.5, 4.0)),
-    st.builds(JointChirp, point, point, st.tuples(st.floats(0.0, 2.0), st.floats(0.0, 4.0)), seconds),
-)
-trajectories = st.one_of(tools, joints)
+    "circle": st.builds(lambda c, r, w, p: Circle(c, r, w, *p), point, st.floats(0.01, 2.0), rate, planes()),
+    "lissajous": st.builds(
+        lambda *values: Lissajous(*values[:-1], axes=values[-1]),
+        *(point, point, st.tuples(rate, rate, rate), point, st.floats(0.5, 4.0), turns),
+    ),
+    "spiral": st.builds(
+        lambda c, r, rise, turns, t, p: Spiral(c, r, rise, turns, t, *p),
+        *(point, st.tuples(part, part), coordinate, st.floats(-4.0, 4.0), seconds, planes()),
+    ),
+    "pick and place": st.builds(PickAndPlace, point, point, point, seconds),
+    "pose": st.builds(PoseMove, poses, point, point, seconds),
+    "way-points": st.builds(Waypoints, corners(3)),
+    "joint way-points": st.builds(JointWaypoints, corners(5)),
+    "joint sine": st.builds(JointSine, point, point, st.tuples(rate, rate, rate), point, st.floats(0.5, 4.0)),
+    "joint chirp": st.builds(JointChirp, point, point, pairs, seconds),
+}
+trajectories = st.one_of(*KINDS.values())
 
 
 def breaks(trajectory):
@@ -115,18 +116,21 @@ def slope(function, t, h):
     return (8.0 * near - far) / (12.0 * h)
 
 
-@given(trajectories, st.floats(0.0, 1.0))
-def test_velocity_and_acceleration_are_derivatives(trajectory, fraction):
-    h = 2e-4 * trajectory.duration
-    t = fraction * trajectory.duration
-    if np.abs(breaks(trajectory) - t).min() < 3.0 * h:
-        t += 7.0 * h  # aside of a place where the third derivative jumps
-        if np.abs(breaks(trajectory) - t).min() < 3.0 * h:
-            return
-    found = slope(lambda s: state(trajectory, s), t, h)
-    now, scale = state(trajectory, t), 1.0 + np.abs(state(trajectory, t)).max()
-    assert np.abs(found[0] - now[1]).max() < 1e-6 * scale
-    assert np.abs(found[1] - now[2]).max() < 1e-6 * scale
+@pytest.mark.parametrize("kind", KINDS)
+@given(st.data())
+@settings(max_examples=25)
+def test_velocity_and_acceleration_are_derivatives(kind, data):
+    """At some time in each of its pieces."""
+    trajectory = data.draw(KINDS[kind])
+    share, h = data.draw(part), 2e-4 * trajectory.duration
+    for first, last in pairwise(np.unique(breaks(trajectory)).tolist()):
+        if last - first < 8.0 * h:
+            continue
+        t = first + 3.0 * h + share * (last - first - 6.0 * h)
+        found, now = slope(lambda s: state(trajectory, s), t, h), state(trajectory, t)
+        scale = 1.0 + np.abs(now).max()
+        assert np.abs(found[0] - now[1]).max() < 1e-6 * scale
+        assert np.abs(found[1] - now[2]).max() < 1e-6 * scale
 
 
 @given(st.builds(PoseMove, poses, point, point, seconds), st.floats(0.01, 0.99))
@@ -143,9 +147,12 @@ def test_angular_velocity_and_acceleration_are_derivatives(trajectory, fraction)
     assert np.allclose(now.rotation @ now.rotation.T, np.eye(3), atol=1e-14)
 
 
-@given(trajectories)
-def test_they_are_as_smooth_as_they_say(trajectory):
+@pytest.mark.parametrize("kind", KINDS)
+@given(st.data())
+@settings(max_examples=25)
+def test_they_are_as_smooth_as_they_say(kind, data):
     """C2 at every place where they are pieced together, but for trapezoids and parabolic blends, which are C1."""
+    trajectory = data.draw(KINDS[kind])
     parabolic = isinstance(trajectory, Waypoints | JointWaypoints) and trajectory.corners.smooth == "parabolic"
     starts_moving = isinstance(trajectory, Circle | Lissajous | JointSine)
     end = trajectory.duration
@@ -170,8 +177,11 @@ def test_only_the_acceleration_of_a_trapezoid_jumps(start, goal, duration, ramp)
     assert np.isclose(np.abs(way.at(0.5 * duration).velocity).max(), length / (duration * (1.0 - ramp)))
 
 
-@given(trajectories)
-def test_all_are_trajectories(trajectory):
+@pytest.mark.parametrize("kind", KINDS)
+@given(st.data())
+@settings(max_examples=10)
+def test_all_are_trajectories(kind, data):
+    trajectory = data.draw(KINDS[kind])
     assert isinstance(trajectory, Trajectory)
     assert trajectory.duration > 0.0
     assert trajectory.name
@@ -179,19 +189,14 @@ def test_all_are_trajectories(trajectory):
         assert np.array_equal(state(other, 0.4), state(trajectory, 0.4))
 
 
-@given(
-    st.one_of(
-        st.builds(PointToPoint, point, point, seconds),
-        st.builds(Trapezoidal, point, point, seconds),
-        st.builds(PoseMove, poses, point, point, seconds),
-        st.builds(Spiral, point, st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)), coordinate, coordinate, seconds),
-        st.builds(Waypoints, corners(3)),
-        st.builds(JointWaypoints, corners(4)),
-        st.builds(JointChirp, point, point, st.tuples(st.floats(0.0, 2.0), st.floats(0.0, 4.0)), seconds),
-    ),
-    st.floats(1e-6, 2.0),
-)
-def test_moves_rest_outside(trajectory, beyond):
+RESTING = ("line", "trapezoidal", "spiral", "pose", "way-points", "joint way-points", "joint chirp")
+
+
+@pytest.mark.parametrize("kind", RESTING)
+@given(st.data(), st.floats(1e-6, 2.0))
+@settings(max_examples=25)
+def test_moves_rest_outside(kind, data, beyond):
+    trajectory = data.draw(KINDS[kind])
     for t, end in ((-beyond, 0.0), (trajectory.duration + beyond, trajectory.duration)):
         at, there = state(trajectory, t), state(trajectory, end)
         assert np.allclose(at[0], there[0], atol=1e-12)
