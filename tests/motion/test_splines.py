@@ -200,6 +200,8 @@ def test_points_and_joints_are_the_splines_of_their_coordinates():
         for order, (one, two) in enumerate(((at.position, q.q), (at.velocity, q.v), (at.acceleration, q.a))):
             assert np.allclose(one, wanted(t, order)[:3], rtol=0.0, atol=1e-12)
             assert np.allclose(two, wanted(t, order), rtol=0.0, atol=1e-12)
+    for t in (-1.0, points.duration + 1.0):
+        assert not np.any([points.at(t).velocity, points.at(t).acceleration])
     assert not np.any([joints.at(-1.0).v, joints.at(-1.0).a, joints.at(99.0).v, joints.at(99.0).a])
 
 

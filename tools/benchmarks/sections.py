@@ -8,7 +8,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from benchmarks import more_peers, peers
+from benchmarks import more_peers, motion_files, peers
 from benchmarks.ladder import ladder
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
 from benchmarks.task import KD, KP, SAMPLE, Task
@@ -277,10 +277,20 @@ def growth(size: Size) -> Section:
     return section
 
 
+def motions(size: Size) -> Section:
+    """Motions from files."""
+    section = Section("Motions from files, CPU time", ("what", "CPU time"))
+    times, away = motion_files.timings(size.inverse, size.calls, max(2, size.rounds // 2))
+    section.rows = motion_files.table_rows(times)
+    section.differences["rotation against scipy's spline"] = away
+    return section
+
+
 SECTIONS = {
     "forward": forward_dynamics,
     "loop": work_precision,
     "sweep": gain_sweep,
     "inverse": inverse_dynamics,
     "growth": growth,
+    "motions": motions,
 }
