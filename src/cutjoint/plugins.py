@@ -159,7 +159,7 @@ def _executed(path: Path, time: int, size: int) -> ModuleType:
         sys.path.append(str(path.parent))  # behind all others, so that nothing is hidden by its neighbours
     sys.modules[module.__name__] = module  # dataclasses look there
     try:
-        exec(compile(path.read_bytes(), path, "exec"), vars(module))
+        exec(compile(path.read_bytes(), path, "exec", dont_inherit=True), vars(module))
     except (Exception, SystemExit) as error:
         del sys.modules[module.__name__]
         raise InputError(f"{path.name} cannot be imported: {raised(error, str(path))}") from error
