@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import CutjointError, InputError
@@ -20,6 +22,9 @@ POINT = (0, 1, 2)
 
 UNITS = ("m", "m", "m", "rad", "rad", "rad")
 
+STILL = 1e-9
+"""A point that moves by less, in robot lengths for a unit of an actuator, does not move."""
+
 TRIAL = 1e-3
 """By how much a coordinate is moved to see whether it can be: [rad] or robot lengths."""
 
@@ -29,7 +34,7 @@ def tool_pose(chain: ClosedChain, at: Posture) -> Pose | None:
     frame = chain.description.tool
     if frame is None:
         return None
-    placed = chain.link_placements(at.q_full)[frame.link] @ frame.placement
+    placed = chain.link_placements(at)[frame.link] @ frame.placement
     return Pose(placed[:3, 3], placed[:3, :3])
 
 
@@ -39,6 +44,7 @@ class ToolLead:
     Attributes:
         task: its task, or the world's x y z where none can be told; None where there is no tool.
         rows: of the six coordinates x y z rx ry rz, those that can be moved at home while the others of the task stay.
+        draggable: whether its point can be dragged about.
     """
 
     def __init__(self, chain: ClosedChain) -> None:
@@ -51,6 +57,7 @@ class ToolLead:
             if home is not None:
                 self.task, self._free = Task(NAMES[:3], home, chain.name), True
         self.rows = [row for row in self.task.rows if self._moves(row)] if self.task is not None else []
+        self.draggable = any(row in POINT for row in self.rows) or self._point_moves()
 
     def coordinates(self, at: Posture) -> dict[int, float]:
         """Those of the task by row, [m] and [rad]."""
@@ -83,6 +90,14 @@ class ToolLead:
         whole = replace(self.task, names=NAMES)
         place = whole.coordinates(Pose(point, self.task.home.rotation)).tolist()
         return {row: place[row] for row in self.rows if row in POINT}
+
+    def _point_moves(self) -> bool:
+        """Whether the actuators move the tool's point at home, and tell where it is."""
+        try:
+            rates = self._chain.tool(self._chain.home).jacobian
+            return float(np.abs(rates).max(initial=0.0)) > STILL * self._chain.length
+        except CutjointError:
+            return False
 
     def _moves(self, row: int) -> bool:
         step = TRIAL * (self._chain.length if row in POINT else 1.0)

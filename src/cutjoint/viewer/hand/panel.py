@@ -98,7 +98,7 @@ class ControlPanel:
             "actuated": [asdict(slider) for slider in self.actuated_sliders()],
             "tool": [asdict(slider) for slider in self.tool_sliders()],
             "tool_axes": "" if task is None or task.axes == "world" else "along the axes of the tool at home",
-            "draggable": self._puppet.draggable,
+            "draggable": self._puppet.lead.draggable,
             "passive": self.passive_coordinates(),
             "note": self._note(),
             "modes": self.mode_names(),

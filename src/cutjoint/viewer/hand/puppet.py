@@ -14,10 +14,10 @@ import numpy as np
 
 from cutjoint.arrays import Array, as_vector
 from cutjoint.chain import ClosedChain
-from cutjoint.errors import ActuationError, ClosureError, InputError, SingularError, UnreachableError
+from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Posture
 from cutjoint.mechanism.task import NAMES
-from cutjoint.viewer.hand.lead import POINT, UNITS, ToolLead, tool_pose
+from cutjoint.viewer.hand.lead import UNITS, ToolLead, tool_pose
 from cutjoint.viewer.hand.sampling import SAMPLES, WorkspaceSampler
 from cutjoint.viewer.hand.walk import BranchWalker, Go, Stop, words
 
@@ -43,7 +43,6 @@ class Puppet:
         stop: why the last move ended early, or None.
         mode: index into `modes` of the branch that `at` is on.
         modes: working modes found so far; the first is that of home.
-        draggable: whether the tool's point can be dragged about.
     """
 
     def __init__(self, chain: ClosedChain, radius: float) -> None:
@@ -57,8 +56,6 @@ class Puppet:
         self._walker = BranchWalker(chain)
         self.workspace = WorkspaceSampler(chain, self.lead, self._walker, radius)
         self._joints = {joint.name: joint for joint in chain.description.joints}
-        self._slides = not any(row in POINT for row in self.lead.rows)
-        self.draggable = not self._slides or self._point_moves()
 
     def actuate(self, index: int, value: float) -> None:
         """Move actuator `index` towards `value` [m] or [rad], the others held.
@@ -101,10 +98,9 @@ class Puppet:
             InputError: not a finite point, or this tool cannot be dragged.
         """
         to = as_vector("point", point, 3, "m")
-        if not self.draggable:
+        if not self.lead.draggable:
             raise InputError(f"the tool of {self.chain.name} cannot be dragged")
-        if not self._slides:
-            wanted = self.lead.of_point(to)
+        if wanted := self.lead.of_point(to):
             self._pull(wanted, *wanted)
             return
         for _ in range(SLIDES):
@@ -168,15 +164,6 @@ class Puppet:
         if not joint.type.limited:
             lower = upper = None
         return -math.inf if lower is None else lower, math.inf if upper is None else upper
-
-    def _point_moves(self) -> bool:
-        """Whether the actuators move the tool's point at home, and tell where it is."""
-        if self.lead.task is None or not self.chain.n:
-            return False
-        try:
-            return bool(np.abs(self.chain.tool(self.chain.home).jacobian).max() > 1e-9)
-        except (ActuationError, SingularError):
-            return False
 
     def _actuate(self, target: Array, where: Callable[[Posture], str]) -> None:
         start = np.array(self.at.q)

@@ -24,6 +24,9 @@ LONGEST = 0.05
 FURTHEST_TURN = math.radians(179.0)
 """Beyond half a turn a rotation is the same as one the other way round."""
 
+INSIDE = 0.99
+"""Walks end this much before."""
+
 
 class WorkspaceSampler:
     """What the walks of one chain have found so far.
@@ -78,7 +81,7 @@ class WorkspaceSampler:
         """Led from home in a direction of the task's coordinates, as far as may be."""
         home = self._lead.coordinates(self._chain.home)
         size = math.hypot(*direction.values())
-        far = {row: 2.0 * self._radius if row in POINT else FURTHEST_TURN for row in direction}
+        far = {row: 2.0 * self._radius if row in POINT else INSIDE * FURTHEST_TURN for row in direction}
         return self._lead.towards(
             self._chain.home, {row: home[row] + far[row] * part / size for row, part in direction.items()}
         )

@@ -211,12 +211,13 @@ function update(message) {
     return [name, `${value} ${unitText(unit)}`, null, atLimit.has(joint) ? "at-limit" : ""];
   }));
   byId("mode").value = message.mode;
+  const pointHasSliders = sliders.tool.filter(({ index }) => index < 3).length === 3 && !(controls && controls.tool_axes);
   const efforts = (message.effort || []).map((effort, i) => {
     const spec = controls ? controls.actuated[i] : { name: "", colour: "" };
     return [`${spec.name} holds`, `${figure(effort)} ${message.effort_units[i]}`, spec.colour];
   });
   fillTable(byId("figures"), [
-    ...(message.tool && sliders.tool.length < 3 ? [["Tool", `${message.tool.map((x) => fixed(x)).join(", ")} m`]] : []),
+    ...(message.tool && !pointHasSliders ? [["Tool", `${message.tool.map((x) => fixed(x)).join(", ")} m`]] : []),
     ["Loop gap", `${figure(message.gap[0])} m, ${figure(message.gap[1])} rad`],
     ["Mobility", `${message.mobility} (rank ${message.rank} of ${message.rows} rows)`],
     ["Condition number", figure(message.condition)],
