@@ -1,4 +1,4 @@
-"""Compiled chains lead their tasks: short ways by compiled steps, on the chain's branch; the rest is the chain's own."""
+"""Compiled chains lead their tasks: short ways by compiled steps, on one branch; the rest is the chain's own."""
 
 from __future__ import annotations
 
