@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from cutjoint import tolerances
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import CompiledChain, compiled
 from cutjoint.errors import CutjointError, InputError, LimitError, UnreachableError
-from cutjoint.mechanism import Posture
+from cutjoint.mechanism import Pose, Posture
 
 ACCURACY = 1e-12
 """Of the robot's size, and radians."""
@@ -180,3 +181,62 @@ def test_a_base_far_away_costs_no_digits(tmp_path: Path) -> None:
     assert np.abs(machine.tool(found).position - robot.pose(x)[:3, 3]).max() < 2e-12, (
         "the rounding of the target itself"
     )
+
+
+@pytest.mark.parametrize("name", ["stewart", "fivebar", "tripod", "spherical_3rrr", "pan_tilt"])
+def test_many_targets_at_once(name: str, tmp_path: Path) -> None:
+    """All over the workspace, in every form, and no row of it by the chain."""
+    rng = np.random.default_rng([8, *name.encode()])
+    robot = somewhere(name, 5, tmp_path, rng)
+    machine = compiled(robot.chain, cached=False)
+    several = [robot.led.freedoms(rng) for _ in range(40)]
+    poses = np.array([robot.pose(x) for x in several])
+    seven = [np.concatenate([pose[:3, 3], Pose.of(pose).quaternion]) for pose in poses]
+    assert machine.batch._reaching is not None
+    _, done = machine.batch._reaching.many(machine.home.q_full, [machine.task.target(pose) for pose in poses], 1)
+    assert done.all()
+    for targets in [poses, seven, *([poses[:, :3, 3]] if machine.task.is_of_point else [])]:
+        for x, found in zip(several, machine.batch.reach(targets), strict=True):
+            assert robot.missed(machine.chain.actuated(found), x) < ACCURACY
+    assert machine.batch.reach(poses[:0]).shape == (0, machine.chain.nq)
+    again = pickle.loads(pickle.dumps(machine.batch))
+    np.testing.assert_array_equal(again.reach(poses[:3]), machine.batch.reach(poses[:3]))
+
+
+def test_a_target_among_many_that_cannot_be(tmp_path: Path) -> None:
+    robot = stand(drawn("tripod", 6), tmp_path)
+    x = 0.1 * robot.led.freedoms(np.random.default_rng(9))
+    there, home = robot.chain.reach(robot.pose(x)), robot.chain.home
+    bounds = sorted([float(home.q[1]), float(0.5 * (home.q[1] + there.q[1]))])
+    machine = compiled(ClosedChain(with_limits(robot.description, {"leg1": tuple(bounds)})), cached=False)
+    here, far = robot.pose(0.1 * x), robot.pose(0.1 * x)
+    far[2, 3] += 9.0
+    machine.batch.reach([here, here])
+    for bad, kind in ((robot.pose(x), LimitError), (far, UnreachableError)):
+        with pytest.raises(kind) as caught:
+            machine.batch.reach([here, bad, here])
+        assert caught.value.__notes__ == ["row 1 of the batch"]
+    with pytest.raises(LimitError, match="leg1") as beyond:
+        machine.batch.close([home.q, there.q])
+    assert beyond.value.__notes__ == ["row 1 of the batch"]
+    with pytest.raises(InputError, match="does not fix"):
+        machine.batch.reach(np.zeros((2, 3)))
+    with pytest.raises(InputError, match="shape"):
+        machine.batch.reach(np.zeros((2, 5)))
+
+
+def test_near_a_singular_posture_the_chain_leads(tmp_path: Path) -> None:
+    """A rod and its crank nearly in line: a short way changes the determinant too much to tell the branch by."""
+    robot = stand(drawn("fivebar", 1), tmp_path)
+    machine, away = compiled(robot.chain, cached=False), 0.0
+    at, tip = machine.home, machine.tool(machine.home).position
+    for step in 0.02 * 0.5 ** np.arange(12):
+        while True:
+            try:
+                at = machine.chain.reach(tip + np.array([0.0, away + step, 0.0]), at)
+            except CutjointError:
+                break
+            away += step
+    target = tip + np.array([0.0, away - 0.01, 0.0])
+    assert quick(machine, at, target) is None
+    np.testing.assert_array_equal(machine.reach(target, at).q_full, machine.chain.reach(target, at).q_full)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -18,6 +19,7 @@ from cutjoint.arrays import Array
 from cutjoint.compile.closing import ChainClosing
 from cutjoint.compile.functions.sample import nearest_turn
 from cutjoint.compile.mechanism import CompiledMechanism
+from cutjoint.compile.reaching import ChainReaching
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import Mechanism, Posture
 
@@ -81,11 +83,14 @@ class Batch:
         """
         raise NotImplementedError
 
-    def reach(self, p: npt.ArrayLike) -> Array:
-        """Closed positions, shape (N, positions), with the tool at `p`, shape (N, 3) [m], on the branch of home.
+    def reach(self, targets: npt.ArrayLike) -> Array:
+        """Closed positions, shape (N, positions), with the tool at N targets, on the branch of home.
+
+        Args:
+            targets: points (N, 3) [m], or poses (N, 7) (x y z qx qy qz qw) or (N, 4, 4).
 
         Raises:
-            InputError: wrong shape, or the robot has no tool.
+            InputError: wrong shape, no target of this robot, or the robot has no tool.
             UnreachableError, ClosureError, SingularError: a row cannot be reached; a note names it.
         """
         raise NotImplementedError
@@ -201,8 +206,11 @@ class PaperBatch(Batch):
     def close(self, q: npt.ArrayLike) -> Array:
         return rows_of("q", q, self.n)
 
-    def reach(self, p: npt.ArrayLike) -> Array:
-        target, model = rows_of("p", p, 3), self._mechanism
+    def reach(self, targets: npt.ArrayLike) -> Array:
+        given, model = targets_of(targets), self._mechanism
+        if given.shape[1:] != (3,):
+            return np.array([asked(k, lambda k: model.plain.reach(given[k])).q for k in range(len(given))])
+        target = given
         parts, _ = model.library()["reach"].batch([target, self._values(None, len(target))], self.threads)
         q = nearest_turn(parts["q_reached"], model.home.q, [one.kind == "rotation" for one in model.actuators])
         for row in np.flatnonzero(~np.isfinite(q).all(axis=1)).tolist():
@@ -220,30 +228,46 @@ class ChainBatch(Batch):
         super().__init__(mechanism)
         self._closing, self.positions = closing, closing.source.positions
 
+    @cached_property
+    def _reaching(self) -> ChainReaching | None:
+        own = self._closing
+        return ChainReaching.where_led(own.source, own.library, own.parameters)
+
     def close(self, q: npt.ArrayLike) -> Array:
         target = rows_of("q", q, self.n)
         home = np.tile(self._mechanism.home.q_full, (len(target), 1))
         found, done = self._closing.walk(home, target, self.threads)
+        self._respect_limits(found, done)
         for row in np.flatnonzero(~done).tolist():
             found[row] = asked(row, lambda k: self._closing.source.chain.close(target[k])).q_full
         return found
 
-    def reach(self, p: npt.ArrayLike) -> Array:
-        target = rows_of("p", p, 3)
-        found = np.empty((len(target), self.positions))
-        last: Posture | None = None
+    def reach(self, targets: npt.ArrayLike) -> Array:
+        given, home, last = targets_of(targets), self._mechanism.home, None
+        found, done = np.empty((len(given), self.positions)), np.zeros(len(given), dtype=bool)
+        if self._reaching is not None:
+            task = self._mechanism.task
+            wanted = [asked(row, lambda k: task.target(given[k])) for row in range(len(given))]
+            found, done = self._reaching.many(home.q_full, wanted, self.threads)
+        self._respect_limits(found, done)
 
         def one(row: int) -> Posture:
             # rows are often neighbours, and a walk from one to the next stays on the branch like one from home does
             try:
-                return self._mechanism.reach(target[row], last)
+                return self._mechanism.reach(given[row], last)
             except CutjointError:
-                return self._mechanism.reach(target[row])
+                return self._mechanism.reach(given[row])
 
-        for row in range(len(target)):
+        for row in np.flatnonzero(~done).tolist():
             last = asked(row, one)
             found[row] = last.q_full
         return found
+
+    def _respect_limits(self, found: Array, done: npt.NDArray[np.bool_]) -> None:
+        """What goes beyond a joint's limits is not done: the chain will say so."""
+        chain, home = self._closing.source.chain, self._mechanism.home.q_full
+        for row in np.flatnonzero(done).tolist():
+            done[row] = not chain.goes_beyond(home, found[row])
 
     def _posture(self, positions: Array) -> Posture:
         return self._closing.source.chain.posture(positions)
@@ -256,6 +280,14 @@ def asked(row: int, answer: Callable[[int], Answer]) -> Answer:
     except CutjointError as error:
         error.add_note(f"row {row} of the batch")
         raise
+
+
+def targets_of(values: npt.ArrayLike) -> Array:
+    """Points (N, 3) or poses (N, 7) or (N, 4, 4)."""
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape[1:] not in ((3,), (7,), (4, 4)):
+        raise InputError(f"targets must have shape (N, 3), (N, 7) or (N, 4, 4), found {array.shape}")
+    return np.ascontiguousarray(array)
 
 
 def rows_of(name: str, values: npt.ArrayLike, columns: int, rows: int | None = None) -> Array:

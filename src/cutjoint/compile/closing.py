@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
@@ -59,14 +61,12 @@ class ChainClosing:
         return None
 
     def walk(self, q: Array, target: Array, threads: int) -> tuple[Array, npt.NDArray[np.bool_]]:
-        """Walk all rows from the closed `q` to their actuated `target`, in steps short against the links.
-
-        Also returns which rows arrived, on the branch they started from.
-        """
+        """Walk all rows from the closed `q` to their actuated `target`; also returns which arrived, see `walked`."""
         function = self.library["step"]
         start = q[:, list(self.source.actuated)]
 
-        def step(at: Array, to: Array) -> tuple[Array, Array, Array]:
+        def step(at: Array, fraction: float) -> tuple[Array, Array, Array]:
+            to = target if fraction == 1.0 else start + fraction * (target - start)
             parts, trusted = function.batch([at, to, self.parameters], threads)
             after = parts["q_next"]
             change, gap = after - at, parts["residual"] * self.row_scale
@@ -76,18 +76,30 @@ class ChainClosing:
                 size[~trusted] = np.inf
             return after, size, np.maximum.reduce(np.abs(gap, out=gap), axis=1, initial=0.0)
 
-        _, size, _ = step(q, target)
-        pieces = int(np.ceil(min(float(size[np.isfinite(size)].max(initial=0.0)) / 0.1, 200.0))) + 1
-        good = np.ones(len(q), dtype=bool)
-        for piece in range(1, pieces + 1):
-            to = target if piece == pieces else start + (piece / pieces) * (target - start)
-            last: Array | None = None
-            gap = np.full(len(q), np.inf)
-            for _ in range(newton.STEPS):
-                after, size, gap = step(q, to)
-                good &= size <= newton.longest(last)
-                if last is not None and float(size[good].max(initial=0.0)) < newton.RESTS:
-                    break
-                q, last = np.where(good[:, None], after, q), size
-            good &= gap <= tolerances.CLOSURE.value
-        return q, good
+        return walked(q, step)
+
+
+Step = Callable[[Array, float], tuple[Array, Array, Array]]
+"""(configurations, fraction of the way) -> configurations after one step of Newton's method towards there; of every row
+the size of the step, and what was left before it; dimensionless, and infinite where a row must not be trusted."""
+
+
+def walked(q: Array, step: Step) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Walk all rows of closed configurations to the end of a way, in steps short against the links.
+
+    Also returns which rows arrived, on the branch they started from.
+    """
+    _, size, _ = step(q, 1.0)
+    pieces = int(np.ceil(min(float(size[np.isfinite(size)].max(initial=0.0)) / 0.1, 200.0))) + 1
+    good = np.ones(len(q), dtype=bool)
+    for piece in range(1, pieces + 1):
+        last: Array | None = None
+        gap = np.full(len(q), np.inf)
+        for _ in range(newton.STEPS):
+            after, size, gap = step(q, 1.0 if piece == pieces else piece / pieces)
+            good &= size <= newton.longest(last)
+            if last is not None and float(size[good].max(initial=0.0)) < newton.RESTS:
+                break
+            q, last = np.where(good[:, None], after, q), size
+    # on the way a tool may be beside what it cannot reach; at its end nothing is left
+    return q, good & (gap <= tolerances.CLOSURE.value)

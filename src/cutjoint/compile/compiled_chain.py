@@ -13,7 +13,6 @@ from cutjoint.chain import ClosedChain, MobilityReport
 from cutjoint.compile.batch import ChainBatch
 from cutjoint.compile.closing import ChainClosing
 from cutjoint.compile.functions.library import Library, Options
-from cutjoint.compile.functions.table import function
 from cutjoint.compile.functions.verify import Checker
 from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.once import once
@@ -21,7 +20,6 @@ from cutjoint.compile.reaching import ChainReaching
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.description.model import Inertial
-from cutjoint.errors import CutjointError
 from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, actuated_values
 
 
@@ -64,14 +62,7 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
 
     @once
     def _reaching(self) -> ChainReaching | None:
-        """Short ways of the tool, where the task leads the robot and one order of elimination serves."""
-        row = function("reach_step")
-        try:
-            return ChainReaching(self.source, self._library[row.name], self._nominal)
-        except CutjointError:
-            if all(self.source.lacks(need) is None for need in row.needs):
-                raise
-            return None
+        return ChainReaching.where_led(self.source, self._library, self._nominal)
 
     def _rebuilt(self, parameters: Mapping[str, float]) -> ClosedChain:
         description = self.chain.description
