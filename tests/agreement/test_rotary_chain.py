@@ -318,7 +318,9 @@ def test_closing_leads_both_to_the_same_posture(rotary_cases: list[Case]) -> Non
                 assert model.branch(there).assembly == model.branch(start).assembly
                 continue
             same += 1
-            close_to(case.chain.tool(case.chain.close(target, limits="ignore")).position, there.q_full[3:], case.scale, 1e-9)
+            close_to(
+                case.chain.tool(case.chain.close(target, limits="ignore")).position, there.q_full[3:], case.scale, 1e-9
+            )
     assert same > 20
     assert refused > 2
 

@@ -115,9 +115,7 @@ class Layout(Values):
     def of_numbers(cls, robot: str, actuators: tuple[Actuator, ...], stored: tuple[str, ...]) -> Layout:
         """Of a robot whose `q_full` has the numbers `stored`, each a name with its unit, as `x[m]`."""
         pairs = [one.removesuffix("]").partition("[") for one in stored]
-        return cls(
-            robot, actuators, tuple(Stored(name, (unit,), index) for index, (name, _, unit) in enumerate(pairs))
-        )
+        return cls(robot, actuators, tuple(Stored(name, (unit,), index) for index, (name, _, unit) in enumerate(pairs)))
 
     @cached_property
     def names(self) -> tuple[str, ...]:
