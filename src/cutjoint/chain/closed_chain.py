@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +16,10 @@ from cutjoint.arrays import Array, Sealed, as_vector
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
-from cutjoint.chain.closing.closing import Closing, Near
+from cutjoint.chain.closing.closing import Closing
+from cutjoint.chain.closing.reaching import Reaching
 from cutjoint.chain.closing.rounding import check_rounding, trusted_rows
+from cutjoint.chain.closing.ways import Near, Ways
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.joints import limit_violations
 from cutjoint.chain.kinematics import Kinematics
@@ -26,7 +28,7 @@ from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
 from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.model import RobotDescription
-from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, Task, Terms, Tool
+from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, TargetLike, Task, Terms, Tool
 
 if TYPE_CHECKING:
     from cutjoint import CompiledChain
@@ -71,7 +73,9 @@ class ClosedChain(Sealed):
         check_rounding(k, at_home)
         self._postures = Postures(k, self._actuated, at_home)
         self._mobility = Mobility(self._postures)
-        self._closing, self._reduced = Closing(self._mobility), ReducedDynamics(self._mobility)
+        self._ways = Ways(self._mobility)
+        self._closing, self._reaching = Closing(self._mobility, self._ways), Reaching(self._mobility, self._ways)
+        self._reduced = ReducedDynamics(self._mobility)
         self._dynamics = FullDynamics(k, at_home.q)
         self.name, self.length, self.local_model, self.origin = k.name, k.length, k.model, k.origin
         self.n, self.actuators, self.home = self._actuated.n, self._actuated.joints, self._postures.home
@@ -98,7 +102,9 @@ class ClosedChain(Sealed):
         """
         return self._closing.close(q, near, limits)
 
-    def reach(self, target: Any, near: Near = None, *, free: bool = False, limits: JointLimits = "respect") -> Posture:
+    def reach(
+        self, target: TargetLike, near: Near = None, *, free: bool = False, limits: JointLimits = "respect"
+    ) -> Posture:
         """The closed posture with the tool at a target, on the branch of `near` (see `close`).
 
         The forms of a target are told in `Mechanism.reach`.
@@ -112,12 +118,12 @@ class ClosedChain(Sealed):
             LimitError: a joint would go beyond its limits, and they are not to be ignored.
             SingularError: the way leads through a type-1 singularity, where branches meet.
         """
-        return self._closing.reach(target, near, free, limits)
+        return self._reaching.reach(target, near, free, limits)
 
     def goes_beyond(self, start: Array, q_full: Array) -> bool:
         """Whether a joint is beyond its limits at the configuration `q_full`, and further than it was at `start`, shape
         (nq,) both."""
-        return self._closing.goes_beyond(start, q_full)
+        return self._ways.limits.exceeded(start, q_full)
 
     @property
     def task(self) -> Task:
@@ -126,7 +132,7 @@ class ClosedChain(Sealed):
         Raises:
             InputError: no tool, or the task cannot be told (the message says how to choose), or cannot be done.
         """
-        return self._closing.task
+        return self._reaching.task
 
     def posture(self, at: Posture | npt.ArrayLike) -> Posture:
         """A configuration that is closed already, shape (nq,) or another robot's posture, as a posture of this one.
@@ -193,7 +199,7 @@ class ClosedChain(Sealed):
 
     def mobility(self, at: Posture | None = None) -> MobilityReport:
         """Mobility, redundancy and distance to singularities at a posture (default home)."""
-        return self._mobility.report(self._postures.placed(at), self._closing.known_task)
+        return self._mobility.report(self._postures.placed(at), self._reaching.known_task)
 
     @cached_property
     def idle_is_cyclic(self) -> bool:

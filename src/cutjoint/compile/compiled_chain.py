@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +19,7 @@ from cutjoint.compile.reaching import ChainReaching
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.description.model import Inertial
-from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, actuated_values
+from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, TargetLike, actuated_values
 
 
 class CompiledChain(CompiledMechanism[ClosedChain]):
@@ -100,7 +99,7 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
         return found
 
     def reach(
-        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+        self, target: TargetLike, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
     ) -> Posture:
         """See `ClosedChain.reach`.  Targets that are far away, or beyond a joint's limits, are left to the chain's own
         continuation."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Hashable, Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.compile.sources.paper import PaperModel, PaperSource
-from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture
+from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, TargetLike
 
 
 class CompiledPaper(CompiledMechanism[PaperModel]):
@@ -69,7 +68,7 @@ class CompiledPaper(CompiledMechanism[PaperModel]):
         return self.plain.close(q, near, limits=limits)
 
     def reach(
-        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+        self, target: TargetLike, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
     ) -> Posture:
         """See the published model; closed form, so there is nothing to compile."""
         return self.plain.reach(target, near, free=free, limits=limits)

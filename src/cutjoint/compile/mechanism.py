@@ -10,7 +10,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Generic, Self, TypeVar
+from typing import Generic, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,7 @@ from cutjoint.compile.functions.library import Library, Options
 from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.once import once
 from cutjoint.errors import InputError, SingularError, UnknownNameError
-from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Mechanism, Posture, Task, Terms, Tool
+from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Mechanism, Posture, TargetLike, Task, Terms, Tool
 
 Model_co = TypeVar("Model_co", bound=Mechanism, covariant=True)
 
@@ -128,7 +128,7 @@ class CompiledMechanism(Parametrised[Model_co]):
         raise NotImplementedError
 
     def reach(
-        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+        self, target: TargetLike, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
     ) -> Posture:
         """See `Mechanism.reach`."""
         raise NotImplementedError

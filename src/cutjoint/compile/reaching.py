@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf, isfinite
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +25,7 @@ from cutjoint.compile.functions.sample import goal_of
 from cutjoint.compile.functions.table import function
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.errors import CutjointError
-from cutjoint.mechanism import Pose, Posture, Target
+from cutjoint.mechanism import Pose, Posture, Target, TargetLike
 from cutjoint.mechanism.rotations import vector_of
 
 
@@ -64,7 +63,7 @@ class ChainReaching:
                 raise
             return None
 
-    def to(self, q: Array, given: Any, free: bool) -> Posture | None:  # see `Task.target`
+    def to(self, q: Array, given: TargetLike, free: bool) -> Posture | None:
         """From a closed configuration to a target; None where that is not plainly on the same branch, or not all.
 
         Raises:

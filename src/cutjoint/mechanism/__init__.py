@@ -4,7 +4,7 @@ cross-check are written against.  No Pinocchio and no numbers of any robot here.
 from cutjoint.mechanism.interface import JointLimits, Mechanism, kinetic_energy
 from cutjoint.mechanism.names import ActuatedCoordinates, Actuator, Layout, Stored, actuated_values, in_order
 from cutjoint.mechanism.pose import Pose
-from cutjoint.mechanism.task import Target, Task
+from cutjoint.mechanism.task import Target, TargetLike, Task
 from cutjoint.mechanism.types import Posture, Terms, Tool
 
 __all__ = [
@@ -17,6 +17,7 @@ __all__ = [
     "Posture",
     "Stored",
     "Target",
+    "TargetLike",
     "Task",
     "Terms",
     "Tool",

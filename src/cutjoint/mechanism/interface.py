@@ -6,7 +6,7 @@ written against it takes either.
 
 from __future__ import annotations
 
-from typing import Any, Literal, Protocol, Self, runtime_checkable
+from typing import Literal, Protocol, Self, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array
 from cutjoint.errors import InputError
 from cutjoint.mechanism.names import ActuatedCoordinates, Actuator
-from cutjoint.mechanism.task import Task
+from cutjoint.mechanism.task import TargetLike, Task
 from cutjoint.mechanism.types import Posture, Terms, Tool
 
 JointLimits = Literal["respect", "ignore"]
@@ -82,7 +82,7 @@ class Mechanism(Protocol):
         """
 
     def reach(
-        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+        self, target: TargetLike, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
     ) -> Posture:
         """The closed posture with the tool at `target` (inverse kinematics), on the branch of `near`.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +11,15 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, Frozen, as_vector
 from cutjoint.errors import InputError
 from cutjoint.mechanism.rotations import quaternion_of, rotation_from, turned
+
+
+class Homogeneous(Protocol):
+    """A placement that tells its matrix, such as pin.SE3."""
+
+    @property
+    def homogeneous(self) -> Array:
+        """Shape (4, 4)."""
+
 
 FORMS = "a Pose, a (4, 4) matrix, seven numbers x, y, z, qx, qy, qz, qw, or a pin.SE3"
 
@@ -28,7 +37,7 @@ class Pose(Frozen):
     rotation: Array
 
     @classmethod
-    def of(cls, given: Any) -> Pose:  # arrays of several shapes, and classes of other packages
+    def of(cls, given: PoseLike) -> Pose:
         """From anything that tells a pose: see `FORMS`.
 
         Raises:
@@ -36,10 +45,9 @@ class Pose(Frozen):
         """
         if isinstance(given, Pose):
             return given
-        if hasattr(given, "homogeneous"):
-            given = given.homogeneous
+        matrix = getattr(given, "homogeneous", given)
         try:
-            array = np.asarray(given, dtype=np.float64)
+            array = np.asarray(matrix, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise InputError(f"a pose is {FORMS}; found {given!r}") from error
         if array.shape == (7,):
@@ -69,3 +77,7 @@ class Pose(Frozen):
         return Pose(
             self.position + as_vector("by", by, 3, "m"), turned(as_vector("turn", turn, 3, "rad")) @ self.rotation
         )
+
+
+PoseLike: TypeAlias = Pose | Homogeneous | npt.ArrayLike
+"""What tells a pose: see `FORMS`."""

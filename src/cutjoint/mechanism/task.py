@@ -24,17 +24,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot, isfinite
-from typing import Any, Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen, as_vector
 from cutjoint.errors import InputError
-from cutjoint.mechanism.pose import FORMS, Pose
+from cutjoint.mechanism.pose import FORMS, Pose, PoseLike
 from cutjoint.mechanism.rotations import Quaternion, crossing, quaternion_of, turned, vector_of
 
 NAMES = ("x", "y", "z", "rx", "ry", "rz")
 Axes = Literal["world", "tool"]
+TargetLike: TypeAlias = PoseLike | Mapping[str, float]
+"""What tells a target: a point (3,) [m], a pose (see `FORMS`), or coordinates by name, [m] and [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +142,7 @@ class Task(Frozen):
 
     # ---- targets ---------------------------------------------------------------------------------------------------
 
-    def target(self, given: Any, free: bool = False) -> Target:  # arrays of several shapes, mappings, poses
+    def target(self, given: TargetLike, free: bool = False) -> Target:
         """What `given` asks of the tool: a point (3,), a pose (see `FORMS`), or coordinates by name.
 
         Args:
@@ -153,7 +155,7 @@ class Task(Frozen):
             return self._by_name(given, free)
         shape = _shape(given)
         if shape == (3,):
-            point = as_vector("target", given, 3, "m")
+            point = as_vector("target", np.asarray(given), 3, "m")
             if not (self.is_of_point or free):
                 raise InputError(
                     f"a point does not fix {self.robot}, whose task is {self}: give a pose ({FORMS}) or the "
@@ -168,7 +170,7 @@ class Task(Frozen):
         pose = Pose.of(given)
         return Target(pose, self.rows, self.rows if free else _ALL)
 
-    def _by_name(self, said: Mapping[str, Any], free: bool) -> Target:
+    def _by_name(self, said: Mapping[str, float], free: bool) -> Target:
         given = {str(name): _number(name, value) for name, value in said.items()}
         missing = [name for name in self.names if name not in given]
         other = [name for name in given if name not in self.names]
@@ -268,7 +270,7 @@ _UNIT.setflags(write=False)
 _POINT, _ALL = (0, 1, 2), (0, 1, 2, 3, 4, 5)
 
 
-def _shape(given: Any) -> tuple[int, ...] | None:
+def _shape(given: object) -> tuple[int, ...] | None:
     """Shape of an array or of lists, None of anything else."""
     if not isinstance(given, list | tuple | np.ndarray):
         return None
@@ -278,7 +280,7 @@ def _shape(given: Any) -> tuple[int, ...] | None:
         return ()
 
 
-def _number(name: object, value: Any) -> float:
+def _number(name: object, value: float) -> float:
     """A coordinate; raises InputError where it is no finite number."""
     try:
         number = float(value)

@@ -19,7 +19,17 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, as_vector, readonly
 from cutjoint.errors import InputError, UnreachableError
-from cutjoint.mechanism import ActuatedCoordinates, Actuator, JointLimits, Layout, Posture, Task, Terms, Tool
+from cutjoint.mechanism import (
+    ActuatedCoordinates,
+    Actuator,
+    JointLimits,
+    Layout,
+    Posture,
+    TargetLike,
+    Task,
+    Terms,
+    Tool,
+)
 from cutjoint.mechanism.interface import are_respected
 from cutjoint.papers.scalars import NUMBERS, Functions, Matrix3, Scalar, Vector, Vector3
 from cutjoint.tolerances import REACHED
@@ -129,7 +139,7 @@ class ReducedModel(ABC, Generic[P]):
         return Task(("x", "y", "z"), self.tool(self.home).pose, self.name)
 
     def reach(
-        self, target: Any, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+        self, target: TargetLike, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
     ) -> Posture:
         """The posture with the tool at a target, see `Mechanism.reach`; what is raised besides is that of
         `reach_point`.

@@ -53,6 +53,10 @@ class LimitCheck:
         worst = int(over.argmax())
         return worst if over[worst] > 0.0 else None
 
+    def exceeded(self, start: Array, q: Array) -> bool:
+        """Whether a joint is beyond its limits at `q` (nq,), further than at `start`."""
+        return self.beyond(start, q) is not None
+
     def error(self, number: int, start: Placed, found: Placed, go: Go, what: str, target: Array) -> LimitError:
         """What to raise for a joint beyond its limits at the end of a way.
 
