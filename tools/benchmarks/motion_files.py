@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
-from cutjoint.motion import motion_from_file
+from cutjoint.motion import ToolMotion, motion_from_file
 from cutjoint.robots import load
 
 HEADINGS = "t,x,y,z,qx,qy,qz,qw"
@@ -41,8 +41,10 @@ def timings(rows: int, calls: int, rounds: int) -> tuple[dict[str, Timing], floa
             },
             rounds,
         )
-    rotation = motion.at(7.77).rotation
-    return found, float((peer(7.77).inv() * Rotation.from_matrix(rotation)).magnitude())
+    now = motion.at(7.77)
+    assert isinstance(now, ToolMotion)
+    assert now.rotation is not None
+    return found, float((peer(7.77).inv() * Rotation.from_matrix(now.rotation)).magnitude())
 
 
 def table_rows(found: dict[str, Timing]) -> list[tuple[str, ...]]:

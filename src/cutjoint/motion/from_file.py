@@ -22,7 +22,7 @@ from cutjoint.mechanism import Mechanism, Task
 from cutjoint.mechanism.rotations import NOT_QUITE, quaternion_of
 from cutjoint.motion.headings import FIXED_AXES, POINT, QUATERNION, VECTOR, meaning_of
 from cutjoint.motion.rotation_vectors import Four, product
-from cutjoint.motion.splines import JointSpline, PointSpline, PoseSpline, as_poses, is_closed
+from cutjoint.motion.splines import APART, JointSpline, PointSpline, PoseSpline, as_poses, is_closed
 from cutjoint.motion.table import NumberTable, read_table
 
 SUFFIXES = (".csv", ".tsv")
@@ -47,7 +47,7 @@ def motion_from_file(path: str | os.PathLike[str], mechanism: Mechanism) -> Poin
     table = read_table(path)
     columns = _columns(table, mechanism)
     clock = columns.pop("t")
-    times, name = (clock.values - clock.values[0]) * clock.factor, Path(path).stem
+    times, name = _times(table, clock), Path(path).stem
     try:
         if all(one.of_joint for one in columns.values()):
             q = np.tile(mechanism.home.q, (len(times), 1))
@@ -81,6 +81,17 @@ class _Column(Frozen):
     def si(self) -> Array:
         """Its numbers in SI units."""
         return self.values * self.factor
+
+
+def _times(table: NumberTable, clock: _Column) -> Array:
+    """Times since the first row [s]."""
+    times: Array = (clock.values - clock.values[0]) * clock.factor
+    late = np.flatnonzero(np.diff(times) < APART)
+    if len(late):
+        before, now = clock.values[late[0] : late[0] + 2].tolist()
+        what = f"{now!r} after {before!r}" if now != before else f"{now!r} a second time"
+        raise table.fault(f"found {what}; expected times that ascend from row to row", int(late[0]) + 1, clock.number)
+    return times
 
 
 def _columns(table: NumberTable, mechanism: Mechanism) -> dict[str, _Column]:

@@ -20,7 +20,7 @@ from cutjoint.arrays import Array, Values, readonly
 from cutjoint.errors import InputError, WaypointError
 from cutjoint.mechanism.pose import Pose
 from cutjoint.mechanism.rotations import NOT_QUITE
-from cutjoint.motion.rotation_spline import RotationSpline
+from cutjoint.motion.rotation_spline import FELT, RotationSpline
 from cutjoint.motion.values import JointMotion, ToolMotion
 
 SAME = 1e-9
@@ -172,16 +172,38 @@ class _Curve:
     """A cubic spline through the rows of `values`, shape (n, k), at rest at both ends or closed."""
 
     def __init__(self, times: Array, values: Array, closed: bool) -> None:
-        from scipy.interpolate import CubicSpline
-
-        found = CubicSpline(times, values, bc_type="periodic" if closed else "clamped").c
-        self._steps = np.ascontiguousarray(found.transpose(1, 0, 2))  # step, power from 3 down to 0, coordinate
+        spans = np.diff(times)[:, None]
+        chords = np.diff(values, axis=0) / spans
+        if closed:
+            around = np.arange(-FELT, len(spans) + FELT) % len(spans)
+            rates = _rates(chords[around], spans[around])[FELT : FELT + len(times)]
+            rates[-1] = rates[0]
+        else:
+            rates = _rates(chords, spans)
+        first, last = rates[:-1], rates[1:]
+        square, cubic = (3.0 * chords - 2.0 * first - last) / spans, (first + last - 2.0 * chords) / spans**2
+        self._steps = np.stack([cubic, square, first, values[:-1]], axis=1)
 
     def at(self, step: int, s: float) -> tuple[Array, Array, Array]:
         """Value, rate and second derivative, shape (k,), `s` [s] into a step."""
         cubic, square, line, start = self._steps[step]
         bent = 3.0 * s * cubic
         return start + s * (line + s * (square + s * cubic)), line + s * (2.0 * square + bent), 2.0 * (square + bent)
+
+
+def _rates(chords: Array, spans: Array) -> Array:
+    """The rates (n, k) at the way-points with which the second derivative is continuous, and which vanish at both ends,
+    for mean rates (n - 1, k) over `spans` (n - 1, 1) [s]."""
+    from scipy.linalg import solve_banded
+
+    rates = np.zeros((len(spans) + 1, chords.shape[1]))
+    if len(spans) > 1:
+        pace = 1.0 / spans
+        band = np.zeros((3, len(pace) - 1))
+        band[0, 1:] = band[2, :-1] = pace[1:-1, 0]
+        band[1] = 2.0 * (pace[:-1, 0] + pace[1:, 0])
+        rates[1:-1] = solve_banded((1, 1), band, 3.0 * (pace[:-1] * chords[:-1] + pace[1:] * chords[1:]))
+    return rates
 
 
 def instant(times: Array, t: float, closed: bool) -> tuple[int, float, bool]:
