@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.errors import InputError, WaypointError
-from cutjoint.mechanism.pose import Pose
+from cutjoint.mechanism.pose import Pose, PoseLike
 from cutjoint.mechanism.rotations import NOT_QUITE
 from cutjoint.motion.rotation_spline import FELT, RotationSpline
 from cutjoint.motion.values import JointMotion, ToolMotion
@@ -265,7 +265,7 @@ def as_rows(name: str, values: npt.ArrayLike, width: int | None) -> Array:
     return rows
 
 
-def as_poses(given: Iterable[object]) -> Array:
+def as_poses(given: Iterable[PoseLike]) -> Array:
     """Poses as read-only rows x, y, z [m], qx, qy, qz, qw, shape (n, 7), the quaternions of length 1 and on one side.
 
     Raises:
@@ -288,7 +288,7 @@ def as_poses(given: Iterable[object]) -> Array:
     return readonly(rows)
 
 
-def _pose(number: int, given: object) -> Pose:
+def _pose(number: int, given: PoseLike) -> Pose:
     try:
         return Pose.of(given)
     except InputError as error:
