@@ -15,9 +15,11 @@ from kit.sized import Size
 
 from cutjoint import tolerances
 from cutjoint.chain import ClosedChain
-from cutjoint.compile import CompiledChain, compiled
+from cutjoint.compile import CompiledChain, compiled, reaching
+from cutjoint.compile.functions.sample import goal_of
 from cutjoint.errors import CutjointError, InputError, LimitError, UnreachableError
 from cutjoint.mechanism import Pose, Posture
+from cutjoint.mechanism.rotations import turned
 
 ACCURACY = 1e-12
 """Of the robot's size, and radians."""
@@ -226,17 +228,39 @@ def test_a_target_among_many_that_cannot_be(tmp_path: Path) -> None:
 
 
 def test_near_a_singular_posture_the_chain_leads(tmp_path: Path) -> None:
-    """A rod and its crank nearly in line: a short way changes the determinant too much to tell the branch by."""
-    robot = stand(drawn("fivebar", 1), tmp_path)
-    machine, away = compiled(robot.chain, cached=False), 0.0
-    at, tip = machine.home, machine.tool(machine.home).position
-    for step in 0.02 * 0.5 ** np.arange(12):
-        while True:
-            try:
-                at = machine.chain.reach(tip + np.array([0.0, away + step, 0.0]), at)
-            except CutjointError:
-                break
-            away += step
-    target = tip + np.array([0.0, away - 0.01, 0.0])
+    """A wrist nearly in line with itself: a short way changes the determinant too much to tell the branch by."""
+    robot = stand(drawn("serial_wrist", 1), tmp_path)
+    machine = compiled(robot.chain, cached=False)
+    at, there = machine.close([0.1, 1.54, 0.2]), machine.close([0.1, 1.44, 0.2])
+    target = machine.tool(there).pose
     assert quick(machine, at, target) is None
-    np.testing.assert_array_equal(machine.reach(target, at).q_full, machine.chain.reach(target, at).q_full)
+    np.testing.assert_allclose(machine.reach(target, at).q, there.q, rtol=0, atol=1e-10)
+    nearer = machine.tool(machine.close([0.1, 1.53, 0.2])).pose
+    assert quick(machine, at, nearer) is not None
+
+
+@pytest.mark.parametrize("name", ["stewart", "planar_3rrr", "schoenflies", "tripod", "spherical_3rrr", "delta"])
+def test_a_step_is_one_of_newton_in_numbers(name: str, tmp_path: Path) -> None:
+    """Also to a goal that is far turned away, where a matrix that is nearly right would only be slow."""
+    rng = np.random.default_rng([10, *name.encode()])
+    robot = somewhere(name, 7, tmp_path, rng)
+    chain, machine = robot.chain, compiled(robot.chain, cached=False)
+    task, step = chain.task, machine.library()["reach_step"]
+    for _ in range(5):
+        at = chain.reach(robot.pose(robot.led.freedoms(rng)))
+        tool = chain.tool(at)
+        goal = tool.pose.moved(0.1 * robot.length * rng.uniform(-1, 1, 3), 0.5 * rng.uniform(-1, 1, 3))
+        parts = step(at.q_full, goal_of(goal, chain.origin), np.zeros(0))
+        assert parts is not None
+        error = task.error(tool.pose, goal, task.rows)
+        rate = task.condition(tool.pose, goal, task.rows) @ tool.frame_jacobian
+        change = chain.actuated(parts["q_next"]) - at.q
+        wanted = np.linalg.solve(rate, -error)
+        assert np.abs(change - wanted).max() < 1e-11 * np.abs(wanted).max()
+
+
+def test_rotations_of_many_vectors() -> None:
+    vectors = np.random.default_rng(11).normal(size=(20, 3)) * np.geomspace(1e-9, 3.0, 20)[:, None]
+    vectors[0] = 0.0
+    wanted = [turned(vector) for vector in vectors]
+    np.testing.assert_allclose(reaching._turned(vectors), wanted, rtol=0, atol=1e-14)
