@@ -111,12 +111,12 @@ def test_pick_and_place_is_the_cycle_of_the_industry_or_what_fits(robot):
 
 
 def test_a_tripod_that_holds_its_tilt_moves_along_a_line(tmp_path):
-    """A point beside its centre is moved by tilting too; but the tilt is led, and stays."""
+    """A point above its plate is moved by tilting too; but the tilt is led, and stays."""
     robot = stand(drawn("tripod", 0), tmp_path)
     assert robot.description.tool is not None
-    beside = robot.description.tool.placement.copy()
-    beside[:3, 3] += beside[:3, :3] @ [0.08, 0.03, 0.0]
-    tool = replace(robot.description.tool, placement=beside)
+    above = robot.description.tool.placement.copy()
+    above[:3, 3] += above[:3, :3] @ [0.03, 0.01, 0.1]
+    tool = replace(robot.description.tool, placement=above)
     chain = ClosedChain(replace(robot.description, tool=tool, task=("z", "rx", "ry")))
     assert np.linalg.matrix_rank(chain.tool(chain.home).jacobian, tol=1e-3) > 1
     with pytest.raises(InputError, match="moves along a line; it cannot follow a circle"):

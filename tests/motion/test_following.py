@@ -123,6 +123,17 @@ def test_what_is_prescribed_is_reached_and_the_rest_stays(name, seed, tmp_path):
         assert np.allclose(found, led * unit * list(away.values()), atol=1e-11 * robot.length, rtol=1e-11)
 
 
+def test_a_tripod_tilts_far_and_twists_as_it_must(tmp_path):
+    """What is not led, here the torsion, goes its own way; the rates of what is led take that in."""
+    robot = stand(drawn("tripod", 2), tmp_path)
+    task = robot.chain.task
+    move = PoseMove(task.home, [0.0, 0.0, 0.02], [0.3, 0.25, 0.0], 1.0, given=task.names)
+    reference = Reference(move, robot.chain)
+    compare_with_differences(reference, robot.length)
+    found = task.coordinates(robot.chain.tool(reference.at(1.0).posture).pose)
+    assert np.allclose(found, task.coordinates(task.home) + [0.02, 0.3, 0.25], atol=1e-11)
+
+
 @pytest.mark.parametrize("name", DETERMINED)
 def test_shipped_robots_follow_and_hold(name):
     chain = cutjoint.load(name)
