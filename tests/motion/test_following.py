@@ -131,7 +131,7 @@ def test_a_tripod_tilts_far_and_twists_as_it_must(tmp_path):
     reference = Reference(move, robot.chain)
     compare_with_differences(reference, robot.length)
     found = task.coordinates(robot.chain.tool(reference.at(1.0).posture).pose)
-    assert np.allclose(found, task.coordinates(task.home) + [0.02, 0.3, 0.25], atol=1e-11)
+    assert np.allclose(found, np.add(task.coordinates(task.home), [0.02, 0.3, 0.25]), atol=1e-11)
 
 
 @pytest.mark.parametrize("name", DETERMINED)
