@@ -69,7 +69,7 @@ class Figure:
         self.colours = limb_colours(description)
         self._visuals: Mapping[str, tuple[Shape, ...]] = {link.name: link.visuals for link in description.links}
         if is_bare(description):
-            self._visuals = sticks(description, STICK * chain.length)
+            self._visuals = sticks(description, STICK * chain.length, placements)
         low, high = self._bounds(placements)
         self.radius = max(float(np.linalg.norm(high - low)) / 2, 1e-6)
         self._stage(np.asarray(description.gravity), low, high)

@@ -1,6 +1,6 @@
 """A robot whose files give no shapes, as sticks: each link a star from its middle to the joints and cuts on it.
 
-Where links meet is a ball; the base is not drawn.
+Where links meet is a ball.  What slides has a rod as well, back to where it slides on at home.  The base is not drawn.
 """
 
 from __future__ import annotations
@@ -23,11 +23,13 @@ def is_bare(description: RobotDescription) -> bool:
     return not any(link.visuals or link.collisions for link in description.links)
 
 
-def sticks(description: RobotDescription, radius: float) -> Mapping[str, tuple[Shape, ...]]:
-    """Shapes of links, by their names; `radius` [m] is that of a stick."""
+def sticks(
+    description: RobotDescription, radius: float, placements: Mapping[str, Array]
+) -> Mapping[str, tuple[Shape, ...]]:
+    """Shapes of links, by their names; `radius` [m] is that of a stick, `placements` (4, 4) are the links' at home."""
     found: dict[str, tuple[Shape, ...]] = {}
     balls = _balls(description)
-    for link, points in _points(description).items():
+    for link, points in _points(description, placements).items():
         round_ones = [Shape("sphere", (BALL * radius,), translation(point)) for point in balls[link]]
         straight_ones = [] if link == description.root else _star(np.array(points), radius)
         found[link] = (*round_ones, *straight_ones)
@@ -45,13 +47,16 @@ def _balls(description: RobotDescription) -> Mapping[str, list[Array]]:
     return found
 
 
-def _points(description: RobotDescription) -> Mapping[str, list[Array]]:
-    """Where joints, cuts and the tool are on each link, in its frame [m]."""
+def _points(description: RobotDescription, placements: Mapping[str, Array]) -> Mapping[str, list[Array]]:
+    """Where joints, cuts and the tool are on each link at home, in its frame [m]."""
     found: dict[str, list[Array]] = defaultdict(list)
     for joint in description.joints:
         if not _glides(joint):
             found[joint.parent].append(joint.placement[:3, 3])
             found[joint.child].append(np.zeros(3))
+        if joint.type.slides:
+            rail = np.linalg.inv(placements[joint.child]) @ placements[joint.parent] @ joint.placement
+            found[joint.child].append(rail[:3, 3])
     for cut in description.cuts:
         for frame in (cut.a, cut.b):
             found[frame.link].append(frame.placement[:3, 3])
