@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, as_vector
 from cutjoint.chain import ClosedChain, MobilityReport
+from cutjoint.chain.closing.ways import Near
 from cutjoint.compile.batch import ChainBatch
 from cutjoint.compile.closing import ChainClosing
 from cutjoint.compile.functions.library import Library, Options
@@ -20,8 +21,10 @@ from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.description.model import Inertial
 from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, TargetLike, actuated_values
+from cutjoint.mechanism.interface import are_respected
 
 
+# long: the public face of a compiled robot, a line or two of code a method
 class CompiledChain(CompiledMechanism[ClosedChain]):
     """A closed chain, compiled.
 
@@ -88,24 +91,29 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
             return self.with_parameters(**{PAYLOAD: self.parameters[PAYLOAD] + mass})
         return CompiledChain(self.chain.with_payload(mass), self.options)
 
-    def close(self, q: ActuatedCoordinates, near: Posture | None = None, *, limits: JointLimits = "respect") -> Posture:
-        """See `ClosedChain.close`.  Steps that are long against the links, or go beyond a joint's limits, are left
-        to the chain's own continuation."""
-        target = actuated_values(q, self.actuators)
+    def close(self, q: ActuatedCoordinates, near: Near = None, *, limits: JointLimits = "respect") -> Posture:
+        """See `ClosedChain.close`.  Steps that are long against the links, start at a home by its name, or go beyond a
+        joint's limits, are left to the chain's own continuation."""
+        target, respected = actuated_values(q, self.actuators), are_respected(limits)
+        if isinstance(near, str):
+            return self.chain.close(target, near, limits=limits)
         start = self._closing.start(self.home if near is None else near)
         found = self._closing.to(start, target) if self.source.determined else None
-        if found is None or (limits == "respect" and self.chain.goes_beyond(start, found.q_full)):
+        if found is None or (respected and self.chain.goes_beyond(start, found.q_full)):
             return self.chain.close(target, near, limits=limits)
         return found
 
     def reach(
-        self, target: TargetLike, near: Posture | None = None, *, free: bool = False, limits: JointLimits = "respect"
+        self, target: TargetLike, near: Near = None, *, free: bool = False, limits: JointLimits = "respect"
     ) -> Posture:
-        """See `ClosedChain.reach`.  Targets that are far away, or beyond a joint's limits, are left to the chain's own
-        continuation."""
+        """See `ClosedChain.reach`.  Targets that are far away, from a home by its name, or beyond a joint's limits, are
+        left to the chain's own continuation."""
+        respected = are_respected(limits)
+        if isinstance(near, str):
+            return self.chain.reach(target, near, free=free, limits=limits)
         start = self._closing.start(self.home if near is None else near)
         found = None if self._reaching is None else self._reaching.to(start, target, free)
-        if found is None or (limits == "respect" and self.chain.goes_beyond(start, found.q_full)):
+        if found is None or (respected and self.chain.goes_beyond(start, found.q_full)):
             return self.chain.reach(target, near, free=free, limits=limits)
         return found
 

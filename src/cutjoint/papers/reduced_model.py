@@ -85,6 +85,7 @@ class EquationState(ABC):
         """Numbers whose size tells how badly conditioned the posture is: about 1 far from singularities."""
 
 
+# long: what every `Mechanism` has, a few lines a method
 class ReducedModel(ABC, Generic[P]):
     """A published model in its n actuated coordinates, with `parameters`.
 

@@ -43,6 +43,7 @@ class RobotUnits:
     rate: float
 
 
+# long: a property a quantity that something is compared with
 class RobotSample:
     """A robot at one state, with a random velocity and acceleration of its actuators.  Arguments and right values of
     compiled functions by name; worked out when asked for.

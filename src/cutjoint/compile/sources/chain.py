@@ -54,6 +54,7 @@ class TracedStep(NamedTuple):
     strain: Number
 
 
+# long: a method a quantity that a traced state gives
 class ChainState:
     """A `TracedState` of a closed chain, and what only chains have."""
 
