@@ -54,7 +54,7 @@ def sines(chain: ClosedChain, length: float, rng: np.random.Generator) -> JointS
     """Small motions of all actuators, each at its own rate."""
     unit = np.array([1.0 if one.kind == "rotation" else length for one in chain.actuators])
     rate = 2.0 * np.pi * rng.uniform(0.5, 1.5, chain.n)
-    return JointSine(chain.home.q, 0.04 * unit * rng.uniform(-1.0, 1.0, chain.n), rate, np.zeros(chain.n), 1.0)
+    return JointSine(chain.home.q, 0.015 * unit * rng.uniform(-1.0, 1.0, chain.n), rate, np.zeros(chain.n), 1.0)
 
 
 def compare_with_differences(reference: Reference, length: float) -> None:
