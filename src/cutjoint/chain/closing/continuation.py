@@ -60,11 +60,11 @@ def follow(kinematics: Kinematics, start: Placed, driver: Driver, free: int = 0)
     fraction, step, stride = 0.0, 1.0, tolerances.STRIDE.value
     converged = refused = False
     system = System(kinematics, driver)
-    end = system.at(start)
-    rate = end.error - system.at(start, 0.0).error
+    begin, end = system.at(start, 0.0), system.at(start)
+    rate = end.error - begin.error
     if end.openness <= 1.0:
         return settled(end, stride) or start
-    linear = Linearised.of(end.matrix, free)
+    linear = Linearised.of(begin.matrix, free)
     if not linear.regular:
         return Stopped(0.0, start, MEETING, singular=True, measure=linear.least)
     here = _Stand(start, linear, linear.solve(rate))

@@ -171,7 +171,7 @@ class Walker:
         system = System(self._k, driver)
 
         def free(placed: Placed) -> int:
-            matrix = system.at(placed).matrix
+            matrix = system.at(placed, 0.0).matrix
             return int(matrix.shape[1]) - rank_of(matrix)
 
         return free(start) and min(map(free, self._mobility.regular))
