@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 from kit.led import Led, Standing
 from kit.led_robots import LED, somewhere
+from oracles.closed_form import SerialWrist
+from oracles.connections import turn
 
 from cutjoint.mechanism import Mechanism
 
@@ -80,6 +82,39 @@ def test_ten_laps(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", LED)
 def test_ten_laps_of_hundred_ways(name: str, tmp_path: Path) -> None:
     check(name, range(2, 12), 10, 12, tmp_path)
+
+
+def about_the_first_hinge(robot: Standing, angle: float) -> Array:
+    """The pose of a serial wrist at home, turned about its first axis, which the base carries, shape (4, 4)."""
+    assert isinstance(robot.led.form, SerialWrist)
+    pose = robot.pose(np.zeros(3))
+    pose[:3, :3] = turn(robot.size.rotation @ robot.led.form.axes[:, 2], angle) @ pose[:3, :3]
+    return pose
+
+
+def test_whole_turns(tmp_path: Path) -> None:
+    """A tool that goes round and round winds up its first hinge, and is where it was."""
+    for seed in range(2):
+        rng = np.random.default_rng(seed)
+        robot = somewhere("serial_wrist", seed, tmp_path, rng)
+        start = last = robot.chain.home
+        for k in range(1, 12 * LAPS + 1):
+            last = robot.chain.reach(about_the_first_hinge(robot, 2.0 * np.pi * k / 12), near=last)
+        np.testing.assert_allclose(last.q - start.q, [2.0 * np.pi * LAPS, 0.0, 0.0], rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("angle", [np.pi, -np.pi, np.pi - 1e-9, 1e-9 - np.pi, 3.0, -3.0])
+def test_half_a_turn_at_once(angle: float, tmp_path: Path) -> None:
+    """Either way round, also from half a turn away from home and back."""
+    robot = somewhere("serial_wrist", 1, tmp_path, np.random.default_rng(1))
+    chain, wanted = robot.chain, about_the_first_hinge(robot, angle)
+    there = chain.reach(wanted)
+    assert np.abs(chain.tool(there).rotation - wanted[:3, :3]).max() < ACCURACY
+    turned = there.q[0] - chain.home.q[0]
+    assert abs(turned) == pytest.approx(abs(angle), abs=1e-12)
+    assert abs(angle) > 3.14 or turned * angle > 0.0
+    back = chain.reach(robot.pose(np.zeros(3)), near=there)
+    assert np.abs(chain.tool(back).rotation - chain.tool(chain.home).rotation).max() < ACCURACY
 
 
 @pytest.mark.parametrize("name", LED)
