@@ -35,6 +35,7 @@ def result() -> Result:
 # What an error's constructor may ask for, by the type that it states.
 VALUES: dict[Any, Any] = {
     str: "some words",
+    str | None: "yaw [deg]",
     int: 3,
     int | None: 137,
     float: 0.1,

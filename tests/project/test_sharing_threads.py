@@ -38,15 +38,15 @@ NAMES = [
 
 def call(model: Any, name: str, p: np.ndarray, at: Posture) -> Any:
     """A method with arguments by their names, or a property."""
-    given = {"at": at, "near": at, "q": at.q, "p": p, "v": V, "a": A, "effort": TAU, "mass": 0.1}
+    given = {"at": at, "near": at, "q": at.q, "p": p, "target": p, "v": V, "a": A, "effort": TAU, "mass": 0.1}
     given |= {"parameters": model.parameters, "fn": NUMBERS}
     found = getattr(model, name)
     if not callable(found):
         return found
-    wanted = inspect.signature(found).parameters
-    if "branch" in wanted:
+    wanted = inspect.signature(found).parameters.values()
+    if any(one.name == "branch" for one in wanted):
         given["branch"] = model.branch(at)
-    return found(*(given[one] for one in wanted))
+    return found(*(given[one.name] for one in wanted if one.kind is not one.KEYWORD_ONLY))
 
 
 def postures(model: Mechanism, count: int = 30) -> list[Posture]:
@@ -134,8 +134,10 @@ class Still:
     """A chain whose loops nobody asks about: what is left of a plant's observation is the plant's own work."""
 
     def __init__(self, chain: Any) -> None:
-        self.model, self.description, self.name = chain.model, chain.description, chain.name
-        self.actuated, self.actuated_velocity = chain.actuated, chain.actuated_velocity
+        self._chain = chain
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._chain, name)
 
     def gap(self, q_full: np.ndarray) -> tuple[float, float]:
         return (0.0, 0.0)

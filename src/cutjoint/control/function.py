@@ -9,7 +9,7 @@ from inspect import signature
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, Values
 from cutjoint.control.given import GivenEfforts, efforts_of
 from cutjoint.control.law import Law
 from cutjoint.control.pd import NOTHING
@@ -23,7 +23,7 @@ WANTED = (
 
 
 @dataclass(frozen=True)
-class LawOfFunction:
+class LawOfFunction(Values):
     """`function(t, desired, q, v)`: time [s], desired motion, measured actuated coordinates and velocities (n,); it
     returns the efforts (n,), [N] or [N m].  No memory.
 

@@ -26,7 +26,7 @@ from cutjoint.compile.sources.interface import TracedState
 from cutjoint.control import Law
 from cutjoint.control.law import Gain
 from cutjoint.errors import InputError
-from cutjoint.mechanism import Mechanism, Terms
+from cutjoint.mechanism import JointLimits, Mechanism, Terms
 from cutjoint.motion import Desired
 
 Objects = npt.NDArray[np.object_]
@@ -79,8 +79,8 @@ class TracedModel:
         self._model, self._desired, self._state = model, desired, state
         self.n, self.name = model.n, model.name
 
-    def close(self, q: Objects, near: object = None) -> _Place:
-        """The posture at the measured or the desired coordinates."""
+    def close(self, q: Objects, near: object = None, *, limits: JointLimits = "respect") -> _Place:
+        """The posture at the measured or the desired coordinates, which have no limits here."""
         if q is self._desired.q:
             return self._desired.posture
         return _Place(q)
