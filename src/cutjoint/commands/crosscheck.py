@@ -48,8 +48,9 @@ def command(
 ) -> None:
     """Compare the closed chain in Pinocchio with the model that the robot's paper derives by hand.
 
-    Random reachable postures, velocities and accelerations; tool position, Jacobian, J_dot v, mass matrix, Coriolis
-    vector, gravity, inverse and forward dynamics of both.  The two share no code and no data, so agreement is evidence.
+    Random reachable postures, velocities and accelerations; position and orientation of the tool, Jacobian, J_dot v,
+    mass matrix, Coriolis vector, gravity, inverse and forward dynamics of both.  The two share no code and no data, so
+    agreement is evidence.
     With `--variant distributed` the rods are uniform, which the papers' models are not: what their hypothesis costs
     along the paper's own trajectory is shown instead.  Exit status 1 where a tolerance is exceeded.
     """
