@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cutjoint.compile import Compiled, Made
     from cutjoint.mechanism import Mechanism
 
-USUAL = ("forward", "inverse", "terms", "tool", "step")
+USUAL = ("forward", "inverse", "terms", "tool", "step", "reach_step")
 
 
 def command(
