@@ -55,7 +55,7 @@ def towards(model: Any, direction: np.ndarray, count: int) -> list[Posture]:
     step = 0.2
     while len(found) < count and step > 1e-13:
         try:
-            found.append(model.close(found[-1].q + step * direction, found[-1]))
+            found.append(model.close(found[-1].q + step * direction, found[-1], limits="ignore"))
         except CutjointError:
             step /= 3.0
     return found
