@@ -1,7 +1,7 @@
 """What is wrong or odd with a robot that only its closed chain can tell.
 
 Loops that do not close or only up to rounding, cuts that add nothing, no mobility left, actuators that depend on each
-other, joints that stay free, joints that move no mass.
+other, joints that stay free, joints that move no mass, a task that cannot be told or done.
 """
 
 from __future__ import annotations
@@ -9,14 +9,15 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from functools import partial
+from typing import Literal
 
 from cutjoint.chain.closed_chain import ClosedChain
 from cutjoint.chain.dynamics import massless_motions
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.mobility import MobilityReport
 from cutjoint.chain.rank import null_space, rank_of
-from cutjoint.description.model import RobotDescription
-from cutjoint.errors import ClosureError, Problem, RoundingWarning
+from cutjoint.description.model import Place, RobotDescription
+from cutjoint.errors import ClosureError, InputError, Problem, RoundingWarning
 
 NEAR_SINGULAR = 1e-2
 """Distance to a singularity below which home is called near it."""
@@ -75,6 +76,7 @@ def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
             found=f"home is near a type-2 singularity: distance {report.type2:.2g}, 0 is singular",
             mend="choose a home posture away from stretched or folded limbs",
         )
+    yield from _task(chain, file)
     home = chain._postures.at_home
     massless = joints_of(chain.model, massless_motions(chain._k, home.q, null_space(home.scaled)))
     if massless:
@@ -83,6 +85,19 @@ def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
             expected="an inertia on every link at the end of a limb",
             mend="add <inertial> to the links they move; kinematics works without",
         )
+
+
+def _task(chain: ClosedChain, file: str) -> Iterator[Problem]:
+    """One that must be said is a warning: what needs none works.  One that is said and cannot be done is an error."""
+    robot = chain.description
+    if robot.tool is None:
+        return
+    try:
+        _ = chain.task
+    except InputError as error:
+        place = robot.places.get("task" if robot.task else "tool", Place())
+        severity: Literal["error", "warning"] = "error" if robot.task else "warning"
+        yield Problem(str(error), file=place.file or file, line=place.line, severity=severity)
 
 
 def _actuation(report: MobilityReport, file: str) -> Iterator[Problem]:

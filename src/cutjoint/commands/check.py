@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.output import console, find_modes, print_json, show_mobility
+from cutjoint.commands.output import console, find_modes, print_json, show_mobility, show_task, task_at_home
 from cutjoint.tolerances import CLOSURE
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def command(
     """Every problem of a robot's files at once: where, what was found, what was expected, how to mend it.
 
     If the files are right the loops are closed at home, and the mobility there is shown: redundant rows by name, joints
-    that stay free, distance to singularities, working modes.
+    that stay free, distance to singularities, the tool's task, working modes.
 
     Exit status: 0 if the robot loads and closes (warnings or not), 1 if it does not.
     """
@@ -60,6 +60,7 @@ def _data(
     if chain is not None:
         report, modes = chain.mobility(), find_modes(chain)
         data["mobility"] = {key: getattr(report, key) for key in report.__dataclass_fields__}
+        data["task"] = task_at_home(chain)
         data["gap_at_zero"] = chain.gap(chain.neutral)
         data["working_modes"] = None if modes is None else len(modes)
     return data
@@ -69,6 +70,7 @@ def _show_motion(chain: ClosedChain) -> None:
     out = console()
     out.print()
     show_mobility(chain.mobility())
+    show_task(chain)
     distance, angle = chain.gap(chain.neutral)
     if chain.description.cuts or chain.description.couplings:
         closed = max(distance, angle) <= CLOSURE.value

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.output import TerminalTable, console, find_modes, print_json, show_mobility
+from cutjoint.commands.output import (
+    TerminalTable,
+    console,
+    find_modes,
+    print_json,
+    show_mobility,
+    show_task,
+    task_at_home,
+)
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, MobilityReport, Modes
@@ -24,7 +32,7 @@ def command(
     modes: Annotated[bool, typer.Option("--modes/--no-modes", help="Search the working and assembly modes.")] = True,
     json: options.Json = False,
 ) -> None:
-    """Mobility at home, masses, actuators, cut joints, working and assembly modes and source of a robot."""
+    """Mobility at home, task, masses, actuators, cut joints, working and assembly modes and source of a robot."""
     from cutjoint.robots import load
 
     chain = load(robot, variant, home)
@@ -51,6 +59,7 @@ def _data(
         "gravity_m_s2": robot.gravity,
         "characteristic_length_m": chain.length,
         "mobility": {key: getattr(report, key) for key in report.__dataclass_fields__},
+        "task": task_at_home(chain),
         "actuators": [
             {"name": actuator.name, "kind": actuator.kind, "unit": actuator.unit, "home": value}
             for actuator, value in zip(chain.actuators, chain.home.q, strict=True)
@@ -90,6 +99,8 @@ def _show(chain: ClosedChain, report: MobilityReport, working: Modes | None, ass
     out.print()
 
     show_mobility(report)
+    show_task(chain)
+    out.print()
 
     actuators = TerminalTable("actuators", ("joint", "kind", "home", "unit"), right=("home",))
     for actuator, value in zip(chain.actuators, chain.home.q, strict=True):

@@ -112,16 +112,57 @@ def show_mobility(report: MobilityReport) -> None:
     facts.print()
 
 
+def task_at_home(chain: ClosedChain) -> dict[str, object] | None:
+    """The task of a chain with its coordinates at home, or why it has none; None for a robot without a tool."""
+    from cutjoint.errors import InputError
+
+    if chain.description.tool is None:
+        return None
+    declared = bool(chain.description.task)
+    try:
+        task = chain.task
+    except InputError as error:
+        return {"names": [], "declared": declared, "problem": str(error)}
+    home = zip(task.names, task.coordinates(task.home).tolist(), task.units, strict=True)
+    return {
+        "names": list(task.names),
+        "axes": task.axes,
+        "declared": declared,
+        "home": [{"name": name, "value": value, "unit": unit} for name, value, unit in home],
+        "problem": None,
+    }
+
+
+def show_task(chain: ClosedChain) -> None:
+    """Print the task in a line or two; nothing for a robot without a tool."""
+    from rich.markup import escape
+
+    from cutjoint.errors import InputError
+
+    if chain.description.tool is None:
+        return
+    try:
+        task = chain.task
+    except InputError as error:
+        console().print(f"task: [yellow]{escape(str(error))}[/]", soft_wrap=True)
+        return
+    origin = "declared" if chain.description.task else "found at home"
+    console().print(f"task: [bold]{task}[/] ({origin})", soft_wrap=True)
+    places = zip(task.names, task.coordinates(task.home).tolist(), task.units, strict=True)
+    home = ", ".join(f"{name} {value if abs(value) > 1e-12 else 0.0:.6g} {unit}" for name, value, unit in places)
+    console().print(f"[dim]at home: {home}[/]", soft_wrap=True)
+
+
 def find_modes(chain: ClosedChain, assembly: bool = False) -> Modes | None:
     """Working modes at home, or the assembly modes; None where they are not discrete or the robot has no loops, or, for
-    working modes, no tool."""
-    from cutjoint.errors import ActuationError
+    working modes, no tool or no task."""
+    from cutjoint.errors import ActuationError, InputError
 
     if not chain.description.cuts or (chain.description.tool is None and not assembly):
         return None
     try:
         return chain.assembly_modes() if assembly else chain.working_modes()
-    except ActuationError:
+    except (ActuationError, InputError):
         return None
 
 

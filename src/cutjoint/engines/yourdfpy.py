@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cutjoint import tolerances
-from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.crosscheck import Comparison, ComparisonRow, Reacher, SampledState
 from cutjoint.description.formats import write
+from cutjoint.mechanism import Posture
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -35,9 +35,9 @@ def compare_with_yourdfpy(
     worst = {"link positions": (0.0, 0), "link orientations": (0.0, 0)}
     count = 0
     for count, state in enumerate(states, start=1):
-        q = reacher.take_up(state).q_full
-        tree.update_cfg(_values(chain, q, tree.actuated_joint_names))
-        placed = chain.link_placements(q)
+        at = reacher.take_up(state)
+        tree.update_cfg(_values(chain, at, tree.actuated_joint_names))
+        placed = chain.link_placements(at)
         for root, links in parts.items():
             back = np.linalg.inv(placed[root])
             for link in links:
@@ -76,6 +76,6 @@ def _parts(chain: ClosedChain) -> dict[str, list[str]]:
     return parts
 
 
-def _values(chain: ClosedChain, q: Array, names: Iterable[str]) -> dict[str, float]:
+def _values(chain: ClosedChain, at: Posture, names: Iterable[str]) -> dict[str, float]:
     types = {joint.name: joint.type for joint in chain.description.joints}
-    return {name: float(q[chain.model.idx_qs[chain.model.getJointId(name)]]) for name in names if types[name].single}
+    return {name: float(at[name]) for name in names if types[name].single}
