@@ -12,7 +12,7 @@ from kit.led_robots import LED, somewhere
 
 import cutjoint
 from cutjoint.control import PD, PID, EffortTable, Feedforward, GivenEfforts, NoControl, PDGravity
-from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.errors import InputError, SimulationError, UnknownNameError
 from cutjoint.motion import Hold, Reference
 from cutjoint.papers.cpm import CpmModel
 from cutjoint.simulation import Adaptive, ConstrainedPlant, ReducedPlant, RungeKutta4, load, run, save
@@ -189,6 +189,16 @@ def test_a_function_follows_like_a_law() -> None:
     one = run(ReducedPlant(MODEL), PD(900.0, 60.0), reference, **settings)
     two = run(ReducedPlant(MODEL), lambda t, d, q, v: 900.0 * (d.q - q) + 60.0 * (d.v - v), reference, **settings)
     assert np.array_equal(one.q, two.q)
+
+
+def test_a_wall_that_is_crept_up_to_ends_the_run() -> None:
+    """A limb of the five-bar comes to be stretched, where actuated coordinates end: steps shrink and never reach it."""
+    plant = ReducedPlant(cutjoint.load("fivebar"))
+    with pytest.raises(SimulationError, match="get nowhere; at a stretched limb full coordinates go on") as caught:
+        run(plant, duration=0.3, integrator=Adaptive(1e-6, 1e-8), every=0.01)
+    assert 0.1 < caught.value.t < 0.2
+    through = run(ConstrainedPlant(plant.mechanism), duration=0.3, integrator=Adaptive(1e-8, 1e-10), every=0.01)
+    assert through.time[-1] == 0.3
 
 
 # ---- what a result without desired motion is

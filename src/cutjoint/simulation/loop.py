@@ -24,6 +24,8 @@ from cutjoint.simulation.result import About, Result, result_of
 
 # Two instants nearer to each other than this part of the whole run are one.
 SAME = 1e-12
+# Steps shorter than this part of the whole run get nowhere, and so many of them on end are a wall that is crept up to.
+CREEPING, CREEPS = 1e-10, 20
 
 
 # long: its arguments and what they mean
@@ -156,7 +158,7 @@ class _Run:
         self.span, self.period, self.spacing, self.every_step = clock
         self.same = SAME * self.span
         self.columns: dict[str, list[npt.ArrayLike]] = {name: [] for name in OBSERVABLES}
-        self.t, self.steps, self.samples, self.records = 0.0, 0, 0, 0
+        self.t, self.steps, self.samples, self.records, self.creeps = 0.0, 0, 0, 0, 0
         self.h, self.recorded = math.inf, 0.0
         self.slope: Array | None = None
 
@@ -193,6 +195,12 @@ class _Run:
                 raise coupled.failure or error from error
         if not np.isfinite(step.y).all():
             raise coupled.failure or InputError("the state is not finite: the step is too long or the gains diverge")
+        self.creeps = self.creeps + 1 if step.t - self.t < CREEPING * self.span else 0
+        if self.creeps == CREEPS:
+            raise coupled.failure or StepError(
+                f"steps of {step.t - self.t:.2g} s get nowhere; at a stretched limb full coordinates go on "
+                "(ConstrainedPlant)"
+            )
         self.record_between(step)
         began = coupled.origin, coupled.y
         unchanged = coupled.accept(step.y)
