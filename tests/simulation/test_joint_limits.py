@@ -74,22 +74,23 @@ def test_a_sample_inside_a_step_is_never_beyond_a_limit() -> None:
 
 @pytest.mark.parametrize("plant", PLANTS)
 @pytest.mark.parametrize("method", [RungeKutta4(1e-2), Adaptive()], ids=lambda one: one.name)
-def test_a_joint_that_starts_beyond_may_come_back_but_not_go_further(plant: str, method: Any) -> None:
-    chain = slider()
-    made, start = PLANTS[plant](chain), chain.close([0.4], limits="ignore")
-    back = run(made, lambda t: [-MASS], duration=0.5, integrator=method, start=start)
-    assert back.q[-1, 0] == pytest.approx(0.4 - 0.125)
-    with pytest.raises(SimulationError, match="upper limit") as caught:
-        run(made, lambda t: [MASS], duration=0.5, integrator=method, start=start)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_joint_that_starts_beyond_may_come_back_but_not_go_further(plant: str, method: Any, sign: float) -> None:
+    chain, side, push = slider(), "upper limit" if sign > 0.0 else "lower limit", sign * MASS
+    made, start = PLANTS[plant](chain), chain.close([0.4 * sign], limits="ignore")
+    back = run(made, lambda t: [-push], duration=0.5, integrator=method, start=start)
+    assert back.q[-1, 0] == pytest.approx(sign * (0.4 - 0.125))
+    with pytest.raises(SimulationError, match=side) as caught:
+        run(made, lambda t: [push], duration=0.5, integrator=method, start=start)
     assert caught.value.t < 1e-6
     # Back by 4 cm, still beyond, and out again: no further than it was, and that is where it stood on the way.
-    with pytest.raises(SimulationError, match="upper limit") as caught:
-        run(made, lambda t: [-MASS * np.cos(5.0 * t)], duration=0.9, integrator=method, every=1e-2, start=start)
+    with pytest.raises(SimulationError, match=side) as caught:
+        run(made, lambda t: [-push * np.cos(5.0 * t)], duration=0.9, integrator=method, every=1e-2, start=start)
     assert 0.0 < caught.value.t < 0.9
     # Inside, it is as any other joint.
-    with pytest.raises(SimulationError, match="upper limit") as caught:
-        run(made, lambda t: [-MASS if t < 0.5 else 8.0 * MASS], duration=1.5, integrator=RungeKutta4(1e-2), start=start)
-    assert caught.value.q[0] == pytest.approx(0.3, abs=1e-6)
+    with pytest.raises(SimulationError, match=side) as caught:
+        run(made, lambda t: [-push if t < 0.5 else 8.0 * push], duration=1.5, integrator=RungeKutta4(1e-2), start=start)
+    assert sign * caught.value.q[0] == pytest.approx(0.3, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", ["stewart", "planar_3rrr", "fivebar", "tripod", "spherical_3rrr"])
