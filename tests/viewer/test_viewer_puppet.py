@@ -178,6 +178,13 @@ def test_nonsense_is_refused_and_nothing_moves(puppet: Puppet, index: int, value
         {"move": "actuated", "number": 1, "index": 0, "value": 0.1, "eval": "alert(1)"},
         {"type": "set_control", "callback": "alert(1)"},
         {"move": ["actuated"], "number": 1},
+        {"move": "drag", "number": 1},
+        {"move": "drag", "number": 1, "point": [0.0, 0.1]},
+        {"move": "drag", "number": 1, "point": [0.0, 0.1, math.nan]},
+        {"move": "drag", "number": 1, "point": [0.0, 0.1, 1e300]},
+        {"move": "drag", "number": 1, "point": [0.0, 0.1, True]},
+        {"move": "drag", "number": 1, "point": "xyz"},
+        {"move": "tool", "number": 1, "point": [0.0, 0.1, 0.2]},
     ],
 )
 def test_messages_that_make_no_sense_are_no_commands(message: dict[str, Any]) -> None:
@@ -185,6 +192,9 @@ def test_messages_that_make_no_sense_are_no_commands(message: dict[str, Any]) ->
 
 
 def test_a_sensible_message_is_a_command() -> None:
+    drag = parse(3, {"move": "drag", "number": 8, "point": [0, 0.1, -0.2]})
+    assert drag is not None
+    assert (drag.kind, drag.point) == ("drag", (0.0, 0.1, -0.2))
     command = parse(3, {"move": "tool", "number": 7, "index": 2, "value": -0.25})
     assert command is not None
     assert (command.tab, command.number, command.kind, command.index, command.value) == (3, 7, "tool", 2, -0.25)
