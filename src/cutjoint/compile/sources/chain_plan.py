@@ -141,6 +141,7 @@ class ChainTree:
         return readonly(scale)
 
 
+# long: a property a part of the plan
 class ChainPlan(ChainTree):
     """A chain's tree and loops, with what is decided of them."""
 
