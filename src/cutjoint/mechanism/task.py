@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import hypot, isfinite
 from typing import Literal, TypeAlias
 
@@ -78,7 +79,7 @@ class Task(Frozen):
     robot: str
     axes: Axes = "world"
 
-    @property
+    @cached_property
     def rows(self) -> tuple[int, ...]:
         """Numbers of its rows."""
         return tuple(NAMES.index(name) for name in self.names)
@@ -88,7 +89,7 @@ class Task(Frozen):
         """Unit of every coordinate."""
         return tuple("m" if row < 3 else "rad" for row in self.rows)
 
-    @property
+    @cached_property
     def is_of_point(self) -> bool:
         """Whether the tool point says all that is led."""
         return all(row < 3 for row in self.rows)

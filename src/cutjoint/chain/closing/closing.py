@@ -85,9 +85,9 @@ class Closing:
             found = self._ways.walker.walk(start, origin, target, own.lead, own.lengths)
         if isinstance(found, Stopped):
             raise self._not_closed(found, origin, target)
-        if respected:
+        if respected and self._ways.limits.exceeded(start.q, found.q):
             way = Way(start, origin, target, own.lead, own.lengths)
-            self._ways.keep_limits(way, found, f"close at {own.show(target)}", target)
+            raise self._ways.beyond_limits(way, found, f"close at {own.show(target)}", target)
         return self._postures.make(found)
 
     def _not_closed(self, stopped: Stopped, origin: Array, target: Array) -> ClosureError | SingularError:

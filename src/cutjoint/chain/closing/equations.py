@@ -23,17 +23,17 @@ class Scales(NamedTuple):
     """What all systems of equations with a kind of driver have in common.
 
     Attributes:
-        is_length: whether each row is a length (else an angle), shape (rows,).
         scale: factor per row that makes errors dimensionless, shape (rows,).
         driven: the same for the driver's rows, and for the velocities of its Jacobian, shape (driver's rows, nv).
-        rounded: distance [m] to which the driver's lengths are rounded.
+        lengths: 1 for every row that is a length, else 0, shape (rows,).
+        fixed: what counts as closed of every row whatever the length: of angles, and the rounding of places [m].
         closed: one over what counts as closed, of every row, where that is the same everywhere.
     """
 
-    is_length: Array
     scale: Array
     driven: Array
-    rounded: Array
+    lengths: Array
+    fixed: Array
     closed: Array | None
 
     @staticmethod
@@ -48,7 +48,8 @@ class Scales(NamedTuple):
             driven = scale[k.closure.rows :, None] * k.column_scale
             rounded = k.rounded if driver is not None and driver.is_of_tool else 0.0
             far = np.where(np.arange(len(lengths)) >= k.closure.rows, rounded, 0.0)
-            found = Scales(lengths, scale, driven, far, None)
+            fixed = far + np.where(lengths, 0.0, tolerances.CLOSURE.value)
+            found = Scales(scale, driven, lengths.astype(float), fixed, None)
             if not k.travels:
                 found = found._replace(closed=found.closed_by(k.closed_length))
             k.scales[kind] = found
@@ -56,7 +57,7 @@ class Scales(NamedTuple):
 
     def closed_by(self, length: float) -> Array:
         """One over what counts as closed, of every row, for a length."""
-        return np.asarray(1.0 / (np.where(self.is_length, length, tolerances.CLOSURE.value) + self.rounded))
+        return np.asarray(1.0 / (self.lengths * length + self.fixed))
 
 
 class System:

@@ -38,7 +38,7 @@ class LimitCheck:
         )
         self._least, self._most = self._lower - slack, self._upper + slack
 
-    def beyond(self, start: Array, q: Array) -> int | None:
+    def _beyond(self, start: Array, q: Array) -> int | None:
         """Number of the joint that is furthest beyond its limits at `q` (nq,), having started at `start`; or None."""
         index = self._index
         if not index.size:
@@ -55,18 +55,19 @@ class LimitCheck:
 
     def exceeded(self, start: Array, q: Array) -> bool:
         """Whether a joint is beyond its limits at `q` (nq,), further than at `start`."""
-        return self.beyond(start, q) is not None
+        return self._beyond(start, q) is not None
 
-    def error(self, number: int, start: Placed, found: Placed, go: Go, what: str, target: Array) -> LimitError:
-        """What to raise for a joint beyond its limits at the end of a way.
+    def error(self, start: Placed, found: Placed, go: Go, what: str, target: Array) -> LimitError:
+        """What to raise for the joint that is furthest beyond its limits at the end of a way.
 
         Args:
-            number: of the joint, as `beyond` gives it.
             start, found: both ends of the way.
             go: goes a fraction of the way.
             what: the robot cannot do.
             target: what was asked for.
         """
+        number = self._beyond(start.q, found.q)
+        assert number is not None
         k, name, index = self._k, self._k.model.names[self._joints[number]], self._index[number]
         unit = "m" if type_of(k.model, self._joints[number]).slides else "rad"
         lower, upper = float(self._lower[number]), float(self._upper[number])
@@ -79,7 +80,7 @@ class LimitCheck:
             if there is None:  # it came there by a detour, of which the joint tells the part
                 low = min(max((bound - began) / (value - began), 0.0), 1.0)
                 break
-            low, high = (middle, high) if self.beyond(start.q, there.q) is None else (low, middle)
+            low, high = (middle, high) if self._beyond(start.q, there.q) is None else (low, middle)
         return LimitError(
             f"{k.name} cannot {what} within its joint limits: '{name}' would be at {value:.6g} {unit}, its limits are "
             f"{lower:.6g} to {upper:.6g} {unit}, and it meets the {side} one after {low:.1%} of the way; choose a "

@@ -70,18 +70,20 @@ class Reaching:
         if isinstance(found, Stopped):
             raise self._not_reached(found, target)
         self._check_rest(task, target, found)
-        if respected:
-            self._ways.keep_limits(way, found, f"reach {target}", target.pose.position)
+        if respected and self._ways.limits.exceeded(start.q, found.q):
+            raise self._ways.beyond_limits(way, found, f"reach {target}", target.pose.position)
         return self._postures.make(found)
 
     def _way(self, task: Task, target: Target, start: Placed) -> Way:
         """The way of the tool from a configuration to a target, in the model."""
-        foot, goal = start.tool_pose, target.pose.moved(-self._k.origin)
+        foot, goal, origin = start.tool_pose, target.pose, self._k.origin
+        if origin.any():
+            goal = goal.moved(-origin)
         if set(target.led) <= POINT <= set(target.asked):
             return Way(start, foot.position, goal.position, ToolDriver)
         length = self._k.length
         driver = partial(TaskDriver, task, target.led, foot, length)
-        return Way(start, TaskDriver.way(foot, foot, length), TaskDriver.way(foot, goal, length), driver)
+        return Way(start, np.concatenate([foot.position, np.zeros(3)]), TaskDriver.way(foot, goal, length), driver)
 
     def _lead_tool(self, way: Way) -> Placed | Stopped:
         """Walk the tool along a way in the model: straight, else along what its point can reach at all."""

@@ -19,7 +19,7 @@ from cutjoint.chain.closing.short_steps import short_way
 from cutjoint.chain.closing.walking import Walker
 from cutjoint.chain.kinematics import Placed
 from cutjoint.chain.mobility import Mobility
-from cutjoint.errors import SingularError
+from cutjoint.errors import LimitError, SingularError
 from cutjoint.mechanism import Posture
 
 Near = Posture | str | None
@@ -79,18 +79,15 @@ class Ways:
         quick = self._mobility.quick
         return short_way(quick, start, driver) if quick is not None else None
 
-    def keep_limits(self, way: Way, found: Placed, what: str, target: Array) -> None:
-        """Raises LimitError where a joint is beyond its limits at the end of a way."""
-        beyond = self.limits.beyond(way.start.q, found.q)
-        if beyond is None:
-            return
+    def beyond_limits(self, way: Way, found: Placed, what: str, target: Array) -> LimitError:
+        """What to raise for a joint that is beyond its limits at the end of a way."""
 
         def go(fraction: float) -> Placed | None:
             goal = way.origin + fraction * (way.goal - way.origin)
             there = self.walker.walk(way.start, way.origin, goal, way.driver, way.lengths)
             return None if isinstance(there, Stopped) else there
 
-        raise self.limits.error(beyond, way.start, found, go, what, target)
+        return self.limits.error(way.start, found, go, what, target)
 
     def crossing(self, what: str, stopped: Stopped, kind: str) -> SingularError:
         return SingularError(
