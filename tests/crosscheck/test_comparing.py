@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 import pytest
+from kit.led_robots import LED, somewhere
 
+from cutjoint.chain import ClosedChain
 from cutjoint.crosscheck import QUANTITIES, compare, effort_along, hypothesis_cost, sample_states, workspace_box
 from cutjoint.errors import CutjointError, DynamicsError, ToleranceError, UnreachableError
 from cutjoint.mechanism import Actuator, JointLimits, Mechanism, Posture, Task, Terms, Tool
@@ -168,3 +171,35 @@ def test_what_a_heavier_cart_costs() -> None:
     assert cost.actuators == ("x", "y", "z")
     with pytest.raises(UnreachableError):
         hypothesis_cost(Cart(), Cart(), [(np.array([2.0, 0.0, 0.0]), np.zeros(3), np.zeros(3))])
+
+
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "planar_3rrr",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in LED if name not in ("planar_3rrr", "delta")),
+    ],
+)
+def test_robots_whose_point_does_not_say_all_are_compared_as_they_are_led(name: str, seed: int, tmp_path: Path) -> None:
+    """A tool that is led turned, or on a surface; a lever of the turning that is off is noticed."""
+    chain = ClosedChain(somewhere(name, seed, tmp_path, np.random.default_rng(3)).description)
+    states = list(sample_states(chain, 8, 0))
+    spread = np.ptp([state.at.q for state in states], axis=0)
+    assert (
+        spread > 0.1 * np.array([chain.length if one.kind == "translation" else 1.0 for one in chain.actuators])
+    ).all()
+    compare(chain, chain, states).require()
+
+    class Wrong:
+        def __getattr__(self, name: str) -> Any:
+            return getattr(chain, name)
+
+        def tool(self, at: Posture, v: Any = None) -> Tool:
+            right = chain.tool(at, v)
+            rows = np.array(right.frame_jacobian)
+            rows[3:] *= 1.0 + 1e-7
+            return replace(right, frame_jacobian=rows)
+
+    off = compare(Wrong(), chain, states)
+    assert [row.quantity for row in off.rows if not row.passes] == ["Jacobian"]

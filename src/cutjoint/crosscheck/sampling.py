@@ -30,6 +30,9 @@ WORST_CONDITION = 100.0
 """Postures where the tool's frame Jacobian or the mass matrix, per natural unit of the actuators, is worse conditioned
 are not sampled."""
 
+WEIGHTLESS = 1e-9 * 9.81
+"""A robot that falls more slowly than this, in its lengths [m/s2], does not fall: it is rounding."""
+
 REFUSED = (UnreachableError, ClosureError, SingularError, DynamicsError)
 
 
@@ -58,8 +61,9 @@ class SampledState(Values):
 
 
 class Reacher:
-    """Takes a mechanism to states that another model of the robot was sampled at, each time from the nearest posture it
-    has been to."""
+    """Takes a mechanism to states that another model of the robot was sampled at: its tool each time from the nearest
+    posture it has been to, its actuators from home, straight as they were sampled, since on another way there may be
+    another assembly mode at the end of it."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._of_point = leads_point(mechanism)
@@ -72,7 +76,9 @@ class Reacher:
         Raises:
             UnreachableError, ClosureError, SingularError: as the mechanism's `reach` or `close`.
         """
-        target = state.position if self._of_point else state.at.q
+        if not self._of_point:
+            return self._go(state.at.q, None)
+        target = state.position
         near = min(self._known, key=lambda one: float(np.sum(np.square(one[0] - target))))[1]
         at = self._go(target, near)
         self._known.append((target, at))
@@ -188,7 +194,7 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sam
         reach = box.upper - box.lower
         if of_point:
             reach = box.diagonal / float(np.linalg.norm(jacobian, 2)) * units
-        pace = _pace(terms, reach)
+        pace = _pace(terms, reach / units, units, WEIGHTLESS / length)
         v = pace * reach * random.normal(size=mechanism.n)
         a = 3.0 * pace * pace * reach * random.normal(size=mechanism.n)
         effort = terms.mass @ a + terms.gravity
@@ -202,9 +208,12 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sam
         )
 
 
-def _pace(terms: Terms, reach: Array) -> float:
-    """One over the time that the actuators take to fall through their reach [1/s]; 1/s where nothing falls."""
-    falls = np.abs(np.linalg.solve(terms.mass, terms.gravity))
+def _pace(terms: Terms, reach: Array, units: Array, least: float) -> float:
+    """One over the time that the actuators take to fall through their reach [1/s]; 1/s where they fall with less than
+    `least` [1/s2], all per natural unit."""
+    falls = np.abs(np.linalg.solve(terms.mass, terms.gravity)) / units
+    if not float(falls.max(initial=0.0)) > least:
+        return 1.0
     fastest = float(np.divide(falls, reach, out=np.zeros_like(falls), where=reach > 0.0).max())
     return float(np.sqrt(0.5 * fastest)) if fastest > 0.0 else 1.0
 
