@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kit.blueprint import random_rotation, turn
+from kit.blueprint import random_mounting, random_rotation, turn
 from kit.led import Standing, stand
 from kit.led_robots import LED, drawn
 from kit.shipped import DETERMINED
+from kit.mechanisms import MECHANISMS
 from kit.sized import Size
 
 from cutjoint import Mechanism, Posture, compiled, robots
@@ -239,3 +240,26 @@ def test_another_robots_posture() -> None:
         one.reach(home_of(one), near=other.home)
     with pytest.raises(InputError):
         one.reach(home_of(one), near=Posture(np.zeros(3), np.zeros(3)))
+
+
+def test_nothing_to_reach() -> None:
+    for name in ("stewart", "omega3"):
+        mechanism = model(name)
+        assert "no coordinate is given" in str(refusal(mechanism, {}))
+        assert "no coordinate is given" in str(refusal(mechanism, {}, free=True))
+
+
+def test_a_pose_fixes_a_tool_whose_task_cannot_be_told(tmp_path: Path) -> None:
+    """A planar robot that lies askew, its tool's axes too: no three rows of six are plainly its task."""
+    rng = np.random.default_rng(0)
+    MECHANISMS["planar_3rrr"](rng).plan.write(tmp_path, random_mounting(rng))
+    chain = robots.load(tmp_path)
+    with pytest.raises(InputError, match=r"task = \["):
+        _ = chain.task
+    at = chain.close(chain.home.q + 0.1)
+    found = chain.reach(chain.tool(at).pose)
+    np.testing.assert_allclose(found.q, at.q, atol=1e-9)
+    with pytest.raises(InputError, match=r"task = \["):
+        chain.reach(chain.tool(at).position)
+    with pytest.raises(UnreachableError):
+        chain.reach(chain.tool(at).pose.moved(0.1 * chain.length * chain.tool(at).rotation[:, 0]), limits="ignore")

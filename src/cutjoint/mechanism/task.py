@@ -175,6 +175,8 @@ class Task(Frozen):
         given = {str(name): _number(name, value) for name, value in said.items()}
         missing = [name for name in self.names if name not in given]
         other = [name for name in given if name not in self.names]
+        if not given:
+            raise InputError(f"no coordinate is given to reach; the task of {self.robot} is {self}, as {self._example()}")
         if other and not free:
             raise InputError(
                 f"{self.robot} cannot be led by {', '.join(other)}; its task is {self}, so give {self._example()}"
@@ -269,6 +271,11 @@ class Condition:
 _UNIT = np.eye(3)
 _UNIT.setflags(write=False)
 _POINT, _ALL = (0, 1, 2), (0, 1, 2, 3, 4, 5)
+
+
+def is_pose(given: TargetLike) -> bool:
+    """Whether a target is a pose, if it is one at all: neither coordinates by name nor a point."""
+    return not isinstance(given, Mapping) and _shape(given) != (3,)
 
 
 def _shape(given: object) -> tuple[int, ...] | None:

@@ -17,6 +17,7 @@ from cutjoint.chain.task import all_motions, task_of
 from cutjoint.errors import InputError, SingularError, UnreachableError
 from cutjoint.mechanism import JointLimits, Posture, Target, TargetLike, Task
 from cutjoint.mechanism.interface import are_respected
+from cutjoint.mechanism.task import is_pose
 
 POINT = {0, 1, 2}
 """Rows of a tool's pose that are its point."""
@@ -53,8 +54,9 @@ class Reaching:
         """The closed posture with the tool at a target, on the branch of `near`."""
         k, respected = self._k, are_respected(limits)
         k.need_tool()
-        # where the task cannot be told, all motions may be asked for: what is not led is free anyway
-        task = (self.known_task or all_motions(self._postures)) if free else self.task
+        # where the task cannot be told, a pose fixes the tool all the same, and what is free needs none
+        told = self.known_task is not None or not (free or is_pose(given))
+        task = self.task if told else all_motions(self._postures)
         target = task.target(given, free)
         start = self._ways.start(near)
         way = self._way(task, target, start)
