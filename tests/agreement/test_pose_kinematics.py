@@ -14,6 +14,7 @@ import pinocchio as pin
 import pytest
 from kit.led import Standing
 from kit.led_robots import LED, somewhere
+from kit.quickly import few
 from oracles.closed_form import PanTilt
 
 from cutjoint.mechanism import Mechanism, Pose
@@ -74,7 +75,7 @@ def test_inverse_kinematics_of_thousand_poses(name: str, tmp_path: Path) -> None
     check_family(name, range(2, 12), 100, tmp_path)
 
 
-@pytest.mark.parametrize("name", LED)
+@pytest.mark.parametrize("name", few(LED, "stewart", "planar_3rrr"))
 def test_compiled(name: str, tmp_path: Path) -> None:
     pytest.importorskip("llvmlite")
     check_family(name, range(2), 25, tmp_path, compiled=True)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from kit.led import Led, Standing
 from kit.led_robots import LED, somewhere
+from kit.quickly import few
 from oracles.closed_form import SerialWrist
 from oracles.connections import turn
 
@@ -117,7 +118,7 @@ def test_half_a_turn_at_once(angle: float, tmp_path: Path) -> None:
     assert np.abs(chain.tool(back).rotation - chain.tool(chain.home).rotation).max() < ACCURACY
 
 
-@pytest.mark.parametrize("name", LED)
+@pytest.mark.parametrize("name", few(LED, "stewart", "tripod"))
 def test_compiled(name: str, tmp_path: Path) -> None:
     pytest.importorskip("llvmlite")
     check(name, range(2), 1, 20, tmp_path, compiled=True)

@@ -35,6 +35,7 @@ def lumped(robot: str) -> RobotDescription:
     return load_description(robot, PUBLISHED[robot].variant)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", PAIRS)
 def test_a_thousand_states_agree_to_1e_10(robot: str) -> None:
     reference = published(robot)

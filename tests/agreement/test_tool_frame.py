@@ -15,6 +15,7 @@ from kit.blueprint import random_mounting
 from kit.built import built
 from kit.led_robots import LED, somewhere
 from kit.mechanisms import MECHANISMS
+from kit.quickly import few
 from kit.shipped import DETERMINED, VARIANTS
 
 from cutjoint import Mechanism, Posture, compiled, robots
@@ -169,7 +170,7 @@ def test_shipped_compiled(name: str) -> None:
     compiled_alike(chain, rng, chain.length, beside(chain, rng, chain.length))
 
 
-@pytest.mark.parametrize("name", LED)
+@pytest.mark.parametrize("name", few(LED, "tripod", "planar_3rrr"))
 def test_led_compiled(name: str, tmp_path: Path) -> None:
     pytest.importorskip("llvmlite")
     for seed in range(2):

@@ -17,6 +17,7 @@ from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
 from cutjoint.chain.closing.closing import Closing
 from cutjoint.chain.closing.equations import SMALL, WELL, System
+from cutjoint.chain.closing.ways import Ways
 from cutjoint.chain.joints import JOINTS, angles, coordinates_to_q, travelling, type_of, velocity_scale
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.mobility import Mobility
@@ -112,7 +113,7 @@ def test_parts_make_a_chain_without_its_face() -> None:
     at_home = assembled(k, rough, actuated.hold(rough))
     postures = Postures(k, actuated, at_home)
     mobility = Mobility(postures)
-    closing, reduced = Closing(mobility), ReducedDynamics(mobility)
+    closing, reduced = Closing(mobility, Ways(mobility)), ReducedDynamics(mobility)
     np.testing.assert_array_equal(postures.home.q_full, robot.home.q_full)
     target = robot.home.q + 0.1
     at = closing.close(target, None, "respect")

@@ -40,7 +40,10 @@ def numbers_in(value: Any) -> list[np.ndarray]:
     if isinstance(value, (tuple, list)):
         return [x for one in value for x in numbers_in(one)]
     return [
-        x for name in vars(value) if name not in ("failed", "slow", "gap") for x in numbers_in(getattr(value, name))
+        x
+        for name in vars(value)
+        if name not in ("failed", "slow", "gap", "layout")
+        for x in numbers_in(getattr(value, name))
     ]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from kit.led import with_limits
 from kit.led_robots import LED, drawn, somewhere, stand
+from kit.quickly import few
 from kit.shipped import DETERMINED
 
 import cutjoint
@@ -223,7 +224,7 @@ def test_a_surface_is_followed_and_what_leaves_it_is_refused(tmp_path):
 # ---- what cannot be done ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", LED)
+@pytest.mark.parametrize("name", few(LED, "delta", "planar_3rrr", "tripod"))
 def test_what_is_not_led_is_named(name, tmp_path):
     """A motion along something that the robot does not lead, prescribed: refused, told what, by how much and when."""
     rng = np.random.default_rng([5, *name.encode()])

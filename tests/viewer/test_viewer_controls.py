@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from kit.led import with_limits
 from kit.led_robots import somewhere
+from kit.quickly import few
 
 from cutjoint.chain import ClosedChain
 from cutjoint.description import load_description, write
@@ -99,7 +100,7 @@ def planar(folder: Path) -> ClosedChain:
     return somewhere("planar_3rrr", 0, folder, np.random.default_rng(0)).chain
 
 
-@pytest.mark.parametrize("name", ["stewart", "planar_3rrr"])
+@pytest.mark.parametrize("name", few(["stewart", "planar_3rrr"], "stewart"))
 def test_a_rotation_is_led_in_degrees(name: str, opened: Callable[..., Any], tmp_path: Path) -> None:
     chain = planar(tmp_path) if name == "planar_3rrr" else load(name)
     _, tab = opened(chain)
@@ -161,7 +162,7 @@ def test_many_passive_joints_are_folded_up(opened: Callable[..., Any]) -> None:
     assert scroll["height"] < box["height"]
 
 
-@pytest.mark.parametrize("name", ["omega3", "stewart", "fivebar", "fourbar"])
+@pytest.mark.parametrize("name", few(["omega3", "stewart", "fivebar", "fourbar"], "stewart"))
 def test_the_tool_is_dragged_and_the_camera_stays(name: str, opened: Callable[..., Any]) -> None:
     view, tab = opened(load(name))
     chain, first = view.puppet.chain, settle(tab)
@@ -290,6 +291,7 @@ def test_the_posture_is_copied_as_text_that_gives_it_back(opened: Callable[..., 
     assert tab.errors == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [1280, 420])
 def test_nothing_hangs_over_at_any_width(width: int, opened: Callable[..., Any]) -> None:
     _, tab = opened(load("stewart"))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from kit.led import with_limits
 from kit.led_robots import LED, somewhere
+from kit.quickly import few
 
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import InputError
@@ -73,7 +74,7 @@ def test_a_coordinate_of_the_task_is_led_and_the_others_stay(puppet: Puppet, rng
     assert not puppet.lead.rows or np.abs(there.q - puppet.at.q).max() > 1e-3 * min(puppet.chain.length, 1.0)
 
 
-@pytest.mark.parametrize("puppet", [(name, 1) for name in LED], indirect=True)
+@pytest.mark.parametrize("puppet", few([(name, 1) for name in LED], ("planar_3rrr", 1), ("tripod", 1)), indirect=True)
 def test_the_panel_has_a_slider_for_each_of_them(puppet: Puppet) -> None:
     panel = panel_of(puppet)
     for _ in range(2):
@@ -137,7 +138,11 @@ def test_a_point_on_a_curve_or_a_surface_comes_round_to_the_far_side(name: str, 
     assert np.linalg.norm(goal - at) < 2e-3 * puppet.radius
 
 
-@pytest.mark.parametrize("puppet", [(name, 1) for name in LED if name not in ("pan_tilt", "stewart")], indirect=True)
+@pytest.mark.parametrize(
+    "puppet",
+    few([(name, 1) for name in LED if name not in ("pan_tilt", "stewart")], ("delta", 1), ("tripod", 1)),
+    indirect=True,
+)
 def test_pulled_too_far_it_stops_inside_and_says_why(puppet: Puppet) -> None:
     for row in puppet.lead.rows[::2]:
         puppet.go_home()
