@@ -260,8 +260,9 @@ def test_a_step_is_one_of_newton_in_numbers(name: str, tmp_path: Path) -> None:
         goal = tool.pose.moved(0.1 * robot.length * rng.uniform(-1, 1, 3), 0.5 * rng.uniform(-1, 1, 3))
         parts = step(at.q_full, goal_of(goal, chain.origin), np.zeros(0))
         assert parts is not None
-        error = task.error(tool.pose, goal, task.rows)
-        rate = task.condition(tool.pose, goal, task.rows) @ tool.frame_jacobian
+        condition = task.towards(goal, task.rows)
+        error = condition.error(tool.position, tool.rotation)
+        rate = condition.matrix(tool.rotation) @ tool.frame_jacobian
         change = chain.actuated(parts["q_next"]) - at.q
         wanted = np.linalg.solve(rate, -error)
         assert np.abs(change - wanted).max() < 1e-11 * np.abs(wanted).max()

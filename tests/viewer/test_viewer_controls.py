@@ -100,7 +100,8 @@ def planar(folder: Path) -> ClosedChain:
     return somewhere("planar_3rrr", 0, folder, np.random.default_rng(0)).chain
 
 
-@pytest.mark.parametrize("name", few(["stewart", "planar_3rrr"], "stewart"))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["stewart", "planar_3rrr"])
 def test_a_rotation_is_led_in_degrees(name: str, opened: Callable[..., Any], tmp_path: Path) -> None:
     chain = planar(tmp_path) if name == "planar_3rrr" else load(name)
     _, tab = opened(chain)
@@ -153,6 +154,7 @@ def test_passive_joints_follow_and_those_at_a_limit_are_marked(opened: Callable[
     assert marked.inner_text() == "left_elbow"
 
 
+@pytest.mark.slow
 def test_many_passive_joints_are_folded_up(opened: Callable[..., Any]) -> None:
     _, tab = opened(load("stewart"))
     assert not tab.page.locator("#passive").is_visible()
@@ -245,6 +247,7 @@ def test_named_views_by_key_and_by_button(opened: Callable[..., Any]) -> None:
     assert tab.errors == []
 
 
+@pytest.mark.slow
 def test_a_written_page_has_the_named_views(open_tab: Callable[..., Any], tmp_path: Path) -> None:
     show(load("fivebar")).save(tmp_path / "robot.html")
     tab = open_tab(offline=True)

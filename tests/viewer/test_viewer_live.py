@@ -75,6 +75,7 @@ def test_the_page_loads_and_a_slider_moves_the_robot(view: LiveView, open_tab: C
     assert all(url.startswith(view.url) for url in tab.requests)
 
 
+@pytest.mark.slow
 def test_a_sweep_of_the_whole_range_keeps_loops_closed_and_the_branch(
     view: LiveView, open_tab: Callable[..., Any]
 ) -> None:
@@ -139,6 +140,7 @@ def test_modes_home_and_typed_numbers(cpm_view: LiveView, open_tab: Callable[...
     assert tab.errors == []
 
 
+@pytest.mark.slow
 def test_every_toggle_shows_something_and_hides_it_again(cpm_view: LiveView, open_tab: Callable[..., Any]) -> None:
     tab = open_tab()
     tab.go(cpm_view.url)

@@ -176,7 +176,9 @@ class Task(Frozen):
         missing = [name for name in self.names if name not in given]
         other = [name for name in given if name not in self.names]
         if not given:
-            raise InputError(f"no coordinate is given to reach; the task of {self.robot} is {self}, as {self._example()}")
+            raise InputError(
+                f"no coordinate is given to reach; the task of {self.robot} is {self}, as {self._example()}"
+            )
         if other and not free:
             raise InputError(
                 f"{self.robot} cannot be led by {', '.join(other)}; its task is {self}, so give {self._example()}"
@@ -199,18 +201,6 @@ class Task(Frozen):
     def towards(self, wanted: Pose, rows: Sequence[int]) -> Condition:
         """What `rows` (numbers of the six) ask of the tool at a wanted pose."""
         return Condition(self, wanted, rows)
-
-    def error(self, at: Pose, wanted: Pose, rows: Sequence[int]) -> Array:
-        """See `Condition.error`."""
-        return self.towards(wanted, rows).error(at.position, at.rotation)
-
-    def condition(self, at: Pose, wanted: Pose, rows: Sequence[int]) -> Array:
-        """See `Condition.matrix`."""
-        return self.towards(wanted, rows).matrix(at.rotation)
-
-    def turning(self, at: Pose, wanted: Pose, twist: Array, wanted_twist: Array, rows: Sequence[int]) -> Array:
-        """See `Condition.turning`."""
-        return self.towards(wanted, rows).turning(at.rotation, twist, wanted_twist)
 
     def left(self, at: Pose, target: Target) -> tuple[float, float]:
         """How far [m] and by how much turned [rad] a pose is from what a target asks for."""

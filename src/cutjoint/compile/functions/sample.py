@@ -204,8 +204,9 @@ class ChainSample(RobotSample):
     @property
     def towards(self) -> Mapping[str, Array]:
         source, task, tool, unit = self.source, self.chain.task, self.tool, self.units.coordinate
-        missed = task.error(tool.pose, self.wanted, task.rows)
-        jacobian = task.condition(tool.pose, self.wanted, task.rows) @ tool.frame_jacobian
+        condition = task.towards(self.wanted, task.rows)
+        missed = condition.error(tool.position, tool.rotation)
+        jacobian = condition.matrix(tool.rotation) @ tool.frame_jacobian
         scale = self.axes["t"][list(task.rows)]
         change = np.linalg.lstsq(jacobian * unit / scale[:, None], -missed / scale, rcond=None)[0]
         q_next = np.asarray(pin.integrate(source.model, self.q, self.tangent @ (unit * change)))
