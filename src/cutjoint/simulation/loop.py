@@ -24,8 +24,9 @@ from cutjoint.simulation.result import About, Result, result_of
 
 # Two instants nearer to each other than this part of the whole run are one.
 SAME = 1e-12
-# Steps shorter than this part of the whole run get nowhere, and so many of them on end are a wall that is crept up to.
-CREEPING, CREEPS = 1e-10, 20
+# Steps shorter than this part of the whole run get nowhere, and so many of them on end are a wall that is crept up to,
+# or a law that jumps to and fro.
+CREEPING, CREEPS = 1e-8, 50
 
 
 # long: its arguments and what they mean
@@ -198,8 +199,8 @@ class _Run:
         self.creeps = self.creeps + 1 if step.t - self.t < CREEPING * self.span else 0
         if self.creeps == CREEPS:
             raise coupled.failure or StepError(
-                f"steps of {step.t - self.t:.2g} s get nowhere; at a stretched limb full coordinates go on "
-                "(ConstrainedPlant)"
+                f"steps of {step.t - self.t:.2g} s get nowhere; a law that jumps needs a sample time (rate=, --rate), "
+                "at a stretched limb full coordinates go on (ConstrainedPlant)"
             )
         self.record_between(step)
         began = coupled.origin, coupled.y
