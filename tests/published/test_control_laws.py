@@ -20,6 +20,8 @@ from cutjoint.papers.cpm.published import CIRCLE
 from cutjoint.papers.omega3 import Omega3Model
 from cutjoint.simulation import ReducedPlant, Result, RungeKutta4, run
 
+pytestmark = pytest.mark.slow
+
 SPEED = CIRCLE.radius * CIRCLE.omega
 TORQUE = cpm.ROWS["computed-torque"]
 

@@ -9,6 +9,8 @@ from cutjoint.experiments import cpm
 from cutjoint.papers.cpm.published import FORCE_LIMIT, SETTLING_TIME
 from cutjoint.simulation import Adaptive, DormandPrince, run
 
+pytestmark = pytest.mark.slow
+
 table_3_run = cache(cpm.table_3_run)
 
 # Position and velocity error of the inferred code, and of equation (39) over the same solver's steps and every ms.

@@ -36,6 +36,7 @@ def crossed(robot, chain, duration=0.5):
     return np.abs(one.tool - two.tool).max()
 
 
+@pytest.mark.slow
 def test_crossed_pairs_agree_and_a_spoiled_mass_shows(robot):
     assert crossed(robot, robot.chain) < 1e-8
     assert crossed(robot, robot.spoiled(1.01)) > 1e-6

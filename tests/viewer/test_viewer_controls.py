@@ -133,6 +133,7 @@ def test_actuators_that_turn_are_in_degrees_too(opened: Callable[..., Any]) -> N
     tab.wait(f"Math.abs(cutjoint.state.last.q[0] - {float(np.radians(home[0] + 10.0))!r}) < 1e-9")
 
 
+@pytest.mark.slow
 def test_passive_joints_follow_and_those_at_a_limit_are_marked(opened: Callable[..., Any]) -> None:
     chain = load("fivebar")
     index = chain.model.idx_qs[chain.model.getJointId("left_elbow")]
@@ -225,6 +226,7 @@ def check_views(tab: Any, press: Callable[[str], None]) -> None:
     np.testing.assert_allclose(tab.page.evaluate(EYE), home, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_named_views_by_key_and_by_button(opened: Callable[..., Any]) -> None:
     _, tab = opened(load("omega3"))
     check_views(tab, tab.page.keyboard.press)
@@ -265,6 +267,7 @@ def test_up_is_against_gravity_whatever_the_axes(opened: Callable[..., Any]) -> 
     np.testing.assert_allclose(along, tab.page.evaluate(RIGHT_AND_UP)[1], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_the_posture_is_copied_as_text_that_gives_it_back(opened: Callable[..., Any], tmp_path: Path) -> None:
     chain = load("fivebar")
     view, tab = opened(chain)

@@ -163,6 +163,7 @@ def test_every_toggle_shows_something_and_hides_it_again(cpm_view: LiveView, ope
     assert tab.errors == []
 
 
+@pytest.mark.slow
 def test_two_tabs_show_the_same_posture(cpm_view: LiveView, open_tab: Callable[..., Any]) -> None:
     one, two = open_tab(), open_tab()
     one.go(cpm_view.url)
@@ -199,6 +200,7 @@ def test_text_that_reaches_the_page_is_never_run(
     assert tab.page.evaluate("typeof window.hacked") == "undefined"
 
 
+@pytest.mark.slow
 def test_a_lost_connection_is_told_and_found_again(cpm: ClosedChain, open_tab: Callable[..., Any]) -> None:
     tab = open_tab()
     with LiveView(cpm, port=0) as view:

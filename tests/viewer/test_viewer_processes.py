@@ -275,6 +275,7 @@ def test_killed_while_it_takes_a_picture_it_leaves_no_browser(drawing: Shooter, 
 
 @LINUX
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.slow
 def test_killed_while_a_browser_hangs_at_its_start_it_leaves_none(
     shoot: Callable[..., Shooter], tmp_path: Path, end: signal.Signals
 ) -> None:
