@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import select
@@ -88,17 +89,26 @@ def alive(of: Callable[[Path], bool]) -> list[Path]:
     return found
 
 
+def still_open(process: Path) -> list[str]:
+    """What a process has open, as far as that stays so while it is read; nothing of one that has ended."""
+    found = []
+    try:
+        for fd in process.joinpath("fd").iterdir():
+            with contextlib.suppress(FileNotFoundError):
+                found.append(os.readlink(fd))
+    except (FileNotFoundError, ProcessLookupError):
+        return []
+    return found
+
+
 def listening(processes: list[Path]) -> list[str]:
     """Where these processes can be reached: TCP sockets that listen, UDP sockets that are bound."""
-    inodes = set()
+    inodes, seen = set(), 0
     for process in processes:
-        for fd in process.joinpath("fd").iterdir():
-            try:
-                found = re.fullmatch(r"socket:\[(\d+)\]", os.readlink(fd))
-            except FileNotFoundError:
-                continue
-            if found:
-                inodes.add(found[1])
+        links = still_open(process)
+        seen += bool(links)
+        inodes.update(found[1] for link in links if (found := re.fullmatch(r"socket:\[(\d+)\]", link)))
+    assert seen, "all of them have ended"
     places = []
     for table, state in (("tcp", "0A"), ("tcp6", "0A"), ("udp", "07"), ("udp6", "07")):
         for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]:
