@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -55,7 +56,8 @@ class Pose(Frozen):
             return cls(values[:3], rotation_from(values[3:]))
         if array.shape != (4, 4):
             raise InputError(f"a pose is {FORMS}; found shape {array.shape}")
-        if not np.isfinite(array).all() or np.abs(array[3] - (0.0, 0.0, 0.0, 1.0)).max() > 1e-9:
+        *_, (x, y, z, w) = array.tolist()
+        if not max(abs(x), abs(y), abs(z), abs(w - 1.0)) < 1e-9 or not all(map(isfinite, array.ravel().tolist())):
             raise InputError(f"a (4, 4) pose is finite and its last row is 0, 0, 0, 1; found {array.tolist()}")
         return cls(array[:3, 3], rotation_from(array[:3, :3]))
 

@@ -7,7 +7,7 @@ and Control 1 (1978) 223-224).
 
 from __future__ import annotations
 
-from math import atan2, cos, sin, sqrt
+from math import atan2, cos, isfinite, sin, sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,9 @@ from cutjoint.errors import InputError
 
 NOT_QUITE = 1e-6
 """By how much a rotation that is given may miss being one; it is then the nearest one that is taken."""
+
+ROUNDED = 1e-14
+"""What a matrix that is a rotation up to rounding may miss; it is taken as it is."""
 
 Quaternion = tuple[float, float, float, float]
 
@@ -92,15 +95,24 @@ def rotation_from(values: npt.ArrayLike) -> Array:
                 f"a quaternion (x, y, z, w) must have length 1, found {given.tolist()} of length {size:.6g}"
             )
         return matrix_of(given / size)
-    if array.shape != (3, 3) or not np.isfinite(array).all():
+    if array.shape != (3, 3) or not all(map(isfinite, array.ravel().tolist())):
         raise InputError(
             f"a rotation must be a finite (3, 3) matrix or quaternion (x, y, z, w), found {array.tolist()}"
         )
-    off = float(np.abs(array @ array.T - np.eye(3)).max())
-    if off > NOT_QUITE or np.linalg.det(array) < 0.0:
+    off, volume = _misses(array)
+    if off > NOT_QUITE or volume < 0.0:
         what = "a reflection" if off <= NOT_QUITE else f"rows that miss being orthogonal unit vectors by {off:.2g}"
         raise InputError(f"this (3, 3) matrix is no rotation but has {what}: {array.tolist()}")
-    if off < 1e-15:
+    if off < ROUNDED:
         return array
     left, _, right = np.linalg.svd(array)
     return np.asarray(left @ right)
+
+
+def _misses(array: Array) -> tuple[float, float]:
+    """By how much the rows of a (3, 3) matrix miss being orthogonal unit vectors, and their volume."""
+    (a, b, c), (d, e, f), (g, h, i) = array.tolist()
+    squares = (a * a + b * b + c * c - 1.0, d * d + e * e + f * f - 1.0, g * g + h * h + i * i - 1.0)
+    products = (a * d + b * e + c * f, a * g + b * h + c * i, d * g + e * h + f * i)
+    volume = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return max(map(abs, (*squares, *products))), volume
