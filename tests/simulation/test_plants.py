@@ -17,6 +17,7 @@ LAWS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_constrained_and_reduced_plant_move_alike(robot, name):
     """Two formulations, two programs, one motion: within 1e-8 m all along (1e-13 m for most of them)."""

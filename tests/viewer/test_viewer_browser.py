@@ -16,6 +16,7 @@ from time import monotonic
 from typing import Any
 
 import pytest
+from kit.quickly import few
 from PIL import Image
 
 from cutjoint.errors import BrowserError, ViewerError
@@ -433,7 +434,7 @@ def test_let_off_the_leash_a_browser_has_its_grace_and_no_more(by_word: bool, pl
 
 
 @pytest.mark.browser
-@pytest.mark.parametrize("deaths", range(STARTS))
+@pytest.mark.parametrize("deaths", few(range(STARTS), 1))
 def test_a_real_browser_draws_after_others_have_died(
     document: Document, script: Any, tmp_path: Path, chromium: str, deaths: int
 ) -> None:
@@ -447,6 +448,7 @@ def test_a_real_browser_draws_after_others_have_died(
 
 @pytest.mark.browser
 @pytest.mark.usefixtures("chromium")
+@pytest.mark.slow
 def test_a_picture_does_not_need_a_short_temporary_folder(
     document: Document, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -214,6 +214,7 @@ def test_a_lost_connection_is_told_and_found_again(cpm: ClosedChain, open_tab: C
         assert settle(tab)["mobility"] == 3
 
 
+@pytest.mark.slow
 def test_the_limbs_are_told_apart_by_colour(view: LiveView, open_tab: Callable[..., Any]) -> None:
     tab = open_tab()
     tab.go(view.url)

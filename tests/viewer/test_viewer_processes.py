@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from kit.quickly import few
 
 CUTJOINT = [sys.executable, "-c", "from cutjoint.cli import main; main()"]
 LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
@@ -158,6 +159,7 @@ def test_the_viewer_listens_on_one_loopback_port_only() -> None:
 
 
 @LINUX
+@pytest.mark.slow
 def test_a_second_viewer_takes_the_next_port() -> None:
     first, port = start("view", "cpm", "--port", "0", "--no-open")
     try:
@@ -276,7 +278,7 @@ def test_a_browser_that_takes_a_picture_opens_no_port(drawing: Shooter) -> None:
 
 @LINUX
 @pytest.mark.browser
-@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("end", few([signal.SIGKILL, signal.SIGTERM, signal.SIGINT], signal.SIGTERM))
 def test_killed_while_it_takes_a_picture_it_leaves_no_browser(drawing: Shooter, end: signal.Signals) -> None:
     drawing.end(end)
     assert eventually(lambda: drawing.browsers() == []), drawing.words()

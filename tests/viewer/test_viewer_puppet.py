@@ -33,6 +33,7 @@ def elbows(puppet: Puppet) -> list[float]:
     return [math.sin(q[model.idx_qs[model.getJointId(name.format(i))]]) for i in (1, 2, 3)]
 
 
+@pytest.mark.slow
 def test_no_branch_flips_and_no_loop_opens_over_the_range_of_every_slider(puppet: Puppet) -> None:
     home = puppet.chain.home
     sweeps = [(puppet.actuate, i, s) for i, s in enumerate(panel_of(puppet).actuated_sliders())]

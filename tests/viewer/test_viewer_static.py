@@ -50,6 +50,7 @@ def test_the_file_plays_with_the_network_off(
     assert tab.errors == []
 
 
+@pytest.mark.slow
 def test_it_loops_and_does_not_jump_back_at_the_end(
     cpm_film: Path, open_tab: Callable[..., Any], differing: Callable[..., int]
 ) -> None:
@@ -69,6 +70,7 @@ def test_it_loops_and_does_not_jump_back_at_the_end(
     assert tab.changed(end) < 10
 
 
+@pytest.mark.slow
 def test_controls_of_the_player(cpm_film: Path, open_tab: Callable[..., Any]) -> None:
     tab = open_tab(offline=True)
     tab.go(cpm_film.as_uri())
