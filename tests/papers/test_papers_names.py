@@ -36,3 +36,14 @@ def test_what_a_paper_stores_has_its_name(name: str) -> None:
         model.close({**at.actuated, "other": 1.0})
     with pytest.raises(InputError, match=f"lacks {motors[1]}"):
         model.close({motors[0]: 0.1, motors[2]: 0.1})
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+@pytest.mark.parametrize("word", ["no", "", "ignored", None, True])
+def test_what_is_said_of_limits_is_understood_though_there_are_none(name: str, word: object) -> None:
+    model = published(name)
+    point = model.tool(model.home).position
+    for asked in (lambda: model.close(model.home.q, limits=word), lambda: model.reach(point, limits=word)):
+        with pytest.raises(InputError, match='limits must be "respect" or "ignore"'):
+            asked()
+    np.testing.assert_array_equal(model.close(model.home.q, limits="ignore").q, model.home.q)

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.errors import InputError, LimbReachError, SingularError
 from cutjoint.mechanism import ActuatedCoordinates, Actuator, JointLimits, Posture, Tool, in_order
+from cutjoint.mechanism.interface import are_respected
 from cutjoint.papers.cpm import equations, per_limb
 from cutjoint.papers.cpm.equations import CpmState
 from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
@@ -159,6 +160,7 @@ class CpmModel(CpmQuantities, ClosedFormModel[CpmParameters, Signs]):
             LimbReachError: a limb is too short or too long for it.
             SingularError: a limb is stretched or folded (kind `limb`).
         """
+        are_respected(limits)
         sliders = three("q", in_order(q, self.actuators), "m")
         return self._place(sliders, self.signs if near is None else self.branch(near))
 

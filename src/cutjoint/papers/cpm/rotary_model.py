@@ -16,6 +16,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import ClosureError, SingularError
 from cutjoint.mechanism import ActuatedCoordinates, Actuator, JointLimits, Posture, in_order
+from cutjoint.mechanism.interface import are_respected
 from cutjoint.papers.cpm import equations, forward, per_limb, rotary
 from cutjoint.papers.cpm.model import HOME_TOOL, check_limb
 from cutjoint.papers.cpm.parameters import CpmParameters
@@ -60,6 +61,7 @@ class CpmRotaryModel(MeetingRodsModel[CpmParameters]):
             ClosureError: no position of the tool at all belongs to `q`.
             SingularError: a singularity of type 2 lies on the way or at `q`.
         """
+        are_respected(limits)
         target = three("q", in_order(q, self.actuators), "rad")
         start = self.home if near is None else near
         track = walk(self.parameters, SMALLEST_MEASURE, *self.split(start), target)

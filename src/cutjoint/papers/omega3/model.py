@@ -16,6 +16,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import ClosureError, LimbReachError, SingularError
 from cutjoint.mechanism import ActuatedCoordinates, Actuator, JointLimits, Posture, in_order
+from cutjoint.mechanism.interface import are_respected
 from cutjoint.papers.omega3 import equations
 from cutjoint.papers.omega3.equations import Arms, Omega3State
 from cutjoint.papers.omega3.parameters import Omega3Parameters
@@ -65,6 +66,7 @@ class Omega3Model(MeetingRodsModel[Omega3Parameters], ClosedFormModel[Omega3Para
             ClosureError: the rods are too short to meet.
             SingularError: the posture is singular of type 2.
         """
+        are_respected(limits)
         angles = three("q", in_order(q, self.actuators), "rad")
         arms = equations.arms(self.parameters, angles)
         return self._meet(angles, arms, (self._home_branch if near is None else self.branch(near)).assembly)
