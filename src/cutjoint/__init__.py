@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from cutjoint.errors import CutjointError
-from cutjoint.mechanism import Actuator, Mechanism, Pose, Posture, Task, Terms, Tool, kinetic_energy
+from cutjoint.mechanism import Actuator, Load, Mechanism, Pose, Posture, Task, Terms, Tool, kinetic_energy
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, FullMotion, MobilityReport
@@ -42,6 +42,7 @@ __all__ = [
     "CompiledPaper",
     "CutjointError",
     "FullMotion",
+    "Load",
     "Mechanism",
     "MobilityReport",
     "Pose",

@@ -43,7 +43,7 @@ def test_every_value_arrives(fourbar) -> None:
     assert turn.axis.tolist() == [0.0, 0.0, 1.0]
     assert (turn.limits.lower, turn.limits.upper, turn.limits.velocity, turn.limits.effort) == (-3.0, 3.0, 20.0, 10.0)
     coupler_turn = robot.joint("coupler_turn")
-    assert (coupler_turn.damping, coupler_turn.friction) == (0.01, 0.02)
+    assert (coupler_turn.physics.damping, coupler_turn.physics.friction) == (0.01, 0.02)
     assert robot.link("coupler").collisions[0].size == (0.01, 0.4)
 
 

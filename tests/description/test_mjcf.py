@@ -96,8 +96,8 @@ def test_joints_gravity_and_actuators(mjcf) -> None:
     assert robot.actuators == ("first", "slide")
     first = robot.joint("first")
     np.testing.assert_allclose((first.limits.lower, first.limits.upper), np.deg2rad([-105, 30]), rtol=1e-15)
-    assert (first.damping, first.friction) == (0.2, 0.0)
-    assert robot.joint("second_x").friction == 0.3
+    assert (first.physics.damping, first.physics.friction) == (0.2, 0.0)
+    assert robot.joint("second_x").physics.friction == 0.3
     assert robot.joint("second_z").type is JointType.CONTINUOUS
     assert (robot.joint("slide").limits.lower, robot.joint("slide").limits.upper) == (-0.1, 0.2)
     assert robot.joint("ball").type is JointType.SPHERICAL

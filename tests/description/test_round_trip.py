@@ -17,6 +17,7 @@ from cutjoint.description import (
     Home,
     Inertial,
     Joint,
+    JointPhysics,
     JointType,
     Limits,
     Link,
@@ -71,7 +72,7 @@ def menagerie(mesh: Path, seed: int = 0) -> RobotDescription:
         joints.append(
             Joint(
                 f"joint {tag}", kind, parent, links[-1].name, somewhere(), axis, axis2,
-                limits.get(kind, Limits()), damping=moving, friction=2.0 * moving,
+                limits.get(kind, Limits()), physics=JointPhysics(moving, 2.0 * moving),
             )
         )  # fmt: skip
     shapes = (

@@ -73,7 +73,7 @@ def test_inertia_limits_and_shapes(sdf) -> None:
     joint = robot.joint("crank_turn")
     limits = joint.limits
     assert (limits.lower, limits.upper, limits.velocity, limits.effort) == (-2.0, None, 3.0, None)
-    assert (joint.damping, joint.friction) == (0.5, 0.25)
+    assert (joint.physics.damping, joint.physics.friction) == (0.5, 0.25)
     (shape,) = robot.link("crank").visuals
     assert (shape.kind, shape.size, shape.colour) == ("cylinder", (0.1, 0.4), (0.1, 0.2, 0.3, 1.0))
 

@@ -3,7 +3,18 @@
 import numpy as np
 import pytest
 
-from cutjoint.description import Coupling, CutJoint, CutType, Frame, Inertial, Joint, JointType, Link, RobotDescription
+from cutjoint.description import (
+    Coupling,
+    CutJoint,
+    CutType,
+    Frame,
+    Inertial,
+    Joint,
+    JointPhysics,
+    JointType,
+    Link,
+    RobotDescription,
+)
 from cutjoint.engines.mujoco import natural, units_of
 
 TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -24,9 +35,9 @@ def robot(length=1.0, mass=1.0, time=1.0):
         (Link("base"), Link("crank", inertial), Link("block", Inertial(0.5 * mass))),
         (
             Joint("turn", JointType.REVOLUTE, "base", "crank", at(0.3 * length, 0.0, 0.1 * length),
-                  damping=0.2 * turning, friction=0.3 * turning / time),
+                  physics=JointPhysics(0.2 * turning, 0.3 * turning / time)),
             Joint("slide", JointType.PRISMATIC, "base", "block", at(0.0, length, 0.0),
-                  damping=0.4 * sliding, friction=0.5 * sliding * length / time),
+                  physics=JointPhysics(0.4 * sliding, 0.5 * sliding * length / time)),
         ),
         cuts=(CutJoint("pin", CutType.SPHERICAL, Frame("crank", at(length, 0.0, 0.0)), Frame("block", np.eye(4))),),
         couplings=(
@@ -42,7 +53,9 @@ def numbers(one):
     """All numbers of a description in one row."""
     rows = [one.gravity, one.tool.placement]
     rows += [[link.inertial.mass, *link.inertial.com, *link.inertial.inertia.flat] for link in one.links[1:]]
-    rows += [[joint.damping, joint.friction, *joint.placement.flat, *joint.axis] for joint in one.joints]
+    rows += [
+        [joint.physics.damping, joint.physics.friction, *joint.placement.flat, *joint.axis] for joint in one.joints
+    ]
     rows += [[*cut.a.placement.flat, *cut.b.placement.flat] for cut in one.cuts]
     rows += [[coupling.ratio, coupling.offset] for coupling in one.couplings]
     return np.concatenate([np.ravel(row) for row in rows])

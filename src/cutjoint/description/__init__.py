@@ -3,6 +3,7 @@
 from cutjoint.description.check import check, check_description, load_description, read_checked
 from cutjoint.description.formats import write
 from cutjoint.description.model import (
+    Bushing,
     Coupling,
     CutJoint,
     CutType,
@@ -10,6 +11,7 @@ from cutjoint.description.model import (
     Home,
     Inertial,
     Joint,
+    JointPhysics,
     JointType,
     Limits,
     Link,
@@ -20,6 +22,7 @@ from cutjoint.description.model import (
 )
 
 __all__ = [
+    "Bushing",
     "Coupling",
     "CutJoint",
     "CutType",
@@ -27,6 +30,7 @@ __all__ = [
     "Home",
     "Inertial",
     "Joint",
+    "JointPhysics",
     "JointType",
     "Limits",
     "Link",

@@ -18,6 +18,9 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
+from cutjoint.description.physics import NO_PHYSICS
+from cutjoint.description.physics import Bushing as Bushing
+from cutjoint.description.physics import JointPhysics as JointPhysics
 from cutjoint.errors import InputError, UnknownNameError
 
 IDENTITY: Array = readonly(np.eye(4))
@@ -112,8 +115,7 @@ class Joint(Frozen):
     axis: Array = field(default_factory=lambda: readonly([1.0, 0.0, 0.0]))
     axis2: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
     limits: Limits = Limits()
-    damping: float = 0.0
-    friction: float = 0.0
+    physics: JointPhysics = NO_PHYSICS
     place: Place = Place()
 
 
@@ -130,13 +132,16 @@ class CutJoint:
     """A joint that was left out to get a tree: it joins frame `a` to frame `b`.
 
     The free axis of a revolute or prismatic cut is the z axis of both frames; a universal cut turns about the x axis of
-    `a` and the y axis of `b`, which stay perpendicular.
+    `a` and the y axis of `b`, which stay perpendicular.  `physics` is of the motion that it leaves free.  With a `bushing`
+    it holds nothing rigidly: it is a spring and damper, and closes no loop.
     """
 
     name: str
     type: CutType
     a: Frame
     b: Frame
+    physics: JointPhysics = NO_PHYSICS
+    bushing: Bushing | None = None
     place: Place = Place()
 
 
@@ -221,6 +226,18 @@ class RobotDescription(Frozen):
         rank = {name: number for number, name in enumerate(TASK_NAMES)}
         ordered = sorted(self.task, key=lambda name: rank.get(name, len(rank)))
         object.__setattr__(self, "task", tuple(ordered))
+
+    @property
+    def closing(self) -> tuple[CutJoint, ...]:
+        """The cuts that close loops: those without a bushing."""
+        return tuple(cut for cut in self.cuts if cut.bushing is None)
+
+    def ideal(self) -> RobotDescription:
+        """A copy whose joints move freely: no damping, friction, springs, rotors or stops, and no bushings."""
+        joints = tuple(replace(one, physics=NO_PHYSICS) for one in self.joints)
+        return replace(
+            self, joints=joints, cuts=tuple(replace(one, physics=NO_PHYSICS, bushing=None) for one in self.cuts)
+        )
 
     @property
     def root(self) -> str:

@@ -73,8 +73,11 @@ def natural(robot: RobotDescription, scale: NaturalUnits) -> RobotDescription:
             one,
             placement=_moved(one.placement, length),
             limits=Limits(),
-            damping=one.damping * units[one.name] ** 2 / (scale.energy * scale.time),
-            friction=one.friction * units[one.name] / scale.energy,
+            physics=replace(
+                one.physics,
+                damping=one.physics.damping * units[one.name] ** 2 / (scale.energy * scale.time),
+                friction=one.physics.friction * units[one.name] / scale.energy,
+            ),
         )
 
     def coupling(one: Coupling) -> Coupling:

@@ -2,6 +2,7 @@
 cross-check are written against.  No Pinocchio and no numbers of any robot here."""
 
 from cutjoint.mechanism.interface import JointLimits, Mechanism, kinetic_energy
+from cutjoint.mechanism.loads import Load
 from cutjoint.mechanism.names import ActuatedCoordinates, Actuator, Layout, Stored, actuated_values, in_order
 from cutjoint.mechanism.pose import Pose
 from cutjoint.mechanism.task import Target, TargetLike, Task
@@ -12,6 +13,7 @@ __all__ = [
     "Actuator",
     "JointLimits",
     "Layout",
+    "Load",
     "Mechanism",
     "Pose",
     "Posture",

@@ -6,7 +6,7 @@ All arrays in them are read-only, also after pickling and copying.  SI units and
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.errors import InputError
 from cutjoint.mechanism.names import Layout
 from cutjoint.mechanism.pose import Pose
+
+
+_NONE = readonly(np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,17 +73,39 @@ class Posture(Frozen):
 
 @dataclass(frozen=True, eq=False)
 class Terms(Frozen):
-    """The equation of motion in actuated coordinates: `mass @ a + coriolis + gravity = effort`.
+    """The equation of motion in actuated coordinates:
+    `mass @ a + coriolis + gravity + springs + friction = effort`.
 
     Attributes:
-        mass: symmetric positive definite, shape (n, n), [kg], [kg m] or [kg m2].
+        mass: symmetric positive definite, rotors included, shape (n, n), [kg], [kg m] or [kg m2].
         coriolis: the vector C(q, v) v, shape (n,), [N] or [N m].  The vector is unique; the matrix C is not.
-        gravity: effort that holds the posture at rest, shape (n,), [N] or [N m].
+        gravity: effort that holds the weights at rest, shape (n,), [N] or [N m].
+        springs: effort that holds springs, bushings and stops, shape (n,); zero where there are none.
+        friction: effort that overcomes dampers and dry friction at this velocity, shape (n,); zero where there are none,
+            and without a velocity.
     """
 
     mass: Array
     coriolis: Array
     gravity: Array
+    springs: Array = field(default_factory=lambda: _NONE)
+    friction: Array = field(default_factory=lambda: _NONE)
+
+    def __post_init__(self) -> None:
+        for name in ("springs", "friction"):
+            if self.__dict__[name] is _NONE:
+                self.__dict__[name] = np.zeros_like(self.gravity)
+        super().__post_init__()
+
+    @property
+    def bias(self) -> Array:
+        """Effort that keeps the velocity: everything but the mass times the acceleration, shape (n,)."""
+        return self.coriolis + self.gravity + self.springs + self.friction
+
+    @property
+    def holding(self) -> Array:
+        """Effort that holds the posture at rest: gravity and springs, shape (n,)."""
+        return self.gravity + self.springs
 
 
 @dataclass(frozen=True, eq=False)

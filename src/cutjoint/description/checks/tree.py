@@ -137,7 +137,7 @@ def check_joints(robot: RobotDescription, findings: Findings) -> None:
         _placement(joint, findings)
         _axes(joint, findings)
         _limits(joint, findings)
-        for what, value in (("damping", joint.damping), ("friction", joint.friction)):
+        for what, value in (("damping", joint.physics.damping), ("friction", joint.physics.friction)):
             if not value >= 0.0 or math.isinf(value):
                 findings.error(f"{what} of joint '{joint.name}' is {value:g}", "a number >= 0", "", joint.place)
 

@@ -20,7 +20,7 @@ from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.mjcf.geom import Geom, Mesh, inertia_of_geoms, read_geom
 from cutjoint.description.formats.mjcf.pose import AngleUnits, Defaults, read_placement
 from cutjoint.description.formats.mjcf.types import MADE_OF
-from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointType, Limits, Link, Place
+from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointPhysics, JointType, Limits, Link, Place
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, parse_number, read_numbers, unit_axis
 from cutjoint.description.transforms import from_rotation, inverse
 from cutjoint.description.xml import Element, children, only_child
@@ -47,9 +47,6 @@ def read_joint(
     for key in ("damping", "frictionloss", "ref", "stiffness", "armature"):
         value = read_numbers(get.get(key, "0"), 1, f"{key} of joint '{name}'", findings, line)
         numbers[key] = value[0] if value else 0.0
-    for key in ("stiffness", "armature"):
-        if numbers[key] != 0.0:
-            findings.warn(f"{key} of joint '{name}' is ignored", f"{key} 0", "", line)
     if position is None or values is None:
         return None
     hinge = kind == "hinge"
@@ -60,7 +57,7 @@ def read_joint(
     kind_of = JointType.CONTINUOUS if hinge and limits.lower is None and limits.upper is None else TYPES[kind]
     joint = Joint(
         name, kind_of, body, body, from_rotation(np.eye(3), position), axis, limits=limits,
-        damping=numbers["damping"], friction=numbers["frictionloss"], place=Place(findings.file, line),
+        physics=JointPhysics(numbers["damping"], numbers["frictionloss"]), place=Place(findings.file, line),
     )  # fmt: skip
     return joint, reference
 

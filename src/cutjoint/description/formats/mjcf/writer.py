@@ -159,10 +159,10 @@ def _joint(body: Element, name: str, kind: str, axis: Array | None, joint: Joint
         lower = -1e10 if limits.lower is None else limits.lower
         upper = 1e10 if limits.upper is None else limits.upper
         element.set("range", words((lower, upper)))
-    if joint.damping:
-        element.set("damping", number(joint.damping))
-    if joint.friction:
-        element.set("frictionloss", number(joint.friction))
+    if joint.physics.damping:
+        element.set("damping", number(joint.physics.damping))
+    if joint.physics.friction:
+        element.set("frictionloss", number(joint.physics.friction))
 
 
 def _fill(body: Element, link: Link, meshes: Meshes) -> None:

@@ -16,7 +16,17 @@ from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.graph import PlacedLink, span
 from cutjoint.description.formats.sdf.link import Poses, read_body, text_of
-from cutjoint.description.model import IDENTITY, Coupling, Joint, JointType, Limits, Link, Place, RobotDescription
+from cutjoint.description.model import (
+    IDENTITY,
+    Coupling,
+    Joint,
+    JointPhysics,
+    JointType,
+    Limits,
+    Link,
+    Place,
+    RobotDescription,
+)
 from cutjoint.description.numbers import parse_number, read_numbers, unit_axis
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child, read_xml
 
@@ -176,7 +186,7 @@ def _edge(
     elif kind.axes == 2:
         findings.error(f"{kind.value} joint '{name}' without <axis2>", "two axes", "", element.sourceline)
     place = Place(findings.file, element.sourceline)
-    return Joint(name, kind, ends[0], ends[1], world, first, second, limits, damping, friction, place)
+    return Joint(name, kind, ends[0], ends[1], world, first, second, limits, JointPhysics(damping, friction), place)
 
 
 def _axis(axis: Element, name: str, world: Array, poses: Poses, version: float, findings: Findings) -> Array:

@@ -7,7 +7,7 @@ import math
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.urdf.link import read_origin
-from cutjoint.description.model import Coupling, Joint, JointType, Limits, Place
+from cutjoint.description.model import Coupling, Joint, JointPhysics, JointType, Limits, Place
 from cutjoint.description.numbers import number_problem, parse_number, read_numbers, unit_axis
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 
@@ -51,8 +51,7 @@ def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coup
         placement=origin,
         axis=_axis(element, name, kind, findings),
         limits=_limits(element, name, kind, findings),
-        damping=damping,
-        friction=friction,
+        physics=JointPhysics(damping, friction),
         place=place,
     )
     return joint, _mimic(element, name, kind, findings)

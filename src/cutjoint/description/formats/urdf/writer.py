@@ -130,8 +130,9 @@ def _joint(joint: Joint, mimic: Coupling | None) -> Element:
     if joint.type.urdf and joint.type.axes:
         etree.SubElement(element, "axis", xyz=words(joint.axis))
     _limits(element, joint)
-    if joint.damping or joint.friction:
-        etree.SubElement(element, "dynamics", damping=number(joint.damping), friction=number(joint.friction))
+    if joint.physics.damping or joint.physics.friction:
+        physics = joint.physics
+        etree.SubElement(element, "dynamics", damping=number(physics.damping), friction=number(physics.friction))
     if mimic is not None:
         numbers = {"multiplier": number(mimic.ratio), "offset": number(mimic.offset)}
         etree.SubElement(element, "mimic", joint=mimic.driver, **numbers)
