@@ -132,17 +132,17 @@ class CutJoint:
     """A joint that was left out to get a tree: it joins frame `a` to frame `b`.
 
     The free axis of a revolute or prismatic cut is the z axis of both frames; a universal cut turns about the x axis of
-    `a` and the y axis of `b`, which stay perpendicular.  `physics` is of the motion that it leaves free.  With a `bushing`
-    it holds nothing rigidly: it is a spring and damper, and closes no loop.
+    `a` and the y axis of `b`, which stay perpendicular.  `physics` is of the motion that it leaves free.  With a
+    `bushing` it holds nothing rigidly: it is a spring and damper, and closes no loop.
     """
 
     name: str
     type: CutType
     a: Frame
     b: Frame
+    place: Place = Place()
     physics: JointPhysics = NO_PHYSICS
     bushing: Bushing | None = None
-    place: Place = Place()
 
 
 @dataclass(frozen=True)

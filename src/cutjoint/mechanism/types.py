@@ -15,7 +15,6 @@ from cutjoint.errors import InputError
 from cutjoint.mechanism.names import Layout
 from cutjoint.mechanism.pose import Pose
 
-
 _NONE = readonly(np.zeros(0))
 
 
@@ -81,8 +80,8 @@ class Terms(Frozen):
         coriolis: the vector C(q, v) v, shape (n,), [N] or [N m].  The vector is unique; the matrix C is not.
         gravity: effort that holds the weights at rest, shape (n,), [N] or [N m].
         springs: effort that holds springs, bushings and stops, shape (n,); zero where there are none.
-        friction: effort that overcomes dampers and dry friction at this velocity, shape (n,); zero where there are none,
-            and without a velocity.
+        friction: effort that overcomes dampers and dry friction at this velocity, shape (n,); zero where there are
+            none, and without a velocity.
     """
 
     mass: Array
