@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from cutjoint.description.cuts import Freedom
 from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.physics import KEYS
-from cutjoint.description.model import Bushing, CutJoint, Joint, JointPhysics, Place, RobotDescription
+from cutjoint.description.model import Bushing, CutJoint, Joint, JointPhysics, JointType, Place, RobotDescription
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 _SIGNED = ("rest", "gear")
 _MOTOR = ("rotor", "gear", "stop_stiffness", "stop_damping")
-_PULLING = ("friction", "stiffness", "stop_stiffness")
+_SINGLE = ("friction", "stiffness", "rotor", "stop_stiffness")
+"""What has no meaning for joints that slide and turn: their velocities are along axes that turn with them."""
 
 
 def check_physics(robot: RobotDescription, findings: Findings) -> None:
@@ -54,18 +56,17 @@ def _joint(joint: Joint, what: str, findings: Findings) -> None:
         findings.warn(f"{_given(physics)} of the {kind.value} {what} without effect", expected, "remove them", place)
         return
     if not kind.single and any(kind.lengths):
-        pulling = [key for key in _PULLING if getattr(physics, key) != 0.0]
-        if pulling:
-            found = f"{' and '.join(pulling)} of the {kind.value} {what}"
-            findings.error(found, "damping and rotor only", "make it of joints with one coordinate each", place)
+        wrong = [key for key in _SINGLE if getattr(physics, key) != 0.0]
+        if wrong:
+            found = f"{' and '.join(wrong)} of the {kind.value} {what}"
+            findings.error(found, "damping only", "make it of joints with one coordinate each", place)
         return
-    _spring(physics, kind.dof, f"of {what}", f"[joint.{joint.name}]", place, findings)
+    _spring(physics, kind is JointType.SPHERICAL, f"of {what}", f"[joint.{joint.name}]", place, findings)
     _stops(joint, what, findings)
 
 
-def _spring(physics: JointPhysics, dof: int, of: str, table: str, place: Place, findings: Findings) -> None:
+def _spring(physics: JointPhysics, ball: bool, of: str, table: str, place: Place, findings: Findings) -> None:
     """A spring and its rest; one of a ball pulls towards no turn."""
-    ball = dof == 3
     if physics.stiffness != 0.0 and physics.rest is None and not ball:
         found, mend = f"the spring {of} has no rest position", f"add rest = ... to {table}"
         findings.error(found, "where the spring is at rest, [m] or [rad]", mend, place)
@@ -88,17 +89,17 @@ def _stops(joint: Joint, what: str, findings: Findings) -> None:
 
 
 def _cut(cut: CutJoint, what: str, findings: Findings) -> None:
-    physics, free = cut.physics, 6 - cut.type.rows
+    physics = cut.physics
     own = [key for key in _MOTOR if getattr(physics, key) != getattr(NO_PHYSICS, key)]
     if own:
         mend = "close the loop at another joint, and keep this one in the tree"
         findings.error(f"{' and '.join(own)} of {what}", "damping, friction and a spring only", mend, cut.place)
-    if free == 0:
+    if not cut.type.freedoms:
         expected = "a cut that leaves a motion free"
         found = f"{_given(physics)} of the {cut.type.value} {what} without effect"
         findings.warn(found, expected, "remove them", cut.place)
     else:
-        _spring(physics, free, f"of {what}", "its [[cut]]", cut.place, findings)
+        _spring(physics, Freedom.BALL in cut.type.freedoms, f"of {what}", "its [[cut]]", cut.place, findings)
 
 
 def _given(physics: JointPhysics) -> str:

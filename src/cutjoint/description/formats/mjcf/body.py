@@ -20,7 +20,7 @@ from cutjoint.description.formats.mjcf.geom import Geom, Mesh, inertia_of_geoms,
 from cutjoint.description.formats.mjcf.joint import read_free_joint, read_joint
 from cutjoint.description.formats.mjcf.pose import AngleUnits, Defaults, read_placement
 from cutjoint.description.formats.mjcf.types import MADE_OF
-from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointType, Limits, Link, Place
+from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointPhysics, JointType, Limits, Link, Place
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
 from cutjoint.description.transforms import inverse
 from cutjoint.description.xml import Element, children, only_child
@@ -29,7 +29,8 @@ from cutjoint.description.xml import Element, children, only_child
 def merged(joints: list[Joint]) -> list[Joint]:
     """X and X/2 as one universal joint, up to X/3 a planar one, up to X/4 a floating one; else as they are.
 
-    Joints with ranges of their own, or with dampers, springs and the like that differ, stay as they are.
+    Joints with ranges of their own, or with dampers, springs and the like that differ, stay as they are; what slides and
+    turns has nothing but dampers.
     """
     if not joints or joints[0].placement[:3, 3].any():
         return joints
@@ -43,7 +44,8 @@ def merged(joints: list[Joint]) -> list[Joint]:
     together = next((kind for kind, made in MADE_OF.items() if made == kinds and len(made) == len(joints) > 1), None)
     slides, hinges = ([one.axis for one in joints if MADE_OF[one.type] == (kind,)] for kind in ("slide", "hinge"))
     askew = len(hinges) == 2 and abs(hinges[0] @ hinges[1]) >= 1e-9
-    if together is None or askew or (len(slides) == 3 and not np.array_equal(slides, np.eye(3))):
+    rolls = bool(slides and first.physics != JointPhysics(damping=first.physics.damping))
+    if together is None or askew or rolls or (len(slides) == 3 and not np.array_equal(slides, np.eye(3))):
         return joints
     axis, axis2 = (*hinges, *(first.axis, first.axis2)[len(hinges) :])
     return [replace(first, type=together, axis=axis, axis2=axis2, limits=Limits())]

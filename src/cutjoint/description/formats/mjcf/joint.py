@@ -71,14 +71,14 @@ def read_joint(
 
 
 def read_free_joint(element: Element, get: dict[str, str], body: str, findings: Findings) -> Joint:
-    """A `<freejoint>`, which does nothing by itself, or a `<joint type="free">`, which has dampers and rotors."""
+    """A `<freejoint>`, which does nothing by itself, or a `<joint type="free">`, which has dampers."""
     name, place = str(element.get("name") or f"{body}_free"), Place(findings.file, element.sourceline)
     numbers = _numbers(get, name, findings, element.sourceline)
-    for key in ("stiffness", "frictionloss"):
+    for key in ("stiffness", "frictionloss", "armature"):
         if numbers[key] != 0.0:
             found = f"{key} {numbers[key]:g} of the free joint '{name}'"
-            findings.error(found, f"{key} 0", "only dampers and rotors of a free joint are computed", place)
-    physics = JointPhysics(damping=numbers["damping"], rotor=numbers["armature"])
+            findings.error(found, "damping only", "a <freejoint/> does not take the defaults of joints", place)
+    physics = JointPhysics(damping=numbers["damping"])
     return Joint(name, JointType.FLOATING, body, body, physics=physics, place=place)
 
 
