@@ -183,7 +183,7 @@ class Opinion(Values):
 
 
 def _smooth_sign(speed: Array, full: Array) -> Array:
-    """The sign of a speed from `full` on; below it 15/8 of the integral of (1 - x^2)^2 from 0, with x = speed / full."""
+    """The sign of a speed from `full` on; below it 15/8 of the integral of (1 - x^2)^2 from 0 to speed / full."""
     steps = np.divide(speed, full, out=np.sign(speed), where=full > 0.0).clip(-1.0, 1.0)
     return np.asarray(np.polynomial.Polynomial([1.0, 0.0, -2.0, 0.0, 1.0]).integ()(steps) * 15.0 / 8.0)
 
@@ -277,7 +277,7 @@ class MujocoRobot:
             raise InputError(f"a cut of {chain.name} has no equality in MuJoCo: its carrier is not mapped")
 
     def _prepare(self, robot: RobotDescription, limits: Mapping[str, Limits]) -> None:
-        """What is applied from outside, namely stops and at which speed dry friction acts fully; dampers of free joints."""
+        """What is applied from outside: stops, and from which speed friction acts fully; dampers of free joints."""
         self._full, self._stops = np.ones(self._model.nv), list[_Stop]()
         moving = [joint for joint in robot.joints if joint.type.single]
         for joint, (_, v, q_there, v_there) in zip(moving, self._single, strict=True):

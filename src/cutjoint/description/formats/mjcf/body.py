@@ -29,8 +29,8 @@ from cutjoint.description.xml import Element, children, only_child
 def merged(joints: list[Joint]) -> list[Joint]:
     """X and X/2 as one universal joint, up to X/3 a planar one, up to X/4 a floating one; else as they are.
 
-    Joints with ranges of their own, or with dampers, springs and the like that differ, stay as they are; what slides and
-    turns has nothing but dampers.
+    Joints with ranges of their own, or with dampers, springs and the like that differ, stay as they are; what slides
+    and turns has nothing but dampers.
     """
     if not joints or joints[0].placement[:3, 3].any():
         return joints

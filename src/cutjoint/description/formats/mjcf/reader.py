@@ -78,7 +78,7 @@ def _refuse(root: Element, findings: Findings) -> None:
 
 def _unused(root: Element, findings: Findings) -> None:
     """Note forces of MuJoCo that are not computed here: of tendons, of a fluid, against gravity, and switches."""
-    given = [
+    given: list[tuple[Element, str, tuple[str, ...]]] = [
         (element, f"<{element.tag}>", _TENDON) for section in children(root, "tendon") for element in children(section)
     ]
     given += [(element, "<option>", _FLUID) for element in children(root, "option")]
