@@ -38,7 +38,7 @@ class Format:
         write: its writer, None where there is none.
         key: what `cutjoint export --to` calls it.
         folder: whether what is written is a folder.
-        says: what of `common.unsaid.WORDS` programs other than cutjoint find in what is written, of joints; None for all.
+        says: what of `common.unsaid.WORDS` other programs find in what is written, of joints; None for all.
     """
 
     name: str

@@ -56,8 +56,10 @@ _ACTUATORS = {"general", "motor", "position", "velocity", "intvelocity", "damper
 
 
 def _shared(element: Element) -> str:
-    """What an element's defaults are kept under: all kinds of actuators have the same ones."""
-    return "general" if element.tag in _ACTUATORS else str(element.tag)
+    """What an element's defaults are kept under: all kinds of actuators have the same ones, as have tendons."""
+    if element.tag in _ACTUATORS:
+        return "general"
+    return "tendon" if element.tag in ("spatial", "fixed") else str(element.tag)
 
 
 _ORIENTED = {"quat", "axisangle", "xyaxes", "zaxis", "euler"}

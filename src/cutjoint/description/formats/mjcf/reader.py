@@ -20,7 +20,7 @@ from cutjoint.description.formats.mjcf.actuator import driven, read_motors
 from cutjoint.description.formats.mjcf.body import Bodies, Compiler
 from cutjoint.description.formats.mjcf.equality import read_equalities
 from cutjoint.description.formats.mjcf.geom import Mesh
-from cutjoint.description.formats.mjcf.pose import AngleUnits
+from cutjoint.description.formats.mjcf.pose import AngleUnits, Defaults
 from cutjoint.description.formats.mjcf.types import MADE_OF, NUMBERS
 from cutjoint.description.model import Home, JointType, RobotDescription
 from cutjoint.description.numbers import parse_number, read_numbers
@@ -33,8 +33,9 @@ SECTIONS = frozenset(
     | {"equality", "tendon", "actuator", "sensor", "keyframe", *REFUSED}
 )
 
-_TENDON = ("stiffness", "damping", "frictionloss", "armature")
+_TENDON: tuple[str, ...] = ("stiffness", "damping", "frictionloss", "armature")
 _FLUID = ("density", "viscosity")
+_BODY = ("gravcomp",)
 _SWITCHES = ("passive", "spring", "damper", "frictionloss", "gravity", "limit", "equality")
 
 
@@ -47,7 +48,6 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
         findings.error(f"the root element is <{root.tag}>", "<mujoco>", "is this another format?", root.sourceline)
         return None
     _refuse(root, findings)
-    _unused(root, findings)
     compiler = _compiler(root, findings)
     bodies = Bodies(root, compiler, _meshes(root, compiler.meshes, path, findings), path, findings)
     extras = _custom(root, findings) or Extras(gravity=readonly(_gravity(root, findings)))
@@ -57,6 +57,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     named |= set() if extras.tool is None else {extras.tool.link}
     bodies.drop_empty_world(named)
     bodies.name_fixed_joints(extras.fixed)
+    _unused(root, bodies.defaults, findings)
     motors = read_motors(root, bodies, findings)
     bodies.tree.actuators = tuple(dict.fromkeys(motor.joint for motor in motors))
     bodies.tree.joints = driven(bodies.tree.joints, motors)
@@ -76,15 +77,14 @@ def _refuse(root: Element, findings: Findings) -> None:
             findings.error(f"<{tag}> is not supported", "a flat MJCF", remedy, element.sourceline)
 
 
-def _unused(root: Element, findings: Findings) -> None:
+def _unused(root: Element, defaults: Defaults, findings: Findings) -> None:
     """Note forces of MuJoCo that are not computed here: of tendons, of a fluid, against gravity, and switches."""
-    given: list[tuple[Element, str, tuple[str, ...]]] = [
-        (element, f"<{element.tag}>", _TENDON) for section in children(root, "tendon") for element in children(section)
-    ]
-    given += [(element, "<option>", _FLUID) for element in children(root, "option")]
-    given += [(element, f"body '{element.get('name', '')}'", ("gravcomp",)) for element in root.iter("body")]
-    for element, what, keys in given:
-        used = [key for key in keys if any(parse_number(word) != 0.0 for word in str(element.get(key, "0")).split())]
+    tendons = [element for section in children(root, "tendon") for element in children(section)]
+    given = [(element, f"<{element.tag}>", defaults.attributes(element, ""), _TENDON) for element in tendons]
+    given += [(element, "<option>", element.attrib, _FLUID) for element in children(root, "option")]
+    given += [(one, f"body '{one.get('name', '')}'", one.attrib, _BODY) for one in root.iter("body")]
+    for element, what, get, keys in given:
+        used = [key for key in keys if any(parse_number(word) != 0.0 for word in str(get.get(key, "0")).split())]
         if used:
             found = f"{', '.join(used)} of {what} not used"
             findings.warn(found, "forces of joints, cuts and gravity", "", element.sourceline)
@@ -92,7 +92,8 @@ def _unused(root: Element, findings: Findings) -> None:
         for flag in children(option, "flag"):
             off = [key for key in _SWITCHES if flag.get(key) == "disable"]
             if off:
-                findings.warn(f"{', '.join(off)} switched off by <flag>: not heeded", "", "", flag.sourceline)
+                found = f"{', '.join(off)} switched off by <flag>, which is not heeded"
+                findings.warn(found, "what acts in the model itself", "", flag.sourceline)
 
 
 def _compiler(root: Element, findings: Findings) -> Compiler:
