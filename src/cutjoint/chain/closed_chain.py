@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from cutjoint import tolerances
 from cutjoint.arrays import Array, Sealed, as_vector
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
 from cutjoint.chain.build import build_model, rough_home
@@ -268,6 +269,15 @@ class ClosedChain(Sealed):
         """
         here = self._reduced.at(at)
         return here.transposed @ self._loads.forces(here.placed, loads)
+
+    def pushes_idle(self, at: Posture, loads: Loads) -> bool:
+        """Whether loads push an idle motion, which the actuated coordinates do not tell; errors as `load_effort`."""
+        here = self._reduced.at(at)
+        if not here.idle.size:
+            return False
+        forces = self._loads.forces(here.placed, loads)
+        size = np.abs(here.idle).T @ np.abs(forces)
+        return bool((np.abs(here.idle.T @ forces) > tolerances.REACHED.value * size).any())
 
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
         """Effort that gives the acceleration `a` against `loads`, shape (n,): T' (rnea(q, T v, T a + d) - J' wrench).
