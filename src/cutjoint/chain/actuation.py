@@ -43,9 +43,12 @@ def actuator_efforts(
     generalised forces `push` (nv,) act from outside."""
     k = kinematics
     scale = k.column_scale
-    motions = null_space(k.at(q).scaled)
     mass = scale[:, None] * k.tree.mass_matrix(q) * scale
+    placed = k.at(q)
+    motions = null_space(placed.scaled)
     inertial, bias = mass @ (a / scale), scale * k.tree.forces(q, v, np.zeros(k.model.nv))
+    if k.physics.acts:
+        bias = bias + scale * (placed.springs + placed.friction(v))
     split = Split.of(motions[actuated].T)
     pushed = scale * push
     wanted = motions.T @ (inertial + bias - pushed)
