@@ -71,6 +71,13 @@ def test_rest_and_gear_may_be_negative_but_numbers(key: str, value: float) -> No
     assert (severity, found.startswith(f"{key} of joint 'j' is")) == ("error", True)
 
 
+def test_a_ball_rests_where_it_is_not_turned() -> None:
+    for rest in (None, 0.0):
+        given = JointPhysics(stiffness=3.0, rest=rest)
+        assert bad(with_joint(JointType.SPHERICAL, given)) == []
+        assert bad(with_cut(CutType.SPHERICAL, given)) == []
+
+
 BUILT = {
     "a spring that rests nowhere": (
         with_joint(JointType.CONTINUOUS, JointPhysics(stiffness=3.0)),

@@ -47,10 +47,12 @@ def robot(length=1.0, mass=1.0, time=1.0):
         ),
         cuts=(
             CutJoint("pin", CutType.SPHERICAL, Frame("crank", at(length, 0.0, 0.0)), Frame("block", np.eye(4)),
-                     physics=JointPhysics(1.2 * turning, stiffness=1.3 * turning / time, rest=0.0),
+                     physics=JointPhysics(1.2 * turning, 0.1 * turning / time, 0.2 / time,
+                                          stiffness=1.3 * turning / time, rest=0.0),
                      bushing=Bushing(1.4 * sliding / time, 1.5 * sliding, 1.6 * turning / time, 1.7 * turning)),
             CutJoint("rail", CutType.PRISMATIC, Frame("crank", at(length, 0.0, 0.0)), Frame("block", np.eye(4)),
-                     physics=JointPhysics(1.2 * sliding, stiffness=1.3 * sliding / time, rest=0.4 * length)),
+                     physics=JointPhysics(1.2 * sliding, 0.1 * sliding * length / time, 0.2 * length / time,
+                                          stiffness=1.3 * sliding / time, rest=0.4 * length)),
         ),
         couplings=(
             Coupling("rack", "slide", "turn", 0.7 * length, 0.1 * length),

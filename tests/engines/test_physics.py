@@ -22,8 +22,11 @@ pytest.importorskip("mujoco", reason="MuJoCo is an optional extra")
 
 
 def physical(name: str, seed: int, scale: float = 1.0) -> RobotDescription:
-    """A shipped robot with random physics, springs and dampers of the size of `scale`.  Its rotors weigh about as much as its links: where one outweighs all else,
-    states count as singular and are not sampled."""
+    """A shipped robot with random physics, springs and dampers of the size of `scale`.
+
+    Its rotors weigh about as much as its links: where one outweighs all else, states count as singular and are not
+    sampled.
+    """
     rng = np.random.default_rng(seed)
     robot = with_physics(rng, load_description(name), scale, stops=True)
     heaviest = max(link.inertial.mass for link in robot.links if link.inertial)

@@ -49,7 +49,7 @@ class NaturalUnits:
             stiffness=of.stiffness * unit / force,
             rest=None if of.rest is None else of.rest / unit,
             rotor=of.rotor / (self.mass * self.length**2),
-            gear=of.gear * unit,
+            gear=of.gear * unit if of.rotor else of.gear,
             stop_stiffness=of.stop_stiffness * unit / force,
             stop_damping=of.stop_damping * speed / force,
         )
