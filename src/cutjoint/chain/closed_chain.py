@@ -259,6 +259,11 @@ class ClosedChain(Sealed):
         return self._k.potential_energy(self._postures.placed(at).q)
 
     @property
+    def sticking(self) -> Mapping[int, float]:
+        """Velocities of the tree whose friction holds what rests, and by how much: index -> [N] or [N m]."""
+        return self._k.physics.sticking
+
+    @property
     def dissipates(self) -> bool:
         """Whether joints or cuts have dampers, friction, springs, stops or bushings, which may take work."""
         return self._k.physics.acts

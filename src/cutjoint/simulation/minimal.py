@@ -7,6 +7,8 @@ exponential one of their joints, so that the order of the integrator is the orde
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
@@ -140,6 +142,16 @@ class MinimalPlant:
                 free=report.idle,
             )
         return self.minimal.load_effort(at, loads)
+
+    @property
+    def sticking(self) -> Mapping[int, float]:
+        """See `Plant.sticking`."""
+        return self.chain.sticking
+
+    def joint_rows(self, state: State, joints: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+        """See `Plant.joint_rows`."""
+        at = _closed(state)
+        return self.minimal.tangent(at)[joints], self.minimal.drift(at, state.v)[joints]
 
     @property
     def dissipates(self) -> bool:
