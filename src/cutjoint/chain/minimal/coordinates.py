@@ -203,7 +203,10 @@ class MinimalCoordinates(Sealed):
             ActuationError: the actuators cannot do that; it names the joints that would need a motor.
             InputError, UnknownNameError, SingularError: as `load_effort`.
         """
-        full = self.tangent(at) @ as_vector("a", a, self.n) + self.drift(at, v)
+        here = self._reduced.at(at)
+        full = here.map @ as_vector("a", a, self.n) + self.drift(at, v)
+        if here.idle.size and loads != ():  # idle motions are pushed by loads alone
+            full = full + here.idle @ (here.idle.T @ self.chain.full_load_effort(at, loads))
         return self.chain.full_inverse_dynamics(at, self.full_velocity(at, v), full, loads)
 
     def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
