@@ -5,7 +5,7 @@ World axes leave zeros for a planar limb where rotated axes would leave rotated 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from cutjoint.compile.equations.inertia import BodyInertia, PointMass
 from cutjoint.compile.equations.tree import JointTree
@@ -18,6 +18,8 @@ class TreePose:
 
     Attributes:
         bodies, points: those of the tree, and further ones whose masses are expressions.
+        given: path into the description -> its value, for the numbers that are arguments.
+        rotors: rate -> what the rotor behind it weighs there, [kg m2] or [kg].
         rotation: of every step, in world axes.
         placed: rotation before the step's own motion.
         offset: from the parent's origin to the step's, in world axes.
@@ -30,8 +32,11 @@ class TreePose:
         q: Sequence[Number],
         bodies: Sequence[BodyInertia] = (),
         points: Sequence[PointMass] = (),
+        given: Mapping[str, Number] | None = None,
+        rotors: Mapping[int, Number] | None = None,
     ) -> None:
         self.tree, self.q = tree, tuple(q)
+        self.given, self.rotors = given or {}, rotors or {}
         self.bodies, self.points = (*tree.bodies, *bodies), tuple(points)
         self.rotation: list[Matrix] = [IDENTITY]
         self.placed: list[Matrix] = [IDENTITY]

@@ -90,10 +90,11 @@ def inverse(call: Call) -> Traced:
 
 
 def terms(call: Call) -> Traced:
-    """M, Coriolis vector, gravity."""
+    """M, Coriolis vector, gravity, springs, friction."""
     state = call.state
     coriolis = state.coriolis(call["v"])
-    return {"mass": _flat(state.mass()), "coriolis": coriolis, "gravity": state.gravity()}, state.strain
+    results: Results = {"mass": _flat(state.mass()), "coriolis": coriolis, "gravity": state.gravity()}
+    return {**results, "springs": state.springs(), "friction": state.friction(call["v"])}, state.strain
 
 
 def tool(call: Call) -> Traced:

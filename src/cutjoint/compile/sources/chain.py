@@ -64,7 +64,10 @@ class ChainState:
         self.whole = Reduction(pose, source.loops, source.plan)
         idle = source.plan.idle
         self.reduction = self.whole if idle is None else Carried(self.whole, idle, source.rate_scale)
+        self.physics = source.physics.at(pose)
         self.strain: Number = self.reduction.strain
+        if self.physics.acting:
+            self.strain = maximum(self.strain, self.physics.strain)
 
     @property
     def actuated(self) -> list[Number]:
@@ -83,14 +86,28 @@ class ChainState:
         u, motion, drift = self.moving(v)
         return self.reduction.effort(u, motion, drift, weight=False)
 
+    def springs(self) -> list[Number]:
+        return self.reduction.reduced(self.physics.springs())
+
+    def friction(self, v: Sequence[Number]) -> list[Number]:
+        return self.reduction.reduced(self.physics.friction(self.reduction.rates(v)))
+
     def bias(self, v: Sequence[Number]) -> list[Number]:
         u, motion, drift = self.moving(v)
-        return self.reduction.effort(u, motion, drift)
+        return self._with_passive(self.reduction.effort(u, motion, drift), u)
 
     def inverse(self, v: Sequence[Number], a: Sequence[Number]) -> list[Number]:
         u, motion, drift = self.moving(v)
         du = [x + y for x, y in zip(self.reduction.rates(a), drift, strict=True)]
-        return self.reduction.effort(u, motion, du)
+        return self._with_passive(self.reduction.effort(u, motion, du), u)
+
+    def _passive(self, u: list[Number]) -> list[Number]:
+        """Effort along the rates of the tree that overcomes springs and friction."""
+        return [x + y for x, y in zip(self.physics.springs(), self.physics.friction(u), strict=True)]
+
+    def _with_passive(self, effort: Sequence[Number], u: list[Number]) -> list[Number]:
+        """An effort in the independent rates, and what springs and friction need there."""
+        return [x + y for x, y in zip(effort, self.reduction.reduced(self._passive(u)), strict=True)]
 
     def moving(self, v: Sequence[Number]) -> tuple[list[Number], Motion, list[Number]]:
         """Rates, velocities and drift."""
@@ -99,7 +116,7 @@ class ChainState:
         return u, motion, self.reduction.drift(u, motion)
 
     def potential(self) -> Number:
-        return potential_energy(self.pose, self.source.origin)
+        return potential_energy(self.pose, self.source.origin) + self.physics.potential()
 
     def tool(self, v: Sequence[Number]) -> TracedTool:
         step, own, lever = self.source.tool_frame
@@ -162,7 +179,8 @@ class ChainState:
         """d with a_full = T a + d in Pinocchio's accelerations, length nv."""
         u, motion, drift = self.moving(v)
         if isinstance(self.reduction, Carried):
-            drift = self.reduction.undriven(u, motion, drift, turning_axes(self.pose, u, motion))
+            turned = turning_axes(self.pose, u, motion)
+            drift = self.reduction.undriven(u, motion, drift, turned, self._passive(u))
         return from_rate_derivatives(self.pose, u, motion, drift)
 
     def full_forward(self, v_full: Sequence[Number], effort_full: Sequence[Number]) -> tuple[list[Number], Number]:
@@ -173,7 +191,8 @@ class ChainState:
         whole = self.whole
         drift = whole.drift(u, motion)
         push = whole.reduced(to_rates(self.pose, effort_full))
-        held = whole.effort(u, motion, drift)
+        rest = whole.reduced(self._passive(u))
+        held = [x + y for x, y in zip(whole.effort(u, motion, drift), rest, strict=True)]
         factor = MassFactor(whole.mass(), whole.strain)
         a = factor.solve([x - y for x, y in zip(push, held, strict=True)])
         du = [x + y for x, y in zip(whole.rates(a), drift, strict=True)]
