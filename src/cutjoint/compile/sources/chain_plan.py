@@ -24,7 +24,7 @@ from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.elimination_order import Idle, Plan, choose
 from cutjoint.compile.equations.inertia import BodyInertia, PointMass
 from cutjoint.compile.equations.led import LedLoops
-from cutjoint.compile.equations.pose import TreePose
+from cutjoint.compile.equations.pose import Arguments, TreePose
 from cutjoint.compile.equations.reduction import Reduction
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions import vectors
@@ -103,7 +103,7 @@ class ChainTree:
                 points.append(PointMass(step, value, lever))
             else:
                 bodies.append(self._body(name, value))
-        return TreePose(self.tree, q, bodies, points)
+        return TreePose(self.tree, q, Arguments(bodies=tuple(bodies), points=tuple(points)))
 
     @once
     def tool_frame(self) -> tuple[int, vectors.Matrix, vectors.Vector]:
