@@ -13,7 +13,6 @@ from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions.graph import Number
 from cutjoint.compile.expressions.vectors import IDENTITY, ZERO, Matrix, Vector, add, cross, dot, product, turn
 
-
 PlacedFrame = tuple[int, Matrix, Vector]
 """A frame: the step that carries it, its rotation and its lever there."""
 
