@@ -48,7 +48,12 @@ class Loops:
     def __init__(self, tree: JointTree, cuts: Sequence[BoundCut], couplings: Sequence[BoundCoupling] = ()) -> None:
         self.couplings = tuple(couplings)
         self.cuts = tuple(
-            (cut.type.equations, tree.frame(cut.joint_a, cut.placement_a), tree.frame(cut.joint_b, cut.placement_b))
+            (
+                cut.name,
+                cut.type.equations,
+                tree.frame(cut.joint_a, cut.placement_a),
+                tree.frame(cut.joint_b, cut.placement_b),
+            )
             for cut in cuts
         )
         self.count = sum(cut.type.rows for cut in cuts) + len(self.couplings)
@@ -56,21 +61,30 @@ class Loops:
     def rows(self, pose: TreePose, motion: Motion | None = None, bias: Motion | None = None) -> list[ConstraintRow]:
         """All rows; the drift is zero without `motion` and `bias` (velocities, and accelerations at constant rates)."""
         found: list[ConstraintRow] = []
-        for equations, a, b in self.cuts:
-            relative = Relative(pose, End(pose, a), End(pose, b), motion, bias)
+        for name, equations, a, b in self.cuts:
+            ends = End(pose, pose.frame(f"cuts.{name}.a", a)), End(pose, pose.frame(f"cuts.{name}.b", b))
+            relative = Relative(pose, *ends, motion, bias)
             for equation in equations:
                 for coefficients, drift, residual in WRITTEN[equation.kind](relative, equation):
                     kept = {u: c for u, c in coefficients.items() if not is_zero(c)}
                     found.append(ConstraintRow(kept, drift, residual, equation.is_length))
         for one in self.couplings:
-            residual = dot(one.weights, [pose.q[index] for index in one.q_index]) + one.constant
-            weights: dict[int, Number] = dict(zip(one.v_index, one.weights, strict=True))
+            factors, constant = _coupled(pose, one)
+            residual = dot(factors, [pose.q[index] for index in one.q_index]) + constant
+            weights: dict[int, Number] = dict(zip(one.v_index, factors, strict=True))
             found.append(ConstraintRow(weights, 0.0, residual, one.is_length))
         return found
 
 
+def _coupled(pose: TreePose, one: BoundCoupling) -> tuple[tuple[Number, ...], Number]:
+    """Weights and constant of a coupling; the second weight is minus its ratio, the constant minus its offset."""
+    ratio, offset = (pose.given.get(f"couplings.{one.name}.{part}") for part in ("ratio", "offset"))
+    weights = one.weights if ratio is None else (one.weights[0], -ratio)
+    return weights, one.constant if offset is None else -offset
+
+
 class End:
-    """One frame (step, rotation, lever) of a cut: its axes, and per rate the velocity of its origin and its angular velocity."""
+    """One frame of a cut: its axes, and per rate the velocity of its origin and its angular velocity."""
 
     def __init__(self, pose: TreePose, frame: tuple[int, Matrix, Vector]) -> None:
         self.step, rotation, lever = frame

@@ -162,13 +162,13 @@ def inertia_between(pose: TreePose, columns: Sequence[Sequence[Number]]) -> list
 
 def potential_energy(pose: TreePose, origin: Vector = ZERO) -> Number:
     """Potential energy of gravity [J], zero at the world's origin; the tree stands at `origin` in the world."""
-    total: Number = -dot(pose.tree.gravity, pose.tree.anchored)
+    total: Number = -dot(pose.gravity, pose.tree.anchored)
     for body in pose.bodies:
         first = add(scale(body.mass, pose.origin(body.step)), pose.lever(body.step, body.moment))
-        total = total - dot(pose.tree.gravity, first)
+        total = total - dot(pose.gravity, first)
     for point in pose.points:
         place = add(pose.origin(point.step), pose.lever(point.step, point.lever))
-        total = total - point.mass * dot(pose.tree.gravity, place)
+        total = total - point.mass * dot(pose.gravity, place)
     if any(origin):
-        total = total - dot(pose.tree.gravity, origin) * pose.mass
+        total = total - dot(pose.gravity, origin) * pose.mass
     return total

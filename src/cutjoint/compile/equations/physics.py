@@ -113,16 +113,16 @@ class TreePhysics:
             numbers = _of_cut(cut, pose.given)
             if cut.bushing is None and not numbers.acts:
                 continue
-            at = self._relative(pose, bound)
+            at = self._relative(pose, cut.name, bound)
             found, worst = _free(at, cut.type, numbers) if cut.bushing is None else _bushed(at, cut, pose.given)
             acting += found
             strain = maximum(strain, worst)
         return PassiveForces(self._tree.nv, tuple(acting), strain)
 
-    def _relative(self, pose: TreePose, bound: BoundCut) -> Relative:
-        tree = self._tree
-        a, b = tree.frame(bound.joint_a, bound.placement_a), tree.frame(bound.joint_b, bound.placement_b)
-        return Relative(pose, End(pose, a), End(pose, b))
+    def _relative(self, pose: TreePose, name: str, bound: BoundCut) -> Relative:
+        a = self._tree.frame(bound.joint_a, bound.placement_a)
+        b = self._tree.frame(bound.joint_b, bound.placement_b)
+        return Relative(pose, End(pose, pose.frame(f"cuts.{name}.a", a)), End(pose, pose.frame(f"cuts.{name}.b", b)))
 
     def _rates(self, k: int) -> range:
         step = self._tree.steps[k]

@@ -72,7 +72,7 @@ class Reduction(Elimination):
 
     def effort(self, u: Sequence[Number], motion: Motion, du: Sequence[Number], *, weight: bool = True) -> list[Number]:
         """Effort in the independent rates for the rates `u` and their derivatives `du`, length n."""
-        base = scale(-1.0, self.pose.tree.gravity) if weight else ZERO
+        base = scale(-1.0, self.pose.gravity) if weight else ZERO
         forces = generalised_forces(self.pose, motion, accelerations(self.pose, u, motion, du, base))
         if self.pose.rotors:
             # a rotor's momentum is along the axes of its joint, as Pinocchio has them, and turns with these

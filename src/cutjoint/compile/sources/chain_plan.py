@@ -25,7 +25,7 @@ from cutjoint.compile.equations.elimination_order import Idle, Plan, choose
 from cutjoint.compile.equations.inertia import BodyInertia, PointMass
 from cutjoint.compile.equations.led import LedLoops
 from cutjoint.compile.equations.physics import TreePhysics
-from cutjoint.compile.equations.pose import TreePose
+from cutjoint.compile.equations.pose import Arguments, TreePose
 from cutjoint.compile.equations.reduction import Reduction
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions import vectors
@@ -104,8 +104,8 @@ class ChainTree:
                 points.append(PointMass(step, value, lever))
             else:
                 bodies.append(self._body(name, value))
-        given: dict[str, Number] = {}
-        return TreePose(self.tree, q, bodies, points, given, self.physics.rotors(given))
+        rotors = self.physics.rotors({})
+        return TreePose(self.tree, q, Arguments(bodies=tuple(bodies), points=tuple(points), rotors=rotors))
 
     @once
     def physics(self) -> TreePhysics:
