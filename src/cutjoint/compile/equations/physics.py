@@ -1,7 +1,6 @@
 """What the joints and cuts of a robot do by themselves: dampers, friction, springs, stops, rotors and bushings.
 
-Along the coordinates of joints, along what a cut leaves free, and along the equations of a cut that is a bushing, whose
-rows are the exact gradient of their sum of squares however far its frames are apart.
+Along the coordinates of joints here, between the frames of cuts in `cutjoint.compile.equations.cut_physics`.
 """
 
 from __future__ import annotations
@@ -14,19 +13,16 @@ import pinocchio as pin
 from cutjoint.chain.bound import BoundCut
 from cutjoint.chain.build import UNBOUNDED
 from cutjoint.compile.equations.acting import Acting, Coefficients, OnBall, OnCoordinate, OnRow
-from cutjoint.compile.equations.cut_rows import WRITTEN, End, Relative
+from cutjoint.compile.equations.cut_physics import bushed, free
+from cutjoint.compile.equations.cut_rows import End, Relative
 from cutjoint.compile.equations.joints import JOINTS, StepKind
 from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.tree import JointTree
-from cutjoint.compile.equations.turning import between, from_quaternion, leaning
-from cutjoint.compile.expressions import functions
-from cutjoint.compile.expressions.functions import maximum
+from cutjoint.compile.equations.turning import from_quaternion
+from cutjoint.compile.expressions.functions import is_zero, maximum
 from cutjoint.compile.expressions.graph import Number
-from cutjoint.compile.expressions.vectors import IDENTITY, column, dot, turn
-from cutjoint.description.cuts import CutType, Equation, Kind, slide
+from cutjoint.compile.expressions.vectors import IDENTITY, turn
 from cutjoint.description.model import CutJoint, Joint, JointType, RobotDescription
-
-Row = dict[int, Number]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +92,7 @@ class TreePhysics:
         found: dict[int, Number] = {}
         for one, steps, _ in self._joints:
             weight = _of_joint(one, given).armature
-            if not functions.is_zero(weight):
+            if not is_zero(weight):
                 for k in steps:
                     found.update(dict.fromkeys(self._rates(k), weight))
         return found
@@ -114,7 +110,7 @@ class TreePhysics:
             if cut.bushing is None and not numbers.acts:
                 continue
             at = self._relative(pose, cut.name, bound)
-            found, worst = _free(at, cut.type, numbers) if cut.bushing is None else _bushed(at, cut, pose.given)
+            found, worst = free(at, cut, numbers) if cut.bushing is None else bushed(at, cut, pose.given)
             acting += found
             strain = maximum(strain, worst)
         return PassiveForces(self._tree.nv, tuple(acting), strain)
@@ -150,55 +146,3 @@ def _of_joint(joint: Joint, given: Mapping[str, Number]) -> Coefficients:
 
 def _of_cut(cut: CutJoint, given: Mapping[str, Number]) -> Coefficients:
     return Coefficients.of(f"cuts.{cut.name}", cut.physics, given)
-
-
-def _free(at: Relative, kind: CutType, numbers: Coefficients) -> tuple[list[Acting], Number]:
-    """What acts along the motion that a rigid cut leaves free, and the strain of it."""
-    a, b = at.a.axes, at.b.axes
-    match kind:
-        case CutType.REVOLUTE:
-            angle = functions.atan2(dot(column(a, 1), column(b, 0)), dot(column(a, 0), column(b, 0)))
-            return [OnCoordinate(at.turning(column(a, 2)), angle, numbers)], 0.0
-        case CutType.PRISMATIC:
-            ((row, _, travel),) = WRITTEN[Kind.SLIDE](at, slide(2))
-            return [OnCoordinate(row, travel, numbers)], 0.0
-        case CutType.UNIVERSAL:
-            first = functions.atan2(dot(column(a, 2), column(b, 1)), dot(column(a, 1), column(b, 1)))
-            second = functions.atan2(dot(column(a, 0), column(b, 2)), dot(column(a, 0), column(b, 0)))
-            on_a = OnCoordinate(at.turning(column(a, 0)), first, numbers)
-            return [on_a, OnCoordinate(at.turning(column(b, 1)), second, numbers)], 0.0
-        case CutType.SPHERICAL:
-            turned, strain = between(a, b)
-            return [OnBall(at.angular, turned, numbers)], 0.0 if functions.is_zero(numbers.stiffness) else strain
-        case CutType.FIXED:
-            return [], 0.0
-
-
-def _bushed(at: Relative, cut: CutJoint, given: Mapping[str, Number]) -> tuple[list[Acting], Number]:
-    """What a bushing does, and the strain of it."""
-    acting: list[Acting] = []
-    strain: Number = 0.0
-    for equation in cut.type.equations:
-        first = "" if equation.is_length else "turning_"
-        of = [
-            given.get(f"cuts.{cut.name}.bushing.{first}{what}", float(getattr(cut.bushing, first + what)))
-            for what in ("stiffness", "damping")
-        ]
-        rows, worst = _stretched(at, equation)
-        acting += [OnRow(row, left, *of) for row, left in rows]
-        strain = maximum(strain, worst)
-    return acting, strain
-
-
-def _stretched(at: Relative, equation: Equation) -> tuple[list[tuple[Row, Number]], Number]:
-    """Rows of an equation and by how much it is open, exact however far that is; and the strain of it."""
-    match equation.kind:
-        case Kind.LOCK:
-            turned, strain = between(at.a.axes, at.b.axes)
-            return [({u: one[k] for u, one in at.angular.items()}, turned[k]) for k in range(3)], strain
-        case Kind.HINGE:
-            lean, strain = leaning(column(at.a.axes, 2), column(at.b.axes, 2))
-            x, y = column(at.a.axes, 0), column(at.a.axes, 1)
-            return [(at.turning(x), dot(x, lean)), (at.turning(y), dot(y, lean))], strain
-        case _:
-            return [(row, left) for row, _, left in WRITTEN[equation.kind](at, equation)], 0.0

@@ -18,10 +18,13 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain.rank import null_space
 from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.description.model import CutType, JointType, RobotDescription
 from cutjoint.mechanism import Mechanism, Pose, Posture, Terms, Tool
 
 DIFFERENCE = 1e-5
 """Step of differences, in the robot's units."""
+FORGIVEN = 1e-4
+"""Part of the strength of springs and dampers that counts as a force: what the rounding of a place makes of them."""
 ASIDE = 1e-6
 """How far away the goal of a step of Newton's method is, in the robot's units."""
 
@@ -134,6 +137,21 @@ class RobotSample:
         """Of the weights that may cancel in the gravity vector, an energy [J]."""
         return float(np.abs(self.units.coordinate * self.terms.gravity).max())
 
+    @cached_property
+    def held(self) -> float:
+        """Of the springs that may cancel, an energy [J]."""
+        return float(np.abs(self.units.coordinate * self.terms.springs).max())
+
+    @cached_property
+    def rubbed(self) -> float:
+        """Of friction and dampers."""
+        return float(np.abs(self.units.coordinate * self.terms.friction).max())
+
+    @property
+    def smooth(self) -> bool:
+        """Whether differences tell the slopes: no friction changes its sign and no stop is met within them."""
+        return True
+
     @property
     def speed(self) -> float:
         """The fastest motion that `v` makes."""
@@ -143,7 +161,8 @@ class RobotSample:
     def energy(self) -> float:
         """Of an effort."""
         unit, terms = self.units.coordinate, self.terms
-        return float(np.abs(unit * (terms.mass @ self.a)).max() + np.abs(unit * terms.coriolis).max()) + self.weight
+        moving = float(np.abs(unit * (terms.mass @ self.a)).max() + np.abs(unit * terms.coriolis).max())
+        return moving + self.weight + self.held + self.rubbed
 
     @cached_property
     def inertia(self) -> Array:
@@ -225,6 +244,55 @@ class ChainSample(RobotSample):
     def weight(self) -> float:
         return self.mass * float(np.linalg.norm(self.source.model.gravity.linear)) * self.units.length
 
+    @cached_property
+    def held(self) -> float:
+        stiff, _ = strength(self.chain.description, self.units.length)
+        return super().held + FORGIVEN * stiff * self._reach**2
+
+    @cached_property
+    def rubbed(self) -> float:
+        _, steep = strength(self.chain.description, self.units.length)
+        return super().rubbed + FORGIVEN * steep * self.units.rate * self._reach**2
+
+    @property
+    def _reach(self) -> float:
+        """How far the joints move for a motor, dimensionless."""
+        unit = self.units.coordinate
+        return float(np.abs(self.tangent * unit / self.axes["u"][:, None]).max(initial=1.0))
+
+    @property
+    def smooth(self) -> bool:
+        step, model = 10.0 * DIFFERENCE * self._reach, self.source.model
+        u, scale = np.abs(self.tangent @ self.v), self.axes["u"]
+        for joint in range(1, model.njoints):
+            one = self.chain.description.joint(model.names[joint])
+            rates = slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
+            if one.physics.friction:
+                faster = step * self.units.rate * float(scale[rates].max())
+                if not (one.physics.speed > 1e2 * faster or u[rates].min() > one.physics.speed + faster):
+                    return False
+            if one.physics.stop_stiffness:
+                at, near = self.q[model.idx_qs[joint]], step * scale[rates].max()
+                limits = (model.lowerPositionLimit, model.upperPositionLimit)
+                if any(abs(at - limit[model.idx_qs[joint]]) < near for limit in limits):
+                    return False
+        return not any(cut.physics.friction for cut in self.chain.description.closing)
+
+
+def strength(description: RobotDescription, length: float) -> tuple[float, float]:
+    """How stiff all springs, bushings and stops are together [J], and how steep all dampers and friction [J s]."""
+    stiff = steep = 0.0
+    for one in (*description.joints, *description.cuts):
+        physics = one.physics
+        unit = length**2 if one.type in (JointType.PRISMATIC, CutType.PRISMATIC) else 1.0
+        stiff += unit * (physics.stiffness + physics.stop_stiffness)
+        rubbing = physics.friction / physics.speed if physics.friction and physics.speed else 0.0
+        steep += unit * (physics.damping + physics.stop_damping + 2.0 * rubbing)
+    for bushing in (cut.bushing for cut in description.cuts if cut.bushing is not None):
+        stiff += length**2 * bushing.stiffness + bushing.turning_stiffness
+        steep += length**2 * bushing.damping + bushing.turning_damping
+    return stiff, steep
+
 
 def goal_of(pose: Pose, origin: Array) -> Array:
     """A pose for compiled functions: place in a model that stands at `origin`, and rotation, shape (12,)."""
@@ -235,16 +303,19 @@ def goal_of(pose: Pose, origin: Array) -> Array:
 
 def effort_for(terms: Terms, a: Array) -> Array:
     """Effort that gives an acceleration."""
-    return np.asarray(terms.mass @ a + terms.coriolis + terms.gravity)
+    return np.asarray(terms.mass @ a + terms.bias)
 
 
 def acceleration_by(terms: Terms, effort: Array) -> Array:
     """Acceleration that an effort gives."""
-    return np.asarray(np.linalg.solve(terms.mass, effort - terms.coriolis - terms.gravity))
+    return np.asarray(np.linalg.solve(terms.mass, effort - terms.bias))
 
 
 def slopes(sample: RobotSample, value: Callable[[Terms], Array]) -> dict[str, Array]:
-    """Derivatives of a value of the equation of motion, by central differences along the tangent of the loops."""
+    """Derivatives of a value of the equation of motion, by central differences along the tangent of the loops; none
+    where these do not tell."""
+    if not sample.smooth:
+        return {}
     ask, at, v, units = sample.model.terms, sample.at, sample.v, sample.units
     by_q, by_v = [], []
     for k, unit in enumerate(units.coordinate):

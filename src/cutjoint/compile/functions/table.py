@@ -102,6 +102,7 @@ class Function:
 _EFFORT = ResultPart("effort", "n", "1/q", lambda s: s.energy)
 _A = ResultPart("a", "n", "q", lambda s: s.acceleration)
 _RIGID = ("q", "v", "parameters")
+_DYNAMICS = (Need.ACTUATED, Need.SMOOTH)
 
 FUNCTIONS: dict[str, Function] = {
     row.name: row
@@ -113,6 +114,7 @@ FUNCTIONS: dict[str, Function] = {
             (_A,),
             tracing.forward,
             lambda s: {"a": s.a},
+            _DYNAMICS,
         ),
         Function(
             "inverse",
@@ -121,18 +123,22 @@ FUNCTIONS: dict[str, Function] = {
             (_EFFORT,),
             tracing.inverse,
             lambda s: {"effort": s.effort},
+            _DYNAMICS,
         ),
         Function(
             "terms",
-            "mass matrix, Coriolis vector, gravity",
+            "mass matrix, Coriolis vector, gravity, springs, friction",
             _RIGID,
             (
                 ResultPart("mass", "n,n", "1/q,1/q"),
                 ResultPart("coriolis", "n", "1/q", lambda s: s.moving),
                 ResultPart("gravity", "n", "1/q", lambda s: s.weight),
+                ResultPart("springs", "n", "1/q", lambda s: s.held),
+                ResultPart("friction", "n", "1/q", lambda s: s.rubbed),
             ),
             tracing.terms,
-            lambda s: {"mass": s.terms.mass, "coriolis": s.terms.coriolis, "gravity": s.terms.gravity},
+            lambda s: vars(s.terms),
+            _DYNAMICS,
         ),
         Function(
             "tool",
@@ -153,7 +159,7 @@ FUNCTIONS: dict[str, Function] = {
             "energy",
             "kinetic and potential energy",
             _RIGID,
-            (ResultPart("kinetic", "1", "J"), ResultPart("potential", "1", "J", lambda s: s.far * s.weight)),
+            (ResultPart("kinetic", "1", "J"), ResultPart("potential", "1", "J", lambda s: s.far * s.weight + s.held)),
             tracing.energy,
             lambda s: {
                 "kinetic": np.array([0.5 * s.v @ s.terms.mass @ s.v]),
@@ -198,6 +204,7 @@ FUNCTIONS: dict[str, Function] = {
             ),
             tracing.inverse_derivatives,
             lambda s: {"effort": s.effort, **slopes(s, lambda now: effort_for(now, s.a)), "by_a": s.terms.mass},
+            _DYNAMICS,
         ),
         Function(
             "forward_derivatives",
@@ -215,6 +222,7 @@ FUNCTIONS: dict[str, Function] = {
                 **slopes(s, lambda now: acceleration_by(now, s.effort)),
                 "by_effort": np.asarray(np.linalg.inv(s.terms.mass)),
             },
+            _DYNAMICS,
         ),
         Function(
             "tangent",
@@ -232,7 +240,7 @@ FUNCTIONS: dict[str, Function] = {
             (ResultPart("drift", "nv", "u", lambda s: max(s.speed, s.spin) ** 2),),
             tracing.drift,
             lambda s: {"drift": s.drift},
-            (Need.JOINTS, Need.ACTUATED),
+            (Need.JOINTS, *_DYNAMICS),
         ),
         Function(
             "full_forward",
@@ -241,7 +249,7 @@ FUNCTIONS: dict[str, Function] = {
             (ResultPart("a_full", "nv", "u", lambda s: s.units.rate**2),),
             tracing.full_forward,
             lambda s: {"a_full": s.a_full},
-            (Need.JOINTS, Need.IDLE_MASS),
+            (Need.JOINTS, Need.IDLE_MASS, Need.SMOOTH),
         ),
         Function(
             "reach",

@@ -31,6 +31,7 @@ from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain_plan import ChainPlan
 from cutjoint.compile.sources.interface import PAYLOAD, Need, TracedTool
 from cutjoint.errors import ActuationError, CompileError, CutjointError, InputError
+from cutjoint.mechanism.physics import NO_PHYSICS
 
 
 class TracedStep(NamedTuple):
@@ -224,6 +225,11 @@ class ChainSource(ChainPlan):
             return self._lacks_task()
         if need is Need.CLOSED_FORM:
             return InputError(f"{self.name} has no inverse kinematics in closed form")
+        if need is Need.SMOOTH and (names := self.physics.sticking(dict.fromkeys(self.parameters, np.nan))):
+            return CompileError(
+                f"the friction of {', '.join(names)} holds what rests (friction_speed = 0), and {self.name} jumps there: "
+                "its dynamics cannot be compiled. Give a friction_speed above 0, or run the chain itself"
+            )
         if need is Need.IDLE_MASS and self.weightless:
             return CompileError(
                 f"{self.name} has idle freedoms that move no mass, such as the spin of a rod without inertia about its "
@@ -266,7 +272,23 @@ class ChainSource(ChainPlan):
             "home": _numbers(self.chain.home.q_full),
             "parameters": [[name, None if name == PAYLOAD else self._link(name)] for name in self.parameters],
         }
-        return json.dumps(parts)
+        passive = self._passive_numbers()
+        return json.dumps({**parts, "passive": passive} if passive else parts)
+
+    def _passive_numbers(self) -> list[object]:
+        """Of every joint and cut that does something by itself, what it does, and between which stops."""
+        description = self.chain.description
+        found: list[object] = [
+            [one.name, vars(one.physics), one.limits.lower, one.limits.upper]
+            for one in description.joints
+            if one.physics != NO_PHYSICS
+        ]
+        for cut in description.cuts:
+            if cut.bushing is not None or cut.physics != NO_PHYSICS:
+                ends = [[frame.link, _numbers(frame.placement)] for frame in (cut.a, cut.b)]
+                bushing = None if cut.bushing is None else vars(cut.bushing)
+                found.append([cut.name, cut.type, *ends, vars(cut.physics), bushing])
+        return found
 
     def _task(self) -> list[object] | None:
         try:
