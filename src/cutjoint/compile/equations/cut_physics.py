@@ -59,7 +59,9 @@ def _stretched(at: Relative, equation: Equation) -> tuple[list[tuple[Row, Number
             return [({u: one[k] for u, one in at.angular.items()}, turned[k]) for k in range(3)], strain
         case Kind.HINGE:
             lean, strain = leaning(column(at.a.axes, 2), column(at.b.axes, 2))
-            return [(at.turning(axis), dot(axis, lean)) for axis in (column(at.a.axes, 0), column(at.a.axes, 1))], strain
+            return [
+                (at.turning(axis), dot(axis, lean)) for axis in (column(at.a.axes, 0), column(at.a.axes, 1))
+            ], strain
         case _:
             return [(row, left) for row, _, left in WRITTEN[equation.kind](at, equation)], 0.0
 
