@@ -116,6 +116,10 @@ class RobotSample:
         """Acceleration of all joints that `effort_full` gives, shape (nv,)."""
         raise NotImplementedError
 
+    def q_rate(self, v_full: Array) -> Array:
+        """Rates of the position variables at a velocity of all joints."""
+        return v_full
+
     @property
     def goal(self) -> Array:
         """Place in the model and rotation that the tool shall have, shape (12,)."""
@@ -208,6 +212,11 @@ class ChainSample(RobotSample):
     @property
     def a_full(self) -> Array:
         return self.chain.full_forward_dynamics(self.at, self.v_full, self.effort_full).acceleration
+
+    def q_rate(self, v_full: Array) -> Array:
+        step = DIFFERENCE / self.units.rate
+        ahead, behind = (pin.integrate(self.source.model, self.q, s * v_full) for s in (step, -step))
+        return np.asarray((ahead - behind) / (2.0 * step))
 
     @cached_property
     def wanted(self) -> Pose:

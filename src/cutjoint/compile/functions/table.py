@@ -117,6 +117,18 @@ FUNCTIONS: dict[str, Function] = {
             _DYNAMICS,
         ),
         Function(
+            "motion",
+            "rates of position variables and velocities under an effort, and its power: what an integrator needs",
+            ("q", "v", "effort", "parameters"),
+            (
+                ResultPart("q_rate", "positions", "x", lambda s: s.speed, SLOPE),
+                _A,
+                ResultPart("power", "1", "J", lambda s: float(np.abs(s.effort * s.v).sum())),
+            ),
+            tracing.motion,
+            lambda s: {"q_rate": s.q_rate(s.tangent @ s.v), "a": s.a, "power": np.array([s.effort @ s.v])},
+        ),
+        Function(
             "inverse",
             "effort that gives an acceleration",
             ("q", "v", "a", "parameters"),
@@ -250,6 +262,23 @@ FUNCTIONS: dict[str, Function] = {
             tracing.full_forward,
             lambda s: {"a_full": s.a_full},
             (Need.JOINTS, Need.IDLE_MASS, Need.SMOOTH),
+        ),
+        Function(
+            "full_motion",
+            "rates of position variables and of the velocities of all joints under forces on them, and their power",
+            ("q", "v_full", "effort_full", "parameters"),
+            (
+                ResultPart("q_rate", "positions", "x", lambda s: s.units.rate, SLOPE),
+                ResultPart("a_full", "nv", "u", lambda s: s.units.rate**2),
+                ResultPart("power", "1", "J", lambda s: float(np.abs(s.effort_full * s.v_full).sum())),
+            ),
+            tracing.full_motion,
+            lambda s: {
+                "q_rate": s.q_rate(s.v_full),
+                "a_full": s.a_full,
+                "power": np.array([s.effort_full @ s.v_full]),
+            },
+            (Need.JOINTS, Need.IDLE_MASS),
         ),
         Function(
             "reach",

@@ -8,6 +8,7 @@ from typing import TypeAlias
 from cutjoint.compile.equations.reduction import MassFactor
 from cutjoint.compile.expressions.derivative import tangent as along
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
+from cutjoint.compile.expressions.vectors import dot
 from cutjoint.compile.sources.chain import ChainState
 from cutjoint.compile.sources.interface import Source, TracedState, size
 from cutjoint.compile.sources.paper import PaperSource
@@ -82,6 +83,20 @@ def forward(call: Call) -> Traced:
     """M a = effort - bias, solved."""
     a, factor = accelerations(call.state, call["v"], call["effort"])
     return {"a": a}, factor.strain
+
+
+def motion(call: Call) -> Traced:
+    """Rates of positions, velocities and work."""
+    v, effort = call["v"], call["effort"]
+    a, factor = accelerations(call.state, v, effort)
+    return {"q_rate": call.state.position_rate(v), "a": a, "power": [dot(effort, v)]}, factor.strain
+
+
+def full_motion(call: Call) -> Traced:
+    """Rates of positions, velocities of all joints, and work."""
+    v, effort = call["v_full"], call["effort_full"]
+    a, strain = call.joints.full_forward(v, effort)
+    return {"q_rate": call.joints.full_rate(v), "a_full": a, "power": [dot(effort, v)]}, strain
 
 
 def inverse(call: Call) -> Traced:

@@ -184,6 +184,10 @@ class ChainState:
             drift = self.reduction.undriven(u, motion, drift, turned, self._passive(u))
         return from_rate_derivatives(self.pose, u, motion, drift)
 
+    def full_rate(self, v_full: Sequence[Number]) -> list[Number]:
+        """Rates of the position variables."""
+        return configuration_rate(self.pose, to_rates(self.pose, v_full))
+
     def full_forward(self, v_full: Sequence[Number], effort_full: Sequence[Number]) -> tuple[list[Number], Number]:
         """Acceleration of all joints for a velocity that respects the loops and forces on all joints; and the
         strain."""
