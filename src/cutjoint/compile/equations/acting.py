@@ -1,6 +1,7 @@
 """What acts along coordinates by itself, as expressions; the forces are told in `cutjoint.mechanism.physics`.
 
-All are efforts that overcome it.  `springs` depend on the posture alone and have the `potential`; `friction` is the rest.
+All are efforts that overcome it.  `springs` depend on the posture alone and have the `potential`; `friction` is what is
+left.
 """
 
 from __future__ import annotations

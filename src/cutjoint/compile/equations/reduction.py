@@ -77,8 +77,8 @@ class Reduction(Elimination):
         if self.pose.rotors:
             # a rotor's momentum is along the axes of its joint, as Pinocchio has them, and turns with these
             turned = turning_axes(self.pose, u, motion)
-            for rate, weight in self.pose.rotors.items():
-                forces[rate] = forces[rate] + weight * (du[rate] + turned[rate])
+            for rate, inertia in self.pose.rotors.items():
+                forces[rate] = forces[rate] + inertia * (du[rate] + turned[rate])
         return self.reduced(forces)
 
     def gravity(self) -> list[Number]:

@@ -138,6 +138,27 @@ FUNCTIONS: dict[str, Function] = {
             _DYNAMICS,
         ),
         Function(
+            "forward_loaded",
+            "acceleration that an effort and a wrench at the tool give (world axes), and its derivative by the wrench",
+            ("q", "v", "effort", "wrench", "parameters"),
+            (_A, ResultPart("by_wrench", "n,6", "q,t")),
+            tracing.forward_loaded,
+            lambda s: {
+                "a": acceleration_by(s.terms, s.effort + s.push),
+                "by_wrench": np.linalg.inv(s.terms.mass) @ s.jacobian.T,
+            },
+            (*_DYNAMICS, Need.TOOL),
+        ),
+        Function(
+            "inverse_loaded",
+            "effort that gives an acceleration against a wrench at the tool (world axes), and its derivative by it",
+            ("q", "v", "a", "wrench", "parameters"),
+            (_EFFORT, ResultPart("by_wrench", "n,6", "1/q,t")),
+            tracing.inverse_loaded,
+            lambda s: {"effort": s.effort - s.push, "by_wrench": -s.jacobian.T},
+            (*_DYNAMICS, Need.TOOL),
+        ),
+        Function(
             "terms",
             "mass matrix, Coriolis vector, gravity, springs, friction",
             _RIGID,

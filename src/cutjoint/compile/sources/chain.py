@@ -231,8 +231,8 @@ class ChainSource(ChainPlan):
             return InputError(f"{self.name} has no inverse kinematics in closed form")
         if need is Need.SMOOTH and (names := self.physics.sticking(dict.fromkeys(self.parameters, np.nan))):
             return CompileError(
-                f"the friction of {', '.join(names)} holds what rests (friction_speed = 0), and {self.name} jumps there: "
-                "its dynamics cannot be compiled. Give a friction_speed above 0, or run the chain itself"
+                f"the friction of {', '.join(names)} holds what rests (friction_speed = 0), and {self.name} jumps "
+                "there: its dynamics cannot be compiled. Give a friction_speed above 0, or run the chain itself"
             )
         if need is Need.IDLE_MASS and self.weightless:
             return CompileError(
