@@ -85,6 +85,11 @@ class MinimalCoordinates(Sealed):
         """See `ClosedChain.idle_is_cyclic`: whether the coordinates tell the whole motion."""
         return self._mobility.idle_is_cyclic
 
+    @property
+    def idle(self) -> int:
+        """Number of idle motions, which are no coordinates, such as the spin of a rod between two balls."""
+        return self._mobility.structure.idle
+
     # ---- kinematics ------------------------------------------------------------------------------------------------
 
     def of(self, values_full: npt.ArrayLike) -> Array:
