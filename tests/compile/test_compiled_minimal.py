@@ -18,7 +18,7 @@ import cutjoint
 from cutjoint import Load
 from cutjoint.chain.minimal import MinimalCoordinates
 from cutjoint.compile import CompiledMinimal
-from cutjoint.errors import CompileError, InputError
+from cutjoint.errors import InputError
 from cutjoint.simulation import Adaptive, MinimalPlant, run
 
 pytest.importorskip("llvmlite")
@@ -91,9 +91,8 @@ def test_derivatives_are_those_along_the_coordinates(name: str, tmp_path: Path) 
                 column.append((ask(*ahead) - ask(*behind)) / (2.0 * step))
         for name_, wanted in zip(("by_q", "by_v", "by_input"), map(np.transpose, columns), strict=True):
             assert np.abs(getattr(found, name_) - wanted).max() < 1e-6 * np.abs(wanted).max()
-        assert np.array_equal(
-            found.value, getattr(compiled, {"forward": "accelerated"}.get(what, "inverse_dynamics"))(at, v, x)
-        )
+        value = ask(at, v, x)
+        assert np.abs(found.value - value).max() < 1e-10 * np.abs(value).max()
 
 
 def test_runs_batches_and_pickles() -> None:
@@ -127,4 +126,3 @@ def test_what_cannot_be_compiled_is_told() -> None:
     other = cutjoint.load("fourbar")
     with pytest.raises(InputError, match="this posture has"):
         compiled.terms(other.home)
-    assert CompileError.__name__ == "CompileError"
