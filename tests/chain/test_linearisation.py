@@ -62,7 +62,7 @@ def test_springs_dampers_and_smooth_friction_of_a_pendulum() -> None:
 
 def resting(minimal: cutjoint.MinimalCoordinates, at: Posture) -> Posture:
     """The equilibrium without efforts next to a posture, by Newton's method on the weights."""
-    for _ in range(8):
+    for _ in range(5):
         held = minimal.terms(at).holding
         step = 1e-5
         slopes = [
@@ -86,7 +86,7 @@ def test_a_crane_swings_as_its_linearisation_says() -> None:
     start = small * np.array([0.3, 1.0, -0.2, 0.5])
     plant = MinimalPlant(minimal)
     state = plant.state(minimal.moved(at, start[:n]), start[n:])
-    end = 0.8
+    end = 0.4
     found = run(plant, lambda t: [push], start=state, duration=end, integrator=Adaptive(1e-12, 1e-16))
     block = np.zeros((2 * n + 1, 2 * n + 1))
     block[: 2 * n, : 2 * n], block[: 2 * n, 2 * n :] = linear.state, push * linear.input

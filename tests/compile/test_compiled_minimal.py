@@ -35,7 +35,7 @@ def minimal(name: str, folder: Path, scale: float = 1.0) -> tuple[MinimalCoordin
 
 
 ROUND = [name for name in MECHANISMS if not name.startswith("ball_rod") and "equal" not in name and "flat" not in name]
-QUICK = ("underactuated", "redundant", "planar_3rrr", "bennett")
+QUICK = ("underactuated", "planar_3rrr")
 
 
 @pytest.mark.parametrize("name", few(["underactuated", "redundant", "fivebar", *ROUND], *QUICK))
@@ -102,7 +102,7 @@ def test_runs_batches_and_pickles() -> None:
     start = MinimalPlant(coordinates).state(coordinates.moved(coordinates.chain.home, [0.0, 0.4]), [0.1, 0.0])
     load = Load([2.0, 0.0, 0.0])
     one, two = (
-        run(MinimalPlant(robot), lambda t: [1.0], start=start, duration=0.3, integrator=tight, loads=load)
+        run(MinimalPlant(robot), lambda t: [1.0], start=start, duration=0.1, integrator=tight, loads=load)
         for robot in (coordinates, compiled)
     )
     assert np.abs(one.q_full[-1] - two.q_full[-1]).max() < 1e-9

@@ -39,12 +39,12 @@ def test_a_flying_fourbar_keeps_momentum_and_energy(tmp_path: Path) -> None:
     plant = MinimalPlant(chain.minimal())
     start = plant.state(chain.home, rng.normal(size=7))
     for law in (None, lambda t: [0.05 * np.sin(5.0 * t)]):
-        found = run(plant, law, start=start, duration=0.5, integrator=TIGHT, every=0.25)
+        found = run(plant, law, start=start, duration=0.2, integrator=TIGHT, every=0.1)
         assert found.energy_drift() < 1e-9
         assert (law is None) == (not found.work.any())
         assert found.loop_gap()[0] < 1e-12
-    whole = run(ConstrainedPlant(chain), start=_full(plant, start), duration=0.5, integrator=TIGHT, every=0.25)
-    free = run(plant, start=start, duration=0.5, integrator=TIGHT, every=0.25)
+    whole = run(ConstrainedPlant(chain), start=_full(plant, start), duration=0.2, integrator=TIGHT, every=0.1)
+    free = run(plant, start=start, duration=0.2, integrator=TIGHT, every=0.1)
     assert np.abs(whole.q_full - free.q_full).max() < 1e-8
     momenta = [np.concatenate(oracle_state(chain, oracle, q, v).momentum()) for q, v in _states(plant, start)]
     assert np.abs(momenta[0]).min() > 1e-3
@@ -64,7 +64,7 @@ def _states(plant: MinimalPlant, start: State) -> list[tuple[np.ndarray, np.ndar
         here = plant.moved(origin, y[:n], y[n:])
         return np.concatenate([plant.chart_rate(origin, here), plant.acceleration(here, effort)])
 
-    for count in range(101):
+    for count in range(76):
         if count % 25 == 0:
             found.append((state.q, plant.minimal.full_velocity(state.posture, state.v)))
         y = np.concatenate([plant.chart(state), state.v])
@@ -76,7 +76,7 @@ def _states(plant: MinimalPlant, start: State) -> list[tuple[np.ndarray, np.ndar
     return found
 
 
-@pytest.mark.parametrize("name", few(["hexapod", "planar_3rrr", "geared_fivebar"], "hexapod", "planar_3rrr"))
+@pytest.mark.parametrize("name", few(["hexapod", "planar_3rrr", "geared_fivebar"], "hexapod"))
 def test_it_moves_as_in_full_coordinates(name: str, tmp_path: Path) -> None:
     """A standing hexapod driven by its 18 motors and pushed, and planar robots of which one motor is left."""
     chain, _, rng = flying(name, tmp_path)
