@@ -10,6 +10,7 @@ import numpy.typing as npt
 import typer
 
 from cutjoint.commands import options
+from cutjoint.commands.loads import loads_of
 from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, named_gains, numbers, trajectory_of, with_gains
 from cutjoint.commands.output import TerminalTable, console, print_json
 
@@ -18,12 +19,12 @@ if TYPE_CHECKING:
 
     from cutjoint.chain import ClosedChain
     from cutjoint.control import Law
-    from cutjoint.mechanism import JointLimits, Mechanism
+    from cutjoint.mechanism import JointLimits, Load, Mechanism
     from cutjoint.motion import Reference
     from cutjoint.simulation import Integrator, Plant, Result
 
 LONGEST_STEP = 1e-3
-SETTINGS = ("plant", "law", "gains", "trajectory", "locked", "integrator", "rate", "limits")
+SETTINGS = ("plant", "law", "gains", "trajectory", "locked", "loads", "integrator", "rate", "limits")
 Robot = TypeVar("Robot", bound="Mechanism")
 
 
@@ -48,6 +49,13 @@ def command(
     lock: Annotated[
         list[str] | None,
         typer.Option(metavar="ACTUATOR", help="A brake holds this actuator where it starts; may be repeated."),
+    ] = None,
+    load: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LINK:FX,FY,FZ[,MX,MY,MZ]",
+            help="Force [N] and moment [N m] from outside, world axes, such as tool:0,0,-10; may be repeated.",
+        ),
     ] = None,
     plant: Annotated[
         str, typer.Option(metavar="chain|paper", help="The robot: all joints in Pinocchio, or the published model.")
@@ -111,7 +119,15 @@ def command(
         duration = 1.0 if reference is None else reference.duration
     try:
         result = _run(
-            (robots.plant, law, reference), duration, rate, limit, every, step, lock=lock or (), joint_limits=joints
+            (robots.plant, law, reference),
+            duration,
+            rate,
+            limit,
+            every,
+            step,
+            lock=lock or (),
+            joint_limits=joints,
+            loads=loads_of(load) if load else None,
         )
     except SimulationError as error:
         if save is not None:
@@ -201,6 +217,7 @@ def _run(
     *,
     lock: Sequence[str],
     joint_limits: JointLimits,
+    loads: Sequence[Load] | None,
 ) -> Result:
     from rich.progress import Progress
 
@@ -222,6 +239,7 @@ def _run(
             every=max(LONGEST_STEP, step or 0.0) if every is None else every,
             lock=lock,
             joint_limits=joint_limits,
+            loads=loads,
             progress=lambda t: bar.update(task, completed=t),
         )
 
@@ -276,6 +294,7 @@ def _show(result: Result, figures: dict[str, object]) -> None:
         ("integrator", f"{figures['integrator']}: {figures['steps']} steps, {figures['evaluations']} evaluations"),
         *(_error_rows(figures) if result.followed else ()),
         *([("locked", ", ".join(result.about["locked"]))] if "locked" in result.about else ()),
+        *([("work of loads", f"{result.load_work[-1]:.3g} J")] if "load_work" in result.columns else ()),
         ("peak effort", ", ".join(f"{name} {peak:.4g} {unit}" for name, unit, peak in _peaks(result))),
         ("loops", f"closed to {figures['loop_gap_m']:.1e} m, {figures['loop_gap_rad']:.1e} rad"),
         ("", f"steps strayed by up to {figures['loop_gap_before_projection_m']:.1e} m before they were put back"),
