@@ -9,7 +9,8 @@ Rx(first) Ry(second); spherical, the rotation vector of R_a' R_b.
 
 A ball's spring pulls back about the axis it has turned about, its friction is against the axis it turns about.  With a
 speed of 0, friction is its sign, and 0 at rest.  The bushing of a cut has an energy of k r^2 / 2 for each of its
-equations r, as they are while it is open, and damps r.
+equations r, as they are while it is open (hinges: the angle between the axes), and damps what r is the gradient of.
+A cut with a bushing has no other law.
 
     oracle = Maximal(path, laws={"crank": Law(damping=0.1)}, bushings={"pin": Bush(1e5)})
 
@@ -91,6 +92,9 @@ def laws_of(description: Any) -> tuple[dict[str, Law], dict[str, Bush]]:
     """Laws and bushings of whatever has joints and cuts with `physics`, `limits` and `bushing`."""
     laws, bushings = {}, {}
     for one in (*description.joints, *description.cuts):
+        if (b := getattr(one, "bushing", None)) is not None:
+            bushings[one.name] = Bush(b.stiffness, b.damping, b.turning_stiffness, b.turning_damping)
+            continue
         p, limits = one.physics, getattr(one, "limits", None)
         ends = [getattr(limits, end, None) for end in ("lower", "upper")]
         laws[one.name] = Law(
@@ -98,8 +102,6 @@ def laws_of(description: Any) -> tuple[dict[str, Law], dict[str, Bush]]:
             p.gear**2 * p.rotor, p.stop_stiffness, p.stop_damping,
             -np.inf if ends[0] is None else ends[0], np.inf if ends[1] is None else ends[1],
         )  # fmt: skip
-        if (b := getattr(one, "bushing", None)) is not None:
-            bushings[one.name] = Bush(b.stiffness, b.damping, b.turning_stiffness, b.turning_damping)
     return laws, bushings
 
 
@@ -165,9 +167,14 @@ def bushing_rows(cut: Cut, a: Pose, b: Pose) -> tuple[Array, Array, Array]:
     if kind in ("fixed", "prismatic"):
         for value, axis in zip(rotation_vector(b.rotation @ a.rotation.T), np.eye(3), strict=True):
             turning(value, axis)
-    pairs = {"revolute": ((0, 2), (1, 2)), "universal": ((0, 1),)}.get(kind, ())
-    for i, j in pairs:
-        first, second = a.rotation[:, i], b.rotation[:, j]
+    if kind == "revolute":  # the turn that brings z of a to z of b, about y of a and against x of a
+        normal = np.cross(a.rotation[:, 2], b.rotation[:, 2])
+        sine, cosine = float(np.linalg.norm(normal)), float(a.rotation[:, 2] @ b.rotation[:, 2])
+        tilt = normal * (float(np.arctan2(sine, cosine)) / sine if sine > 1e-12 else 1.0)
+        for axis in (a.rotation[:, 1], -a.rotation[:, 0]):
+            turning(float(axis @ tilt), axis)
+    elif kind == "universal":
+        first, second = a.rotation[:, 0], b.rotation[:, 1]
         turning(float(first @ second), np.cross(second, first))
     return np.array(values), np.array(rows), np.array(lengths)
 
