@@ -24,6 +24,7 @@ from cutjoint.mechanism import (
     Actuator,
     JointLimits,
     Layout,
+    Loads,
     Posture,
     TargetLike,
     Task,
@@ -31,6 +32,7 @@ from cutjoint.mechanism import (
     Tool,
 )
 from cutjoint.mechanism.interface import are_respected
+from cutjoint.mechanism.loads import as_loads, tool_wrench
 from cutjoint.papers.scalars import NUMBERS, Functions, Matrix3, Scalar, Vector, Vector3
 from cutjoint.tolerances import REACHED
 
@@ -199,16 +201,34 @@ class ReducedModel(ABC, Generic[P]):
         """Potential energy of gravity [J]."""
         return float(self.state(at).potential_energy())
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
+    def load_effort(self, at: Posture, loads: Loads) -> Array:
+        """Effort that does what loads at the tool do, shape (n,).
+
+        Raises:
+            InputError: they are no loads, or one acts on a link: the papers name none.
+        """
+        tool = self.tool(at)
+        return readonly(tool.frame_jacobian.T @ tool_wrench(as_loads(loads), tool, self.name))
+
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
         """Effort of the actuators for their acceleration `a`, shape (n,)."""
         terms = self.terms(at, v)
-        return readonly(terms.mass @ self._numbers("a", a, self._acceleration) + terms.coriolis + terms.gravity)
+        effort = terms.mass @ self._numbers("a", a, self._acceleration) + terms.coriolis + terms.gravity
+        return readonly(self._relieved(effort, at, loads))
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
         """Acceleration of the actuators that `effort` gives, shape (n,)."""
         terms = self.terms(at, v)
-        given = as_vector("effort", effort, self.n, self._effort)
+        given = self._aided(as_vector("effort", effort, self.n, self._effort), at, loads)
         return readonly(np.linalg.solve(terms.mass, given - terms.coriolis - terms.gravity))
+
+    def _aided(self, effort: Array, at: Posture, loads: Loads) -> Array:
+        """An effort (n,) and what loads do."""
+        return effort if loads == () else effort + self.load_effort(at, loads)
+
+    def _relieved(self, effort: Array, at: Posture, loads: Loads) -> Array:
+        """An effort (n,) without what loads do."""
+        return effort if loads == () else effort - self.load_effort(at, loads)
 
     def with_payload(self, mass: float) -> Self:
         """The same robot with `mass` [kg] more at the tool.

@@ -18,7 +18,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.build import bind_frame
 from cutjoint.errors import InputError
-from cutjoint.mechanism import Posture
+from cutjoint.mechanism import Loads, Posture
 from cutjoint.mechanism.rotations import quaternion_of
 from cutjoint.simulation.plant import Observation, State, tool_turns
 
@@ -87,9 +87,14 @@ class ConstrainedPlant:
         """Sensors sit at the actuators."""
         return self.chain.actuated(state.q), self.chain.actuated_velocity(state.v)
 
-    def acceleration(self, state: State, effort: Array) -> Array:
+    def acceleration(self, state: State, effort: Array, push: Array | None = None) -> Array:
         """Of all joints, shape (nv,)."""
-        return self.chain.full_acceleration(state.q, state.v, self.chain.full_effort(effort))
+        full = self.chain.full_effort(effort)
+        return self.chain.full_acceleration(state.q, state.v, full if push is None else full + push)
+
+    def pushed(self, state: State, loads: Loads) -> Array:
+        """Generalised forces of all joints, shape (nv,)."""
+        return self.chain.full_load_effort(state.q, loads)
 
     def settled(self, state: State) -> tuple[State, float]:
         """Back onto the loops, and the gap that was found."""

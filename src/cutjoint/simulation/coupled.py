@@ -1,7 +1,7 @@
-"""Plant, law and reference as one set of equations for an integrator: y = (u, v, memory, work).
+"""Plant, law, reference and loads as one set of equations for an integrator: y = (u, v, memory, load work, work).
 
 u are coordinates in the plant's chart around the last accepted state, v its velocity, memory the law's own state, work
-the integral of effort times actuator speed.
+the integral of effort times actuator speed, and load work that of what loads from outside do, where there are any.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from cutjoint.motion import Desired, Reference
 from cutjoint.plugins import guarded
 from cutjoint.simulation.locks import Locks
 from cutjoint.simulation.plant import Plant, State
+from cutjoint.simulation.pushing import Pushing
 from cutjoint.simulation.undesired import Undesired
 
 
@@ -23,7 +24,7 @@ class Coupled:
 
     Attributes:
         origin: last accepted state.
-        y: the same as a flat vector, shape (2 nv + memory + 1,).
+        y: the same as a flat vector, shape (2 nv + memory + 1 or 2,).
         held: effort that the law holds since the last sample, shape (n,), or None under continuous control.
         failure: why the last evaluation was not a number, if it was not.
         evaluations: of the right hand side so far.
@@ -31,12 +32,22 @@ class Coupled:
     """
 
     def __init__(
-        self, plant: Plant, law: Law, reference: Reference | None, limits: Array | None, locks: Locks, start: State
+        self,
+        plant: Plant,
+        law: Law,
+        reference: Reference | None,
+        limits: Array | None,
+        locks: Locks,
+        start: State,
+        pushing: Pushing | None = None,
     ) -> None:
         self.plant, self.law, self.reference, self.limits, self.locks = plant, law, reference, limits, locks
+        self.pushing = pushing
         memory = law.memory(plant.mechanism.n)
         self.origin = start
-        self.y = np.concatenate([plant.chart(start), start.v, np.zeros(memory + 1)])
+        self._memory = slice(2 * start.v.size, 2 * start.v.size + memory)
+        works = 1 if pushing is None else 2
+        self.y = np.concatenate([plant.chart(start), start.v, np.zeros(memory + works)])
         self.held: Array | None = None
         self.failure: CutjointError | None = None
         self.evaluations = 0
@@ -56,7 +67,7 @@ class Coupled:
         """Effort after saturation, shape (n,), and rate of the law's memory; brakes come on top."""
         q, v = self.plant.measured(state)
         desired = self.desired(t)
-        memory, told = y[2 * self._nv : -1], f"controller '{self.law.name}'"
+        memory, told = y[self._memory], f"controller '{self.law.name}'"
         asked = np.asarray(guarded(told, self.law.effort, desired, q, v, memory))
         if asked.shape != q.shape:
             raise InputError(
@@ -80,10 +91,13 @@ class Coupled:
             return out
         try:
             state = self.state(y)
-            asked, out[2 * nv : -1] = self.control(t, state, y) if self.held is None else (self.held, 0.0)
+            asked, out[self._memory] = self.control(t, state, y) if self.held is None else (self.held, 0.0)
             out[:nv] = self.plant.chart_rate(self.origin, state)
-            effort, out[nv : 2 * nv] = self.locks.motion(state, asked)
+            push = None if self.pushing is None else self.pushing.on(t, state)
+            effort, out[nv : 2 * nv] = self.locks.motion(state, asked, push)
             self._given = (y, effort)
+            if push is not None:
+                out[-2] = push @ state.v
             out[-1] = effort @ self.plant.measured(state)[1]
         except CutjointError as error:
             self.failure = error
@@ -101,14 +115,20 @@ class Coupled:
 
     def effort_at(self, t: float, state: State, y: Array) -> Array:
         """Effort at `t` [s] in a state, whose flat vector is `y`, brakes included, shape (n,)."""
-        return self.locks.holding(state, self.control(t, state, y)[0] if self.held is None else self.held)
+        asked = self.control(t, state, y)[0] if self.held is None else self.held
+        push = None if self.pushing is None or not self.locks.names else self.pushing.on(t, state)
+        return self.locks.holding(state, asked, push)
+
+    def works(self, y: Array) -> tuple[float, float | None]:
+        """Work of the actuators and of the loads, if there are any, since the start [J]."""
+        return float(y[-1]), None if self.pushing is None else float(y[-2])
 
     def sample(self, t: float, period: float) -> None:
         """Read the sensors and hold the effort for a period [s]; the law's memory moves on by one period."""
         self.held, memory_rate = self.control(t, self.origin, self.y)
         if memory_rate.size:
             self.y = self.y.copy()
-            self.y[2 * self._nv : -1] += period * memory_rate
+            self.y[self._memory] += period * memory_rate
 
     def accept(self, y: Array) -> bool:
         """Take `y` as the new state, put back on its loops.  True where dy/dt did not change by that.

@@ -20,6 +20,7 @@ from cutjoint.simulation.joint_limits import JointGuard, Passed, crossing, hermi
 from cutjoint.simulation.locks import Locks
 from cutjoint.simulation.observables import OBSERVABLES, Instant, gathered
 from cutjoint.simulation.plant import Plant, State
+from cutjoint.simulation.pushing import Pushing, RunLoads
 from cutjoint.simulation.result import About, Result, result_of
 
 # Two instants nearer to each other than this part of the whole run are one.
@@ -43,6 +44,7 @@ def run(
     start: Posture | State | None = None,
     start_velocity: npt.ArrayLike | None = None,
     lock: Sequence[str] = (),
+    loads: RunLoads | None = None,
     joint_limits: JointLimits = "respect",
     progress: Callable[[float], None] | None = None,
 ) -> Result:
@@ -62,12 +64,14 @@ def run(
             or home where nothing is followed.
         start_velocity: of the actuators at a posture, shape (n,); default at rest.
         lock: names of actuators that brakes hold where they start; the effort that is recorded of them is what holds.
+        loads: forces from outside: one `Load` or several, or a function (t, observation) -> loads of the time [s] and
+            what is seen of the state (`Observation`), such as a wall or a spring.  The result has their work.
         joint_limits: whether the run stops where a joint passes its limits.
         progress: called with the time [s] after every step.
 
     Raises:
         InputError: an argument is out of its range, or the law asks for a desired motion where there is none.
-        UnknownNameError: there is no such actuator to lock.
+        UnknownNameError: there is no such actuator to lock, or no such link to push.
         UnreachableError, ClosureError, SingularError: no start.
         SimulationError: the run diverged, met a singularity, or a joint passed its limits; it holds the state and the
             result until then.
@@ -97,7 +101,11 @@ def run(
         about |= {"trajectory": reference.trajectory.name, "reference": reference.mechanism.name}
     if locks.names:
         about["locked"] = list(locks.names)
-    coupled = Coupled(plant, control, reference, bounds, locks, first)
+    pushing = None if loads is None else Pushing(plant, loads)
+    if pushing is not None:
+        about["loads"] = pushing.about
+        pushing.on(0.0, first)  # what is wrong with them is wrong before the first step
+    coupled = Coupled(plant, control, reference, bounds, locks, first, pushing)
     guard = JointGuard(plant.mechanism, first) if joint_limits == "respect" else None
     return _Run(coupled, method, guard, (span, period, spacing, every is None), about).go(progress)
 
@@ -167,7 +175,7 @@ class _Run:
         """From 0 to the end of the span."""
         if math.isfinite(self.period):
             self.coupled.sample(0.0, self.period)
-        self.record(0.0, self.coupled.origin, self.coupled.effort(0.0), 0.0)
+        self.record(0.0, self.coupled.origin, self.coupled.effort(0.0), self.coupled.y)
         while self.span - self.t > self.same:
             try:
                 self.advance()
@@ -221,7 +229,7 @@ class _Run:
             self.slope = None
         if self.every_step or self.t >= self.next_record() - self.same:
             self.records += 1
-            self.record(self.t, coupled.origin, coupled.effort(self.t), float(coupled.y[-1]))
+            self.record(self.t, coupled.origin, coupled.effort(self.t), coupled.y)
 
     def next_record(self) -> float:
         """Next instant to record [s]; the end is always recorded."""
@@ -237,7 +245,7 @@ class _Run:
             if self.guard is not None and self.guard.passed(state) is not None:
                 self.stop_at_limit(self.guard, step, t)
             self.records += 1
-            self.record(t, state, coupled.effort_at(t, state, y), float(y[-1]))
+            self.record(t, state, coupled.effort_at(t, state, y), y)
 
     def stop_at_limit(self, guard: JointGuard, step: Step, beyond: float) -> NoReturn:
         """Go on to where the first joint passes its limits, which is before `beyond` [s] in the step, and raise."""
@@ -257,7 +265,7 @@ class _Run:
             coupled.accept(known(hit))
             self.t, self.steps = hit, self.steps + 1
             if hit > self.recorded:
-                self.record(hit, coupled.origin, coupled.effort(hit), float(coupled.y[-1]))
+                self.record(hit, coupled.origin, coupled.effort(hit), coupled.y)
         assert found is not None
         raise LimitError(
             f'{found}; start elsewhere, ask for less, or ignore the limits (joint_limits="ignore", --ignore-limits)',
@@ -268,11 +276,11 @@ class _Run:
             progress=self.t / self.span,
         )
 
-    def record(self, t: float, state: State, effort: Array, work: float) -> None:
-        """Take one sample."""
+    def record(self, t: float, state: State, effort: Array, y: Array) -> None:
+        """Take one sample; `y` is the flat vector of the state."""
         self.recorded = t
         desired = None if self.coupled.reference is None else self.coupled.desired(t)
-        now = Instant(t, self.coupled.plant.observe(state), desired, effort, work)
+        now = Instant(t, self.coupled.plant.observe(state), desired, effort, *self.coupled.works(y))
         for name, one in OBSERVABLES.items():
             if (taken := one.take(now)) is not None:
                 self.columns[name].append(taken)

@@ -20,13 +20,14 @@ from cutjoint.simulation.plant import Observation
 
 class Instant(NamedTuple):
     """One instant of a run: time [s], what was seen, what was desired (None where nothing is followed), effort of the
-    actuators from then on and their work since the start [J]."""
+    actuators from then on, their work since the start [J], and that of the loads (None where there are none)."""
 
     t: float
     seen: Observation
     desired: Desired | None
     effort: Array
     work: float
+    load_work: float | None = None
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,9 @@ OBSERVABLES: dict[str, Observable] = {
     "kinetic": Observable(1, "kinetic", ("J",), lambda at: at.seen.kinetic, "kinetic energy of the plant"),
     "potential": Observable(1, "potential", ("J",), lambda at: at.seen.potential, "potential energy of the plant"),
     "work": Observable(1, "work", ("J",), lambda at: at.work, "work of the actuators since the start"),
+    "load_work": Observable(
+        1, "load work", ("J",), lambda at: at.load_work, "work of the loads from outside since the start"
+    ),
     "q_full": Observable("nq", "", (), lambda at: at.seen.q_full, "full configuration"),
 }
 

@@ -14,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen, Values, readonly
+from cutjoint.chain import ClosedChain
 from cutjoint.errors import ActuationError, CutjointError
-from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.mechanism import Loads, Mechanism, Posture
 from cutjoint.mechanism.rotations import quaternion_of
 
 STILL = 1e-9
@@ -101,11 +102,19 @@ class Plant(Protocol):
     def measured(self, state: State) -> tuple[Array, Array]:
         """Actuated coordinates and velocities, shape (n,) each."""
 
-    def acceleration(self, state: State, effort: Array) -> Array:
-        """dv/dt under the actuators' `effort`, shape (nv,).
+    def acceleration(self, state: State, effort: Array, push: Array | None = None) -> Array:
+        """dv/dt under the actuators' `effort`, and what `pushed` gave if anything does, shape (nv,).
 
         Raises:
             CutjointError: the state is singular or not closed.
+        """
+
+    def pushed(self, state: State, loads: Loads) -> Array:
+        """What loads from outside do to the velocities of the state: their power is this times `v`, shape (nv,).
+
+        Raises:
+            InputError, UnknownNameError: they are no loads, or act where there is nothing.
+            ActuationError: they move the robot otherwise than `v` tells.
         """
 
     def settled(self, state: State) -> tuple[State, float]:
@@ -139,6 +148,8 @@ class ReducedPlant:
         self.mechanism = mechanism
         self.actuated = np.arange(mechanism.n)
         self._turns = tool_turns(mechanism)
+        robot = getattr(mechanism, "plain", mechanism)  # of a compiled robot, the chain it was made from
+        self._idle_chain = robot if isinstance(robot, ClosedChain) else None
 
     @property
     def name(self) -> str:
@@ -165,9 +176,22 @@ class ReducedPlant:
         """The state itself."""
         return state.q, state.v
 
-    def acceleration(self, state: State, effort: Array) -> Array:
+    def acceleration(self, state: State, effort: Array, push: Array | None = None) -> Array:
         """Forward dynamics, shape (n,)."""
-        return self.mechanism.forward_dynamics(_closed(state), state.v, effort)
+        return self.mechanism.forward_dynamics(_closed(state), state.v, effort if push is None else effort + push)
+
+    def pushed(self, state: State, loads: Loads) -> Array:
+        """Loads as efforts, shape (n,)."""
+        at = _closed(state)
+        if self._idle_chain is not None and self._idle_chain.pushes_idle(at, loads):
+            raise ActuationError(
+                f"the loads push an idle motion of {self.mechanism.name}, such as the spin of a rod between two balls, "
+                "which the actuated coordinates do not tell; simulate it in full coordinates (ConstrainedPlant)",
+                mobility=self.mechanism.n,
+                actuators=self.mechanism.n,
+                free=(),
+            )
+        return self.mechanism.load_effort(at, loads)
 
     def settled(self, state: State) -> tuple[State, float]:
         """Closed already."""

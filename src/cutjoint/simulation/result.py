@@ -47,6 +47,7 @@ class About(TypedDict, total=False):
     limits: list[float] | None
     actuators: list[list[str]]
     locked: list[str]
+    loads: str | list[dict[str, object]]
     steps: int
     evaluations: int
     strayed: float
@@ -194,13 +195,14 @@ class Result(Values):
     def energy_drift(self) -> float:
         """Energy that came from nowhere, relative to the energy that was turned over.
 
-        The largest |change of energy - work of the actuators|, over the largest of: kinetic energy, range of the
-        potential energy, |work|.  0 for a robot that did not move, and where the energies round by more.
+        The largest |change of energy - work of actuators and loads|, over the largest of: kinetic energy, range of the
+        potential energy, |work| of either.  0 for a robot that did not move, and where the energies round by more.
         """
-        lost = np.abs(self.energy - self.energy[0] - self.work).max()
+        pushed = self.more.get("load_work", np.zeros_like(self.work))
+        lost = np.abs(self.energy - self.energy[0] - self.work - pushed).max()
         if lost <= ROUNDING * np.abs(self.potential).max():
             return 0.0
-        turned = max(self.kinetic.max(), np.ptp(self.potential), np.abs(self.work).max())
+        turned = max(self.kinetic.max(), np.ptp(self.potential), np.abs(self.work).max(), np.abs(pushed).max())
         return float(lost / turned) if turned > 0.0 else float(lost)
 
     def loop_gap(self) -> tuple[float, float]:
