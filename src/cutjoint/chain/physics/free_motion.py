@@ -43,7 +43,7 @@ class FreeMotion:
         return np.asarray(coordinates - (self.physics.rest or 0.0))
 
     def wrench(self, frames: CutFrames, twists: Array, v: Array) -> Array:
-        """What it does to body B at a velocity `v` (nv,), about the origin, shape (6,); to body A it does the opposite."""
+        """What it does to body B at a velocity `v` (nv,), about the origin, shape (6,); the opposite it does to A."""
         end = End(frames.axes_a[0], frames.axes_b[0], frames.at_a[0], frames.at_b[0])
         apart = twists @ ((self.bound.support_b - self.bound.support_a) * v)
         found = np.zeros(6)

@@ -41,12 +41,17 @@ def chosen(held: Sequence[Held], compliances: Mapping[str, Array], loose: int) -
     count = columns - loose
     start, open_ones = np.zeros(count), np.eye(count)[:, 1:]
     start[0] = 1.0
-    if open_ones.shape[1] and compliances:
-        elastic = [np.sqrt(compliances[one.name])[:, None] * one.values for one in held if one.name in compliances]
-        start, open_ones = _least(_even(np.concatenate(elastic))[:, :count], start, open_ones)
+    soft = [one for one in held if compliances.get(one.name, np.zeros(1)).any()]
+    if open_ones.shape[1] and soft:
+        softness = [np.sqrt(compliances[one.name]) / one.weights for one in soft]
+        softest = max(float(one.max()) for one in softness)
+        elastic = [each[:, None] / softest * _even(one) for each, one in zip(softness, soft, strict=True)]
+        start, open_ones = _least(np.concatenate(elastic)[:, :count], start, open_ones)
     undecided = open_ones
     if open_ones.shape[1]:
-        start, _ = _least(np.concatenate([one.weights[:, None] * one.values[:, :count] for one in held]), start, open_ones)
+        start, _ = _least(
+            np.concatenate([one.weights[:, None] * one.values[:, :count] for one in held]), start, open_ones
+        )
     part, left = np.zeros(columns), np.zeros((columns, undecided.shape[1] + loose))
     part[:count], left[:count, : undecided.shape[1]] = start, undecided
     left[count:, undecided.shape[1] :] = np.eye(loose)
@@ -59,7 +64,6 @@ def _least(matrix: Array, start: Array, ways: Array) -> tuple[Array, Array]:
     return start - ways @ split.solve(matrix @ start), ways @ split.null
 
 
-def _even(matrix: Array) -> Array:
-    """A matrix whose stresses, all columns but the first, are of size 1 together."""
-    size = float(np.abs(matrix[:, 1:]).max(initial=0.0))
-    return matrix / size if size > 0.0 else matrix
+def _even(one: Held) -> Array:
+    """Components that are comparable, shape (c, 1 + k)."""
+    return one.weights[:, None] * one.values

@@ -28,9 +28,8 @@ class Reaction(Frozen):
         point: where they act, in the world, shape (3,) [m]; at first the origin of the child's frame, or of frame b.
         axes: along which they are given, as columns in the world, shape (3, 3); at first those of the world.
         own_axes: those of the child's frame, or of frame b, as columns in the world, shape (3, 3).
-        stresses: what internal stresses that nothing decides do to force and moment, shape (6, k), dimensionless: forces
-            by 1, moments by `length`.
-        length: what moments are measured by against forces [m].
+        stresses: what internal stresses that nothing decides do to force and moment, shape (6, k), dimensionless.
+        length: what their moments are measured by against their forces [m].
     """
 
     name: str
