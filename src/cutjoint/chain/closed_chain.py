@@ -5,14 +5,13 @@ This is the face alone; the parts behind it, each on its own, are told in docs/c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint import tolerances
 from cutjoint.arrays import Array, Sealed, as_vector
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
 from cutjoint.chain.build import build_model, rough_home
@@ -34,7 +33,7 @@ from cutjoint.description.model import RobotDescription
 from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
 
 if TYPE_CHECKING:
-    from cutjoint import CompiledChain
+    from cutjoint import CompiledChain, MinimalCoordinates
 
 
 # long: the public face of a robot, a line or two of code a method
@@ -260,6 +259,18 @@ class ClosedChain(Sealed):
         """Potential energy of gravity, zero at the world origin, and of springs, bushings and stops [J]."""
         return self._k.potential_energy(self._postures.placed(at).q)
 
+    def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
+        """Power that dampers and friction take at a velocity of the actuators [W], at least 0.
+
+        Raises:
+            InputError, ActuationError, SingularError: as `tangent`.
+        """
+        return self.full_dissipation(at, self._reduced.velocity(at, v)) if self._k.physics.acts else 0.0
+
+    def full_dissipation(self, at: Posture | npt.ArrayLike, v_full: Array) -> float:
+        """The same at a velocity of all joints, shape (nv,), also with the loops open [W]."""
+        return self._k.dissipation(self._configuration(at), v_full)
+
     def spring_energy(self, at: Posture | npt.ArrayLike) -> float:
         """What of it is in springs, bushings and stops [J], also with the loops open."""
         return self._k.spring_energy(self._configuration(at))
@@ -278,11 +289,7 @@ class ClosedChain(Sealed):
     def pushes_idle(self, at: Posture, loads: Loads) -> bool:
         """Whether loads push an idle motion, which the actuated coordinates do not tell; errors as `load_effort`."""
         here = self._reduced.at(at)
-        if not here.idle.size:
-            return False
-        forces = self._loads.forces(here.placed, loads)
-        size = np.abs(here.idle).T @ np.abs(forces)
-        return bool((np.abs(here.idle.T @ forces) > tolerances.REACHED.value * size).any())
+        return here.pushes_idle(self._loads.forces(here.placed, loads))
 
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
         """Effort that gives the acceleration `a` against `loads`, shape (n,): T' (rnea(q, T v, T a + d) - J' wrench).
@@ -322,6 +329,21 @@ class ClosedChain(Sealed):
         robot = compiled(self)
         assert isinstance(robot, CompiledChain)
         return robot
+
+    def minimal(self, joints: Sequence[str] = ()) -> MinimalCoordinates:
+        """This robot in as many velocities as it has freedoms, also where its actuators do not determine its motion.
+
+        They are those of the actuators where these determine it.  Otherwise those of what flies from the base, of the
+        actuators as far as they are independent, and of the passive `joints` that are named.
+
+        Raises:
+            UnknownNameError: there is no such joint that moves.
+            InputError: a joint is named twice, or counts among the coordinates anyway.
+            ActuationError: a joint depends on the other coordinates, or some motion stays free; it names what serves.
+        """
+        from cutjoint import MinimalCoordinates
+
+        return MinimalCoordinates(self, self._mobility, (joints,) if isinstance(joints, str) else joints)
 
     # ---- in full coordinates ---------------------------------------------------------------------------------------
 

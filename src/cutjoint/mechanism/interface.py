@@ -108,7 +108,10 @@ class Mechanism(Protocol):
         """Mass matrix, Coriolis vector and gravity.  Without `v` the Coriolis vector is zero."""
 
     def potential_energy(self, at: Posture) -> float:
-        """Potential energy of gravity [J]; zero where the owner's world frame has its origin."""
+        """Potential energy of gravity, zero where the owner's world frame has its origin, and of springs [J]."""
+
+    def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
+        """Power that dampers and friction take [W], at least 0."""
 
     def load_effort(self, at: Posture, loads: Loads) -> Array:
         """Effort that does what `loads` do: J' wrench, shape (n,), [N] or [N m].

@@ -91,7 +91,7 @@ class ThreeLimbModel(ReducedModel[P]):
 
     def on_branch(self, branch: Signs | Branch) -> Self:
         """The same robot, at home in another working mode."""
-        return type(self)(self.parameters, branch.signs if isinstance(branch, Branch) else branch)
+        return type(self)(self.parameters, branch.signs if isinstance(branch, Branch) else branch)._with(self.motors)
 
     def working_modes(self, p: npt.ArrayLike) -> tuple[Posture, ...]:
         """All eight postures with the tool at `p` [m], in the order of the signs (+++, ++-, ..., ---).
@@ -113,6 +113,8 @@ class ThreeLimbModel(ReducedModel[P]):
 
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
         """Effort of the actuators for their acceleration `a`, shape (3,), [N] or [N m]."""
+        if self.motors:
+            return super().inverse_dynamics(at, v, a, loads)
         state = self.state(at)
         c1, c2, c3 = state.coriolis(three("v", v, self._rate))
         g1, g2, g3 = state.gravity()
@@ -121,6 +123,8 @@ class ThreeLimbModel(ReducedModel[P]):
 
     def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
         """Acceleration of the actuators that `effort` gives, shape (3,), [m/s2] or [rad/s2]."""
+        if self.motors:
+            return super().forward_dynamics(at, v, effort, loads)
         state = self.state(at)
         c1, c2, c3 = state.coriolis(three("v", v, self._rate))
         g1, g2, g3 = state.gravity()

@@ -39,7 +39,7 @@ class ConstrainedPlant:
         if chain.description.tool is None:
             raise InputError(f"{chain.name} has no tool frame to simulate; name one under [tool] in its loops.toml")
         self.actuated = np.rint(chain.actuated_velocity(np.arange(chain.nv, dtype=np.float64))).astype(np.intp)
-        self._turns = tool_turns(chain)
+        self._turns = tool_turns(chain, chain.home, chain.length)
         self._tool_joint, self._tool_place = bind_frame(chain.model, chain.description.tool)
 
     def __reduce__(self) -> tuple[object, ...]:

@@ -32,7 +32,7 @@ class Locks:
 
     Raises:
         UnknownNameError: the robot has no such actuator.
-        InputError: one is named twice.
+        InputError: one is named twice, or is not among the plant's velocities.
     """
 
     def __init__(self, plant: Plant, names: Sequence[str]) -> None:
@@ -47,6 +47,12 @@ class Locks:
         self._plant = plant
         self._index = [known.index(name) for name in self.names]
         self._rows = plant.actuated[self._index]
+        for name, row in zip(self.names, self._rows, strict=True):
+            if row < 0:
+                raise InputError(
+                    f"actuator '{name}' is no coordinate of {plant.name}, so it cannot be locked there; simulate it in "
+                    "full coordinates (ConstrainedPlant)"
+                )
 
     def check_rest(self, state: State) -> None:
         """Raises InputError where a locked actuator moves."""

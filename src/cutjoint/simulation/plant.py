@@ -16,7 +16,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, Frozen, Values, readonly
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import ActuationError, CutjointError
-from cutjoint.mechanism import Loads, Mechanism, Posture
+from cutjoint.mechanism import Loads, Mechanism, Posture, Tool
 from cutjoint.mechanism.rotations import quaternion_of
 
 STILL = 1e-9
@@ -74,7 +74,7 @@ class Plant(Protocol):
     """A robot to simulate.
 
     Attributes:
-        actuated: where in a state's velocity the actuators' are, shape (n,).
+        actuated: where in a state's velocity the actuators' are, shape (n,); -1 of those that are not in it.
     """
 
     actuated: npt.NDArray[np.intp]
@@ -147,7 +147,7 @@ class ReducedPlant:
             )
         self.mechanism = mechanism
         self.actuated = np.arange(mechanism.n)
-        self._turns = tool_turns(mechanism)
+        self._turns = tool_turns(mechanism, mechanism.home, getattr(mechanism, "length", 1.0))
         robot = getattr(mechanism, "plain", mechanism)  # of a compiled robot, the chain it was made from
         self._idle_chain = robot if isinstance(robot, ClosedChain) else None
 
@@ -212,11 +212,22 @@ def _closed(state: State) -> Posture:
     return state.posture
 
 
-def tool_turns(mechanism: Mechanism) -> bool:
-    """Whether the tool can turn, as far as its motions at home tell; yes where they do not."""
+class HasTool(Protocol):
+    """What tells a tool: a mechanism, or minimal coordinates."""
+
+    def tool(self, at: Posture) -> Tool: ...
+
+
+def tool_turns(robot: HasTool, home: Posture, length: float) -> bool:
+    """Whether the tool can turn, as far as its motions at `home` tell; yes where they do not.
+
+    Args:
+        robot: what has the tool.
+        home: where it is asked.
+        length: of the robot [m].
+    """
     try:
-        jacobian = mechanism.tool(mechanism.home).frame_jacobian
+        jacobian = robot.tool(home).frame_jacobian
     except CutjointError:
         return True
-    length = getattr(mechanism, "length", 1.0)  # of chains
-    return bool(length * np.abs(jacobian[3:]).max() > STILL * np.abs(jacobian[:3]).max())
+    return bool(length * np.abs(jacobian[3:]).max(initial=0.0) > STILL * np.abs(jacobian[:3]).max(initial=0.0))
