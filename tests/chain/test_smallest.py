@@ -68,6 +68,7 @@ def calls(chain: ClosedChain) -> dict[str, Any]:
         "nv": lambda: chain.nv,
         "posture": lambda: chain.posture(q),
         "potential_energy": lambda: chain.potential_energy(at),
+        "dissipates": lambda: None,
         "spring_energy": lambda: chain.spring_energy(at),
         "dissipation": lambda: chain.dissipation(at, v),
         "full_dissipation": lambda: chain.full_dissipation(at, full),

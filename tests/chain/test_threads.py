@@ -106,6 +106,7 @@ METHODS: dict[str, Callable[[Any, Any, Pose], Any] | None] = {
     "origin": lambda c, at, p: c.origin,
     "posture": lambda c, at, p: c.posture(at),
     "potential_energy": lambda c, at, p: c.potential_energy(at),
+    "dissipates": lambda c, at, p: c.dissipates,
     "spring_energy": lambda c, at, p: c.spring_energy(at),
     "dissipation": lambda c, at, p: c.dissipation(at, np.linspace(-1.0, 1.0, c.n)),
     "full_dissipation": lambda c, at, p: c.full_dissipation(at, np.linspace(-1.0, 1.0, c.nv)),

@@ -259,6 +259,11 @@ class ClosedChain(Sealed):
         """Potential energy of gravity, zero at the world origin, and of springs, bushings and stops [J]."""
         return self._k.potential_energy(self._postures.placed(at).q)
 
+    @property
+    def dissipates(self) -> bool:
+        """Whether joints or cuts have dampers, friction, springs, stops or bushings, which may take work."""
+        return self._k.physics.acts
+
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """Power that dampers and friction take at a velocity of the actuators [W], at least 0.
 

@@ -171,6 +171,11 @@ class CompiledMechanism(Parametrised[Model_co]):
         parts = self._call("energy", at, np.zeros(self.n))
         return self.plain.potential_energy(at) if parts is None else float(parts["potential"][0])
 
+    @property
+    def dissipates(self) -> bool:
+        """See `Mechanism.dissipates`."""
+        return self.model.dissipates
+
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """See `Mechanism.dissipation`."""
         return float(self.terms(at, v).friction @ np.asarray(v, dtype=np.float64))

@@ -110,6 +110,10 @@ class Mechanism(Protocol):
     def potential_energy(self, at: Posture) -> float:
         """Potential energy of gravity, zero where the owner's world frame has its origin, and of springs [J]."""
 
+    @property
+    def dissipates(self) -> bool:
+        """Whether it has dampers or friction that may take work."""
+
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """Power that dampers and friction take [W], at least 0."""
 

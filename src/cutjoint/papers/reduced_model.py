@@ -216,6 +216,11 @@ class ReducedModel(ABC, Generic[P]):
         weights = float(self.state(at).potential_energy())
         return weights + float(motors.spring_energy(self.motors, tuple(at.q))) if self.motors else weights
 
+    @property
+    def dissipates(self) -> bool:
+        """Whether motors have anything that may take work."""
+        return any(one.acts for one in self.motors)
+
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """Power that the friction of the motors takes [W]."""
         if not self.motors:

@@ -96,6 +96,15 @@ class ConstrainedPlant:
         """Generalised forces of all joints, shape (nv,)."""
         return self.chain.full_load_effort(state.q, loads)
 
+    @property
+    def dissipates(self) -> bool:
+        """See `Plant.dissipates`."""
+        return self.chain.dissipates
+
+    def dissipation(self, state: State) -> float:
+        """See `Plant.dissipation`."""
+        return self.chain.full_dissipation(state.q, state.v)
+
     def settled(self, state: State) -> tuple[State, float]:
         """Back onto the loops, and the gap that was found."""
         gap = self.chain.gap(state.q)

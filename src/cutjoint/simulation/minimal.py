@@ -141,6 +141,15 @@ class MinimalPlant:
             )
         return self.minimal.load_effort(at, loads)
 
+    @property
+    def dissipates(self) -> bool:
+        """See `Plant.dissipates`."""
+        return self.chain.dissipates
+
+    def dissipation(self, state: State) -> float:
+        """See `Plant.dissipation`."""
+        return self.chain.full_dissipation(state.q, self.minimal.full_velocity(_closed(state), state.v))
+
     def settled(self, state: State) -> tuple[State, float]:
         """Closed already."""
         return state, 0.0

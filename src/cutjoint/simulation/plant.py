@@ -117,6 +117,13 @@ class Plant(Protocol):
             ActuationError: they move the robot otherwise than `v` tells.
         """
 
+    @property
+    def dissipates(self) -> bool:
+        """Whether it has dampers or friction that may take work."""
+
+    def dissipation(self, state: State) -> float:
+        """Power that these take [W], at least 0."""
+
     def settled(self, state: State) -> tuple[State, float]:
         """The state put back onto its loops, and how far off it was [m]."""
 
@@ -192,6 +199,15 @@ class ReducedPlant:
                 free=(),
             )
         return self.mechanism.load_effort(at, loads)
+
+    @property
+    def dissipates(self) -> bool:
+        """See `Plant.dissipates`."""
+        return self.mechanism.dissipates
+
+    def dissipation(self, state: State) -> float:
+        """See `Plant.dissipation`."""
+        return self.mechanism.dissipation(_closed(state), state.v)
 
     def settled(self, state: State) -> tuple[State, float]:
         """Closed already."""
