@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Sealed, as_vector
-from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
+from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool, velocity_of_actuators
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
 from cutjoint.chain.closing.closing import Closing
@@ -407,6 +407,16 @@ class ClosedChain(Sealed):
         self._k.need_tool()
         wanted = as_vector("velocity", velocity, 3, "m/s"), as_vector("acceleration", acceleration, 3, "m/s2")
         return motion_of_tool(self._k, self._postures.placed(at), *wanted)
+
+    def led_velocity(self, at: Posture, v: npt.ArrayLike) -> Array:
+        """Velocity of all joints, shape (nv,), as `full_velocity`, also with more actuators than freedoms.
+
+        Raises:
+            InputError: the loops do not let the actuators move so.
+            ActuationError: something moves while the actuators rest.
+        """
+        wanted = as_vector("v", v, self.n)
+        return velocity_of_actuators(self._k, self._actuated.v_index, self._postures.placed(at), wanted)
 
     def full_effort(self, effort: npt.ArrayLike) -> Array:
         """Actuator efforts (n,) as generalised forces of all joints, shape (nv,)."""

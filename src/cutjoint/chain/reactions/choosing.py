@@ -18,7 +18,7 @@ from cutjoint.chain.rank import Split
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class HeldWrench:
     """What a joint, cut or coupling holds.
 
     Attributes:
@@ -32,7 +32,7 @@ class Held:
     weights: Array
 
 
-def chosen(held: Sequence[Held], compliances: Mapping[str, Array], loose: int) -> tuple[Array, Array]:
+def chosen(held: Sequence[HeldWrench], compliances: Mapping[str, Array], loose: int) -> tuple[Array, Array]:
     """Part of each column, shape (1 + k,), and a basis of what is undecided, shape (1 + k, u).
 
     The last `loose` stresses are balanced up to the rounding of lengths alone; they get no part, and stay undecided.
@@ -64,6 +64,6 @@ def _least(matrix: Array, start: Array, ways: Array) -> tuple[Array, Array]:
     return start - ways @ split.solve(matrix @ start), ways @ split.null
 
 
-def _even(one: Held) -> Array:
+def _even(one: HeldWrench) -> Array:
     """Components that are comparable, shape (c, 1 + k)."""
     return one.weights[:, None] * one.values

@@ -1,7 +1,8 @@
 """Force and moment in every joint of a description, in every cut and coupling, in one motion.
 
-What a link asks for (`bodies`) comes through its joint, less what cuts, loads and its own children do to it; so joints
-follow from the leaves inwards, one sum a joint, and so do those of each internal stress of the loops (`internal`):
+What a link asks for (`link_needs`) comes through its joint, less what cuts, loads and its own children do to it; so
+joints follow from the leaves inwards, one sum a joint, and so do those of each internal stress of the loops
+(`internal`):
 
     reactions = R0 + R1 z,   z any
 
@@ -20,9 +21,9 @@ from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.joints import rates_of
 from cutjoint.chain.kinematics import Kinematics, Moving
-from cutjoint.chain.reactions.bodies import Bodies
-from cutjoint.chain.reactions.choosing import Held, chosen
-from cutjoint.chain.reactions.internal import LoopForces, Loops
+from cutjoint.chain.reactions.choosing import HeldWrench, chosen
+from cutjoint.chain.reactions.internal import CarriedLoops, LoopForces
+from cutjoint.chain.reactions.link_needs import LinkNeeds
 from cutjoint.chain.reactions.stiffness import Stiffness, compliances
 from cutjoint.chain.reactions.values import GearForce, Reaction, Reactions
 from cutjoint.description.model import Joint, RobotDescription
@@ -52,8 +53,8 @@ class ReactionFinder:
 
     def __init__(self, kinematics: Kinematics) -> None:
         self._k = k = kinematics
-        self._bodies, self._loops = Bodies(k), LoopForces(k)
-        self._link = {name: index for index, name in enumerate(self._bodies.names)}
+        self._links, self._loops = LinkNeeds(k), LoopForces(k)
+        self._link = {name: index for index, name in enumerate(self._links.names)}
         self._inwards = _inwards(k.description)
         closing = {cut.name: index for index, cut in enumerate(k.description.closing)}
         acting = {cut.name: index for index, cut in enumerate(k.physics.cuts)}
@@ -68,7 +69,7 @@ class ReactionFinder:
         """
         k = self._k
         soft = compliances(stiffness, k.description, k.length)
-        placements = self._bodies.placements(placed.q)
+        placements = self._links.placements(placed.q)
         outside = self._outside(placements, loads)
         loops = self._loops.carrying(placed, *self._pull(placed, a, effort, outside))
         joints, cuts = self._carried(placed, a, placements, outside, loops)
@@ -105,17 +106,17 @@ class ReactionFinder:
         terms = [k.tree.mass_matrix(q) @ a, k.tree.bias(q, placed.v), -effort]
         if k.physics.acts:
             terms += [placed.springs, placed.friction(placed.v)]
-        for joint, wrench in zip(self._bodies.joint, outside, strict=True):
+        for joint, wrench in zip(self._links.joint, outside, strict=True):
             if wrench.any():
-                terms.append(-self._bodies.support[joint] * (placed.twists.T @ wrench))
+                terms.append(-self._links.support[joint] * (placed.twists.T @ wrench))
         return sum(terms, np.zeros(k.model.nv)), sum(map(np.abs, terms), np.zeros(k.model.nv))
 
     def _carried(
-        self, placed: Moving, a: Array, placements: Array, outside: Array, loops: Loops
+        self, placed: Moving, a: Array, placements: Array, outside: Array, loops: CarriedLoops
     ) -> tuple[list[_Carried], list[_Carried]]:
         """What passes every joint, and every cut."""
         needs = np.zeros((len(placements), 6, 1 + loops.stresses))
-        needs[:, :, 0] = self._bodies.needs(placed, a, placements) - outside
+        needs[:, :, 0] = self._links.needs(placed, a, placements) - outside
         elastic = placed.elastic
         own = [] if elastic is None else self._k.physics.wrenches(placed.q, placed.v, elastic)
         cuts = []
@@ -140,17 +141,17 @@ class ReactionFinder:
 
     # ---- which stress ----------------------------------------------------------------------------------------------
 
-    def _held(self, joints: Sequence[_Carried], cuts: Sequence[_Carried], loops: Loops) -> list[Held]:
+    def _held(self, joints: Sequence[_Carried], cuts: Sequence[_Carried], loops: CarriedLoops) -> list[HeldWrench]:
         """What all joints, cuts and couplings hold against each other, each along its own axes."""
         description, length = self._k.description, self._k.length
-        named = zip((*description.joints, *description.cuts), (*joints, *cuts), strict=True)
+        names = [*(one.name for one in description.joints), *(one.name for one in description.cuts)]
         weights = np.array([length] * 3 + [1.0] * 3)
-        found = [
-            Held(part.name, np.concatenate([one.axes.T @ one.held[:3], one.axes.T @ one.held[3:]]), weights)
-            for part, one in named
-        ]
+        found = []
+        for name, one in zip(names, (*joints, *cuts), strict=True):
+            own = np.concatenate([one.axes.T @ one.held[:3], one.axes.T @ one.held[3:]])
+            found.append(HeldWrench(name, own, weights))
         for gear, force in zip(self._k.closure.couplings, loops.couplings, strict=True):
-            found.append(Held(gear.name, force[None, :], np.array([length if gear.is_length else 1.0])))
+            found.append(HeldWrench(gear.name, force[None, :], np.array([length if gear.is_length else 1.0])))
         return found
 
     def _reaction(self, name: str, one: _Carried, chosen: _Choice) -> Reaction:
@@ -160,7 +161,7 @@ class ReactionFinder:
         axes = np.eye(3)
         return Reaction(name, wrench[:3], wrench[3:], one.point + k.origin, axes, one.axes, stresses, k.length)
 
-    def _gear_forces(self, loops: Loops, chosen: _Choice) -> dict[str, GearForce]:
+    def _gear_forces(self, loops: CarriedLoops, chosen: _Choice) -> dict[str, GearForce]:
         found = {}
         for gear, force in zip(self._k.closure.couplings, loops.couplings, strict=True):
             stress = chosen.felt(force[None, :]) * (self._k.length if gear.is_length else 1.0)
@@ -201,7 +202,7 @@ def _about(wrenches: Array, frame: Array) -> Array:
 
 def _inwards(description: RobotDescription) -> tuple[Joint, ...]:
     """All joints, those of children before that of their parent."""
-    below = {joint.parent: [] for joint in description.joints}
+    below: dict[str, list[Joint]] = {joint.parent: [] for joint in description.joints}
     for joint in description.joints:
         below[joint.parent].append(joint)
     found, waiting = [], list(below.get(description.root, ()))

@@ -24,7 +24,7 @@ from cutjoint.errors import DynamicsError
 
 
 @dataclass(frozen=True, eq=False)
-class Loops:
+class CarriedLoops:
     """Forces of all cuts and couplings that make a motion, and how else they could.
 
     All have 1 + k columns: what does the work with the least multipliers, then the stresses, the loose ones last.
@@ -54,7 +54,7 @@ class LoopForces:
         self._closure = Closure(k.model, k.description) if self._loose.size else own
         self._row_scale = np.where(self._closure.is_length, 1.0 / k.length, 1.0)
 
-    def carrying(self, placed: Placed, pull: Array, size: Array) -> Loops:
+    def carrying(self, placed: Placed, pull: Array, size: Array) -> CarriedLoops:
         """Forces that do what the generalised forces `pull` (nv,) do; `size` (nv,) is that of the terms of these.
 
         Raises:
@@ -76,7 +76,7 @@ class LoopForces:
         every *= self._row_scale[:, None]
         count, cut_rows, columns = len(closure.cuts), len(placed.gather), every.shape[1]
         on_bodies = (placed.gather.T @ every[:cut_rows]).reshape(2, count, 6, columns)
-        return Loops(on_bodies[0], on_bodies[1], every[cut_rows:], columns - 1, self._loose.size)
+        return CarriedLoops(on_bodies[0], on_bodies[1], every[cut_rows:], columns - 1, self._loose.size)
 
     def _check(self, placed: Placed, pull: Array, size: Array, least: Array) -> None:
         k = self._k

@@ -30,7 +30,7 @@ def compliances(stiffness: Stiffness, description: RobotDescription, length: flo
     """
     found: dict[str, Array] = {}
     gears = [one.name for one in description.couplings]
-    known = [*(one.name for one in (*description.joints, *description.cuts)), *gears]
+    known = [*(one.name for one in description.joints), *(one.name for one in description.cuts), *gears]
     for name, given in stiffness.items():
         if name not in known:
             raise UnknownNameError(f"joint, cut or coupling of {description.name}", str(name), known)

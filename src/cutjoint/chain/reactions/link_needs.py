@@ -16,7 +16,7 @@ from cutjoint.chain.joints import support
 from cutjoint.chain.kinematics import Kinematics, Moving
 
 
-class Bodies:
+class LinkNeeds:
     """The links of one robot.
 
     Attributes:
