@@ -30,6 +30,7 @@ from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.reactions import ReactionFinder, Reactions, Stiffness
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.model import RobotDescription
+from cutjoint.errors import ActuationError
 from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
 
 if TYPE_CHECKING:
@@ -415,8 +416,11 @@ class ClosedChain(Sealed):
             InputError: the loops do not let the actuators move so.
             ActuationError: something moves while the actuators rest.
         """
-        wanted = as_vector("v", v, self.n)
-        return velocity_of_actuators(self._k, self._actuated.v_index, self._postures.placed(at), wanted)
+        try:
+            return self.full_velocity(at, v)
+        except ActuationError:
+            wanted = as_vector("v", v, self.n)
+            return velocity_of_actuators(self._k, self._actuated.v_index, self._postures.placed(at), wanted)
 
     def full_effort(self, effort: npt.ArrayLike) -> Array:
         """Actuator efforts (n,) as generalised forces of all joints, shape (nv,)."""

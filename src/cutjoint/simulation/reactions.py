@@ -187,10 +187,7 @@ def _posture(result: Result, chain: ClosedChain, i: int) -> Posture:
 
 def _velocity(chain: ClosedChain, at: Posture, v: Array) -> Array:
     """Of all joints, shape (nv,)."""
-    try:
-        full = chain.full_velocity(at, v)
-    except ActuationError:
-        return chain.led_velocity(at, v)
+    full = chain.led_velocity(at, v)
     if not chain.idle_is_cyclic:
         report = chain.mobility(at)
         raise ActuationError(
