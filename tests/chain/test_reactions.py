@@ -339,6 +339,10 @@ def test_what_is_wrong_is_said() -> None:
     chain = cutjoint.load("fourbar")
     with pytest.raises(DynamicsError, match="stays unbalanced"):
         chain.reactions(chain.home, [1.0], [2.0], [300.0])
+    v = chain.full_velocity(chain.home, [2.0])
+    for motion, told in (((v * [1.0, 1.1, 1.0],), "velocity"), ((v, np.zeros(3)), "acceleration")):
+        with pytest.raises(InputError, match=f"this {told} of all joints opens the loops"):
+            chain.full_reactions(chain.home, *motion, effort_full=np.zeros(3) if told == "velocity" else None)
     for stiffness, told in (
         ({"crank": -1.0}, "'crank' must be one number or six > 0"),
         ({"crank": [1.0, 2.0]}, "must be one number or six"),

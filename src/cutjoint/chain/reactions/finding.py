@@ -27,7 +27,7 @@ from cutjoint.chain.reactions.link_needs import LinkNeeds
 from cutjoint.chain.reactions.stiffness import Stiffness, compliances
 from cutjoint.chain.reactions.values import GearForce, Reaction, Reactions
 from cutjoint.description.model import Joint, RobotDescription
-from cutjoint.errors import UnknownNameError
+from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism.loads import Loads, as_loads
 
 
@@ -65,9 +65,11 @@ class ReactionFinder:
 
         Raises:
             DynamicsError: the effort does not make this motion.
-            InputError, UnknownNameError: stiffnesses or loads that are none, or of what the robot does not have.
+            InputError: the motion opens the loops; stiffnesses or loads that are none.
+            UnknownNameError: the robot does not have what they name.
         """
         k = self._k
+        self._check_motion(placed, a)
         soft = compliances(stiffness, k.description, k.length)
         placements = self._links.placements(placed.q)
         outside = self._outside(placements, loads)
@@ -78,6 +80,23 @@ class ReactionFinder:
         of_joints, of_cuts = ({part.name: self._reaction(part.name, one, choice) for part, one in all} for all in parts)
         gears, undecided = self._gear_forces(loops, choice), choice.left.shape[1]
         return Reactions(of_joints, of_cuts, gears, loops.stresses, undecided, effort)
+
+    def _check_motion(self, placed: Moving, a: Array) -> None:
+        """Raises InputError where a motion opens the loops."""
+        k, rows = self._k, np.abs(placed.scaled)
+        speed, change, drift = placed.v / k.column_scale, a / k.column_scale, k.row_scale * placed.drift
+        turned, falls = np.abs(speed).max(initial=0.0) ** 2, np.linalg.norm(k.model.gravity.linear) / k.length
+        opening = rows @ np.abs(change) + np.abs(drift) + turned
+        for what, found, terms, usual in (
+            ("velocity", placed.scaled @ speed, rows @ np.abs(speed), np.sqrt(falls)),
+            ("acceleration", placed.scaled @ change + drift, opening, falls),
+        ):
+            left, most = (float(np.abs(one).max(initial=0.0)) for one in (found, terms))
+            if left > tolerances.REACHED.value * most + tolerances.ROUNDED.value * (1.0 + usual):
+                raise InputError(
+                    f"this {what} of all joints opens the loops of {k.name}, by {left:.3g} (dimensionless); take one "
+                    "from full_velocity, full_motion or full_forward_dynamics"
+                )
 
     # ---- what is carried, for any stress ---------------------------------------------------------------------------
 
