@@ -286,6 +286,20 @@ def test_four_legs_alike_carry_alike(tmp_path: Path) -> None:
     assert (found.redundancy, found.undecided, shared.undecided) == (6, 6, 0)
 
 
+def test_marks_follow_the_point(tmp_path: Path) -> None:
+    """A ball holds no moment at its centre, which is unique; about another point its forces have one, which is not."""
+    plan = stool(np.random.default_rng(1), 4, ["spherical"] * 4)
+    chain, _ = built(plan, tmp_path)
+    found = chain.full_reactions(chain.home, effort_full=np.zeros(6))
+    for one in found.cuts.values():
+        assert one.unique[3:] == (True, True, True)
+        assert not any(one.unique[:3])
+        for axis in np.eye(3):
+            across = one.at(one.point + 0.1 * axis)
+            assert across.unique[3:] == tuple(axis == 1.0), "nothing turns about the arm"
+            assert across.at(one.point).unique == one.unique
+
+
 def test_rounded_lengths_keep_their_marks() -> None:
     """Rows that are left out for their rounding hold what nobody knows: across the plane nothing is unique."""
     exact = cutjoint.load("fourbar")

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import typer
+from kit.blueprint import Blueprint
 from typer.testing import CliRunner
 
 import cutjoint
@@ -24,6 +25,7 @@ from cutjoint.mechanism import Load
 from cutjoint.mechanism.physics import JointPhysics
 from cutjoint.papers.cpm import CpmModel
 from cutjoint.simulation import ConstrainedPlant, ReducedPlant, Result, load, reactions_of, run, save
+from cutjoint.simulation.result import ARRAYS
 
 app = typer.Typer()
 app.command()(command)
@@ -95,6 +97,25 @@ def test_own_axes_are_those_of_the_link(chain: ClosedChain) -> None:
         axes = chain.link_placements(q)["rocker_link"][:3, :3]
         np.testing.assert_allclose(axes @ own.force[i, 0], world.force[i, 0], rtol=0, atol=1e-12)
     assert own.unique[0] == (True, True, False, False, False, True), "a hinge of the plane, its axis across"
+
+
+def test_unique_means_all_the_time(tmp_path: Path) -> None:
+    """A four-bar on a turntable: its plane stands along the world's axes at the last sample alone."""
+    plan, x = Blueprint("turntable", np.random.default_rng(1)), np.array([1.0, 0.0, 0.0])
+    plan.joint("turn", "continuous", "base", "table", [0, 0, 0], [0, 0, 1], start=0.0)
+    points = {"a": [0, 0, 0.1], "b": [0, 0.1, 0.3], "d": [0, 0.5, 0.1]}
+    links = {"a": ("table", "crank"), "b": ("crank", "coupler"), "d": ("table", "rocker")}
+    for name, at in points.items():
+        plan.joint(name, "continuous", *links[name], at, x)
+    plan.cut("c", "revolute", "coupler", "rocker", [0, 0.45, 0.4], x)
+    plan.actuators, plan.tool = ["turn", "a"], ("coupler", np.zeros(3))
+    turntable = ClosedChain(load_description(plan.write(tmp_path)))
+    result = go(ConstrainedPlant(turntable), lambda t: [20.0, 1.0])
+    backwards = {name: getattr(result, name)[::-1] for name in ARRAYS if name != "time"}
+    found = reactions_of(Result(time=result.time, **backwards, about=result.about), turntable, ["b"])
+    assert found.unique[0] == (False, False, True, False, False, False)
+    last = turntable.full_reactions(turntable.posture(result.q_full[0]))["b"]
+    assert last.unique == (False, True, True, True, False, False)
 
 
 def test_columns_peaks_and_the_file(chain: ClosedChain, tmp_path: Path) -> None:
