@@ -13,6 +13,7 @@ from cutjoint.commands import options
 from cutjoint.commands.loads import loads_of
 from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, named_gains, numbers, trajectory_of, with_gains
 from cutjoint.commands.output import TerminalTable, console, print_json
+from cutjoint.commands.reaction_peaks import check_reactions, peaks_of, show_peaks, written
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -92,6 +93,10 @@ def command(
         bool, typer.Option("--ignore-limits", help="Go on where a joint passes its limits; else the run stops there.")
     ] = False,
     save: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result: .npz (to play) or .csv.")] = None,
+    reactions: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.csv", help="Write force and moment in every joint and cut; the peaks are shown."),
+    ] = None,
     json: options.Json = False,
     **gains: str | None,
 ) -> None:
@@ -108,6 +113,8 @@ def command(
     if save is not None:
         check_target(save)
     robots = _robots(robot, variant, plant, model, payload)
+    if reactions is not None:
+        check_reactions(reactions, robots.plant)
     joints: JointLimits = "ignore" if ignore_limits else "respect"
     if free or efforts is not None:
         law = _unled(robots, controller, trajectory, efforts, lock or (), named_gains(gains, gain or ()))
@@ -137,10 +144,15 @@ def command(
     figures = _figures(result)
     if save is not None:
         figures["saved"] = str(write(result, save))
+    carried = None if reactions is None else written(reactions, result, robots.plant)
+    if carried is not None:
+        figures |= {"reactions": str(reactions), "reaction_peaks": peaks_of(carried)}
     if json:
         print_json(figures)
     else:
         _show(result, figures)
+        if carried is not None:
+            show_peaks(carried)
 
 
 class Robots(NamedTuple):
