@@ -6,9 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.description import Frame, Inertial, Joint, JointType, Link, RobotDescription
 from cutjoint.description.model import NO_PHYSICS, JointPhysics, Limits
+from cutjoint.mechanism import Posture
+from cutjoint.simulation import Observation, State
 
 
 def blocks(masses: Sequence[float], physics: JointPhysics = NO_PHYSICS, way: float = np.inf) -> ClosedChain:
@@ -23,3 +26,39 @@ def blocks(masses: Sequence[float], physics: JointPhysics = NO_PHYSICS, way: flo
     return ClosedChain(
         RobotDescription("blocks", tuple(links), tuple(rails), (), actuators=tuple(names), tool=Frame("block0"))
     )
+
+
+class Rails:
+    """The same robot as a plant of two lines, so that long runs are quick; with springs to 0 and dampers."""
+
+    name = "rails"
+
+    def __init__(self, masses: Sequence[float], stiffness: float = 0.0, damping: float = 0.0) -> None:
+        self.mechanism, self.actuated = blocks(masses), np.arange(len(masses))
+        self.masses, self.stiffness, self.damping = np.array(masses, dtype=float), stiffness, damping
+
+    def start(self, posture: Posture, v: Array) -> State:
+        return State(posture.q, v)
+
+    def chart(self, state: State) -> Array:
+        return state.q
+
+    def moved(self, origin: State, u: Array, v: Array) -> State:
+        return State(u, v)
+
+    def chart_rate(self, origin: State, state: State) -> Array:
+        return state.v
+
+    def measured(self, state: State) -> tuple[Array, Array]:
+        return state.q, state.v
+
+    def acceleration(self, state: State, effort: Array) -> Array:
+        return (effort - self.stiffness * state.q - self.damping * state.v) / self.masses
+
+    def settled(self, state: State) -> tuple[State, float]:
+        return state, 0.0
+
+    def observe(self, state: State) -> Observation:
+        kinetic = 0.5 * float(self.masses @ state.v**2)
+        potential = 0.5 * self.stiffness * float(state.q @ state.q)
+        return Observation(state.q, state.v, np.zeros(3), np.zeros(3), kinetic, potential, (0.0, 0.0), state.q)
