@@ -10,7 +10,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.description import Frame, Inertial, Joint, JointType, Link, RobotDescription
 from cutjoint.description.model import NO_PHYSICS, JointPhysics, Limits
-from cutjoint.mechanism import Posture
+from cutjoint.mechanism import Loads, Posture
 from cutjoint.simulation import Observation, State
 
 
@@ -52,8 +52,19 @@ class Rails:
     def measured(self, state: State) -> tuple[Array, Array]:
         return state.q, state.v
 
-    def acceleration(self, state: State, effort: Array) -> Array:
-        return (effort - self.stiffness * state.q - self.damping * state.v) / self.masses
+    def acceleration(self, state: State, effort: Array, push: Array | None = None) -> Array:
+        given = effort if push is None else effort + push
+        return (given - self.stiffness * state.q - self.damping * state.v) / self.masses
+
+    def pushed(self, state: State, loads: Loads) -> Array:
+        raise NotImplementedError("rails are not pushed")
+
+    @property
+    def dissipates(self) -> bool:
+        return self.damping > 0.0
+
+    def dissipation(self, state: State) -> float:
+        return self.damping * float(state.v @ state.v)
 
     def settled(self, state: State) -> tuple[State, float]:
         return state, 0.0
