@@ -16,7 +16,9 @@ from kit.quickly import few
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import compiled
+from cutjoint.compile.equations.acting import Coefficients, OnBall, OnCoordinate
 from cutjoint.compile.equations.elimination import STRAIN_LIMIT
+from cutjoint.compile.equations.turning import from_quaternion
 from cutjoint.compile.expressions.derivative import tangent as along
 from cutjoint.compile.expressions.graph import Graph, Number
 from cutjoint.compile.expressions.program import interpret
@@ -24,7 +26,7 @@ from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.functions.table import FUNCTIONS
 from cutjoint.compile.functions.tracing import accelerations
 from cutjoint.compile.sources.chain import ChainSource
-from cutjoint.description import load_description
+from cutjoint.description import load_description, value, with_values
 from cutjoint.description.cuts import CutType
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import CompileError, CutjointError
@@ -155,16 +157,16 @@ def test_derivatives_are_slopes(kit: Any, name: str) -> None:
     chain = shipped(kit, name, 7)
     machine, rng = compiled(chain, cached=False), np.random.default_rng(8)
     at, v, a, effort = states(chain, rng, 1)[0]
-    for exact, value, given in (
+    for exact, ask, given in (
         (machine.inverse_derivatives(at, v, a), machine.inverse_dynamics, a),
         (machine.forward_derivatives(at, v, effort), machine.forward_dynamics, effort),
     ):
         step = 1e-5
         for k, one in enumerate(step * np.eye(chain.n)):
             here = [chain.close(at.q + sign * one, at, limits="ignore") for sign in (1.0, -1.0)]
-            slope = (value(here[0], v, given) - value(here[1], v, given)) / (2 * step)
+            slope = (ask(here[0], v, given) - ask(here[1], v, given)) / (2 * step)
             assert np.abs(slope - exact.by_q[:, k]).max() < 1e-6 * np.abs(exact.by_q).max()
-            slope = (value(at, v + one, given) - value(at, v - one, given)) / (2 * step)
+            slope = (ask(at, v + one, given) - ask(at, v - one, given)) / (2 * step)
             assert np.abs(slope - exact.by_v[:, k]).max() < 1e-6 * np.abs(exact.by_v).max()
 
 
@@ -276,10 +278,10 @@ def test_a_wrench_at_the_tool(kit: Any, name: str) -> None:
     assert np.abs(forward.value - right).max() < 1e-11 * np.abs(right).max()
     right = model.inverse_dynamics(at, v, a, load)
     assert np.abs(inverse.value - right).max() < 1e-11 * np.abs(right).max()
-    for value, found in ((machine.forward_loaded, forward), (machine.inverse_loaded, inverse)):
+    for ask, found in ((machine.forward_loaded, forward), (machine.inverse_loaded, inverse)):
         given = effort if found is forward else a
         for k, one in enumerate(np.eye(6)):
-            slope = value(at, v, given, wrench + one).value - found.value  # linear
+            slope = ask(at, v, given, wrench + one).value - found.value  # linear
             assert np.abs(slope - found.by_wrench[:, k]).max() < 1e-9 * max(np.abs(found.value).max(), 1e-3)
     places = np.stack([machine.positions(at)] * 3)
     many = machine.batch.forward_dynamics(places, v, effort, wrench=np.stack([wrench, 0 * wrench, 2 * wrench]))
@@ -289,3 +291,80 @@ def test_a_wrench_at_the_tool(kit: Any, name: str) -> None:
     np.testing.assert_allclose(
         machine.batch.inverse_dynamics(places, v, a, wrench=wrench)[2], inverse.value, rtol=1e-12, atol=1e-12
     )
+
+
+@pytest.mark.parametrize("name", few(("paper cpm", "paper omega3"), "paper omega3"))
+def test_motors_of_published_models(kit: Any, name: str) -> None:
+    rng, plain = np.random.default_rng(15), kit.model(name)
+    model = plain.with_motors([JointPhysics(0.7, 0.4, 0.3, 2.0, 0.1, 0.02, 3.0)] * (plain.n - 1) + [JointPhysics()])
+    machine = compiled(model, parameters=["payload"], cached=False)
+    assert machine.source.content != compiled(plain, parameters=["payload"], cached=False).source.content
+    loaded = machine.with_parameters(payload=0.3)
+    for _ in range(3):
+        at, v, x = kit.nearby(model, rng), 0.5 * rng.normal(size=model.n), rng.normal(size=model.n)
+        for one, other in (
+            (machine, model),
+            (loaded, model.with_payload(0.3)),
+            (loaded.plain, model.with_payload(0.3)),
+        ):
+            for found, right in (
+                (one.forward_dynamics(at, v, x), other.forward_dynamics(at, v, x)),
+                (one.inverse_dynamics(at, v, x), other.inverse_dynamics(at, v, x)),
+                (one.terms(at, v).springs, other.terms(at, v).springs),
+                (one.terms(at, v).friction, other.terms(at, v).friction),
+                (one.potential_energy(at), other.potential_energy(at)),
+            ):
+                assert np.abs(found - right).max() < 1e-11 * np.abs(right).max()
+
+
+def test_coefficients_are_arguments(kit: Any) -> None:
+    """Every number of a joint, a cut and a bushing by its path: against the robot built with other values."""
+    rng = np.random.default_rng(16)
+    robot = lively(kit.model("fivebar").description, rng)
+    joint = next(one.name for one in robot.joints if one.physics.stiffness)
+    rigid, soft = (next(one.name for one in robot.cuts if (one.bushing is None) is which) for which in (True, False))
+    numbers = [one.name for one in fields(JointPhysics)]
+    paths = [f"joints.{joint}.{name}" for name in numbers]
+    paths += [f"cuts.{rigid}.{name}" for name in ("damping", "friction", "friction_speed", "stiffness", "rest")]
+    paths += [
+        f"cuts.{soft}.bushing.{name}" for name in ("stiffness", "damping", "turning_stiffness", "turning_damping")
+    ]
+    chain = ClosedChain(robot)
+    machine = compiled(chain, parameters=paths, cached=False)
+    for at, v, a, effort in states(chain, rng, 3):
+        values = {path: float(value(robot, path)) * rng.uniform(0.5, 2.0) for path in paths}
+        other, right = machine.with_parameters(values), ClosedChain(with_values(robot, values))
+        here = right.close(at.q, limits="ignore")
+        for found, wanted in (
+            (other.forward_dynamics(at, v, effort), right.forward_dynamics(here, v, effort)),
+            (other.inverse_dynamics(at, v, a), right.inverse_dynamics(here, v, a)),
+            (other.potential_energy(at), right.potential_energy(here)),
+        ):
+            assert np.abs(found - wanted).max() < DIGITS * np.abs(wanted).max()
+
+
+def test_a_ball_at_rest_and_a_joint_at_its_stop_have_slopes() -> None:
+    """Where a size that is divided by is zero, and where a stop begins: finite, and what the free side has."""
+    graph = Graph()
+    q, u = graph.symbols(4), graph.symbols(3)
+    physics = JointPhysics(2.0, 3.0, 0.5, 7.0, 0.0, stop_stiffness=11.0, stop_damping=1.0)
+    numbers = Coefficients.of("one", physics, {})
+    ball = OnBall({k: (float(k == 0), float(k == 1), float(k == 2)) for k in range(3)}, from_quaternion(*q), numbers)
+    joint = OnCoordinate({0: 1.0}, q[0], numbers, -1.0, 0.0)
+    outputs = [
+        *(x for _, x in ball.springs()),
+        *(x for _, x in ball.friction(u)),
+        joint.springs()[0][1],
+        joint.friction(u)[0][1],
+    ]
+    found = []
+    for symbol in (*q[:3], *u):
+        line = assemble(graph, "slopes", {"q": q, "u": u}, {"p": along(graph, outputs, {abs(symbol.ref): 1.0})})
+        found.append(interpret(line, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))
+    slopes = np.array(found, dtype=float)
+    wanted = np.zeros((6, 8))
+    wanted[:3, :3] = 2.0 * 7.0 * np.eye(3)  # a quaternion moves by half the angle
+    steep = 2.0 + 3.0 * 15.0 / 8.0 / 0.5
+    wanted[3:, 3:6] = steep * np.eye(3)
+    wanted[0, 6], wanted[3, 7] = 7.0, steep
+    np.testing.assert_allclose(slopes, wanted, rtol=1e-12, atol=1e-12)
