@@ -239,7 +239,7 @@ class CompiledMechanism(Parametrised[Model_co]):
 
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """See `Mechanism.dissipation`."""
-        return float(self.terms(at, v).friction @ np.asarray(v, dtype=np.float64))
+        return float(self.terms(at, v).friction @ np.asarray(v, dtype=np.float64)) if self.dissipates else 0.0
 
     def load_effort(self, at: Posture, loads: Loads) -> Array:
         """See `Mechanism.load_effort`."""

@@ -128,6 +128,7 @@ FUNCTIONS: dict[str, Function] = {
             ),
             tracing.motion,
             lambda s: {"q_rate": s.q_rate(s.tangent @ s.v), "a": s.a, "power": np.array([s.effort @ s.v])},
+            _DYNAMICS,
         ),
         Function(
             "inverse",
@@ -327,7 +328,7 @@ FUNCTIONS: dict[str, Function] = {
                 "a_full": s.a_full,
                 "power": np.array([s.effort_full @ s.v_full]),
             },
-            (Need.JOINTS, Need.IDLE_MASS),
+            (Need.JOINTS, Need.IDLE_MASS, Need.SMOOTH),
         ),
         Function(
             "reach",
