@@ -3,10 +3,11 @@
 With K = [K_a K_p] the constraint Jacobian, split into actuated and passive columns,
 
     v_full = T v,   T = [1; -K_p^+ K_a]          a_full = T a + d,   d = [0; -K_p^+ K_dot v_full]
-    mass = T' M T,  coriolis = T' (M d + C v_full),  gravity = T' g
+    mass = T' M T,  coriolis = T' (M d + C v_full),  gravity = T' g,  springs = T' s,  friction = T' r
 
-where M, C and g of the tree come from Pinocchio (crba, rnea).  The pseudo-inverse keeps exactly as many singular
-values as there are passive velocities, so redundant rows do no harm and a singular posture raises an error.
+where M, C and g of the tree come from Pinocchio (crba, rnea), s and r from its joints (`cutjoint.chain.physics`).  The
+pseudo-inverse keeps exactly as many singular values as there are passive velocities, so redundant rows do no harm and a
+singular posture raises an error.
 
 Idle motions, such as a rod between two balls that spins about itself, need no actuator: T gives them no momentum
 (`cutjoint.chain.tangent`), and they accelerate as no motor pushes them.
@@ -18,6 +19,7 @@ w x (u + w x p) of the points that are held together, so both are a matrix of th
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -94,6 +96,19 @@ class AtPosture:
                 limit=tolerances.REACHED.value,
             )
 
+    def forces(self, v_full: Array, a_full: Array) -> Array:
+        """Generalised forces of the tree that a motion needs, against springs and friction too, shape (nv,)."""
+        placed = self.placed
+        inertial = self._k.tree.forces(placed.q, v_full, a_full)
+        if not self._k.physics.acts:
+            return inertial
+        return np.asarray(inertial + placed.springs + placed.friction(v_full))
+
+    def pushes_idle(self, forces: Array) -> bool:
+        """Whether generalised forces of all joints (nv,) push an idle motion."""
+        size = np.abs(self.idle).T @ np.abs(forces)
+        return bool((np.abs(self.idle.T @ forces) > tolerances.REACHED.value * size).any())
+
     @cached_property
     def inverse_mass(self) -> Array:
         """Inverse of the mass matrix in actuated coordinates, shape (n, n).
@@ -155,8 +170,8 @@ class ReducedDynamics:
     """Kinematics and dynamics of one robot by its actuated coordinates.  All raise what `Mobility.tangent` does."""
 
     def __init__(self, mobility: Mobility) -> None:
-        self._mobility, self._postures, self._actuated = mobility, mobility.postures, mobility.postures.actuated
-        self._k, self._tree, self._n = mobility.postures.k, mobility.postures.k.tree, self._actuated.n
+        self._mobility, self._postures, self._chosen = mobility, mobility.postures, mobility.chosen
+        self._k, self._tree, self._n = mobility.postures.k, mobility.postures.k.tree, self._chosen.n
         self._last: AtPosture | None = None
 
     def at(self, at: Posture) -> AtPosture:
@@ -165,7 +180,7 @@ class ReducedDynamics:
         if last is None or last.posture is not at:
             placed = self._postures.placed(at)
             found = self._mobility.quick_tangent(placed) or self._mobility.tangent(placed)
-            last = self._last = AtPosture(self._k, self._actuated.passive, at, placed, found)
+            last = self._last = AtPosture(self._k, self._chosen.passive, at, placed, found)
         return last
 
     def velocity(self, at: Posture, v: npt.ArrayLike) -> Array:
@@ -177,7 +192,7 @@ class ReducedDynamics:
         here, v_full = self.at(at), self.velocity(at, v)
         drift = here.drift(v_full)
         if here.idle.size:
-            drift = drift - here.idle @ (here.idle.T @ self._tree.forces(at.q_full, v_full, drift))
+            drift = drift - here.idle @ (here.idle.T @ here.forces(v_full, drift))
         return drift
 
     def tool(self, at: Posture, v: npt.ArrayLike | None) -> Tool:
@@ -198,26 +213,30 @@ class ReducedDynamics:
         """Mass matrix (n, n), Coriolis vector (n,) and gravity (n,)."""
         here, tree, q = self.at(at), self._tree, at.q_full
         mass, gravity = tree.mass_matrix(q), tree.gravity(q)
-        coriolis = np.zeros(self._n)
+        coriolis, v_full = np.zeros(self._n), np.zeros(self._k.model.nv)
         if v is not None:
             v_full = self.velocity(at, v)
             coriolis = here.transposed @ (tree.forces(q, v_full, here.drift(v_full)) - gravity)
         reduced = here.transposed @ mass @ here.map
-        return Terms(0.5 * (reduced + reduced.T), coriolis, here.transposed @ gravity)
+        terms = Terms(0.5 * (reduced + reduced.T), coriolis, here.transposed @ gravity)
+        if not self._k.physics.acts:
+            return terms
+        springs = here.transposed @ here.placed.springs
+        return replace(terms, springs=springs, friction=here.transposed @ here.placed.friction(v_full))
 
     def inverse(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Effort (n,) of an acceleration: T' rnea(q, T v, T a + d)."""
         here = self.at(at)
         v_full = here.map.dot(as_vector("v", v, self._n))
         full = here.map.dot(as_vector("a", a, self._n)) + here.drift(v_full)
-        effort: Array = here.transposed.dot(self._tree.forces(at.q_full, v_full, full))
+        effort: Array = here.transposed.dot(here.forces(v_full, full))
         return effort
 
     def forward(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
         """Acceleration (n,) of an effort: (T' M T)^-1 (effort - T' rnea(q, T v, d))."""
         here = self.at(at)
         v_full = here.map.dot(as_vector("v", v, self._n))
-        held = self._tree.forces(at.q_full, v_full, here.drift(v_full))
+        held = here.forces(v_full, here.drift(v_full))
         push = as_vector("effort", effort, self._n) - here.transposed.dot(held)
         acceleration: Array = here.inverse_mass.dot(push)
         return acceleration
