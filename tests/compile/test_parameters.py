@@ -21,7 +21,7 @@ from cutjoint.description import load_description, paths, with_values
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import CompileError, CutjointError, InputError, UnknownNameError
 from cutjoint.mechanism.rotations import vector_of
-from cutjoint.motion import Reference
+from cutjoint.motion import JointSine, Reference
 from cutjoint.simulation import ReducedPlant, RungeKutta4
 from cutjoint.simulation import run as simulate
 
@@ -139,7 +139,7 @@ def test_random_mechanisms_anywhere(name: str, seed: int, tmp_path: Any) -> None
     check(chain, free_paths(chain, rng, 10), rng, 5)
 
 
-@pytest.mark.parametrize("kind", [*few(CUTS, "prismatic"), *few(JOINTS, "planar")])
+@pytest.mark.parametrize("kind", [*few(CUTS, "spherical"), *few(JOINTS, "planar")])
 def test_every_cut_and_every_joint(kit: Any, kind: str) -> None:
     """In full coordinates: what one actuator cannot determine."""
     for made in (kit.two_bodies, kit.limb_and_body):
