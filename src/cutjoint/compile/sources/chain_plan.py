@@ -148,8 +148,8 @@ class ChainPlan(ChainTree):
         if 2 * len(found) < len(own):
             stuck = ", ".join(self.fixed_by_loops())
             raise CompileError(
-                f"the loops of {self.name} close at {len(found)} of {len(own)} random values of its parameters"
-                f"{f'; they stay open for any change of {stuck} alone' if stuck else ''}. Give ranges that it can be "
+                f"the loops of {self.name} close, and leave its freedoms, at {len(found)} of {len(own)} random values of "
+                f"its parameters{f'; not for any change of {stuck} alone' if stuck else ''}. Give ranges that it can be "
                 "built with, leave out what its loops fix, or join what they keep equal ('PATH = PATH')"
             )
         return survey.regular(np.concatenate([own, found]), self.actuated_rates)
@@ -161,7 +161,8 @@ class ChainPlan(ChainTree):
         return np.asarray(self.low + share * (self.high - self.low))
 
     def fixed_by_loops(self) -> tuple[str, ...]:
-        """Parameters that alone cannot change to either end of their range around home, or the loops stay open."""
+        """Parameters that alone cannot change to either end of their range around home, or the loops stay open or take
+        freedoms away."""
         survey, x = self._survey, self._whole(self.cloud[0])
         found: list[str] = []
         for k in self.placing:
