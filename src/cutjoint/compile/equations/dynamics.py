@@ -149,6 +149,17 @@ def mass_matrix(pose: TreePose, columns: Sequence[Motion]) -> list[list[Number]]
     return result
 
 
+def inertia_between(pose: TreePose, columns: Sequence[Sequence[Number]]) -> list[list[Number]]:
+    """Mass matrix of motions, each a list of all rates (nv), the rotors included; symmetric."""
+    result = mass_matrix(pose, [velocities(pose, column) for column in columns])
+    for rate, weight in pose.rotors.items():
+        for i, one in enumerate(columns):
+            for j in range(i, len(columns)):
+                result[i][j] = result[i][j] + weight * one[rate] * columns[j][rate]
+                result[j][i] = result[i][j]
+    return result
+
+
 def potential_energy(pose: TreePose, origin: Vector = ZERO) -> Number:
     """Potential energy of gravity [J], zero at the world's origin; the tree stands at `origin` in the world."""
     total: Number = -dot(pose.gravity, pose.tree.anchored)

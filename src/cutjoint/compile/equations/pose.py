@@ -26,6 +26,7 @@ class Arguments:
         bodies, points: bodies with inertias, and masses, that are expressions.
         placed: step -> its rotation and translation in its parent, where these are expressions.
         frames: `tool`, `cuts.NAME.a`, `cuts.NAME.b` -> that frame, where its place is an expression.
+        rotors: rate -> what the rotor behind it weighs there, [kg m2] or [kg], expression or not.
     """
 
     numbers: Mapping[str, Number] = field(default_factory=dict)
@@ -33,6 +34,7 @@ class Arguments:
     points: tuple[PointMass, ...] = ()
     placed: Mapping[int, tuple[Matrix, Vector]] = field(default_factory=dict)
     frames: Mapping[str, PlacedFrame] = field(default_factory=dict)
+    rotors: Mapping[int, Number] = field(default_factory=dict)
 
 
 class TreePose:
@@ -41,6 +43,7 @@ class TreePose:
     Attributes:
         given: path into the description -> its value, for the numbers that are arguments.
         bodies, points: those of the tree, and further ones whose masses are expressions.
+        rotors: rate -> what the rotor behind it weighs there, [kg m2] or [kg].
         gravity: acceleration of gravity [m/s2].
         rotation: of every step, in world axes.
         placed: rotation before the step's own motion.
@@ -51,7 +54,7 @@ class TreePose:
     def __init__(self, tree: JointTree, q: Sequence[Number], arguments: Arguments | None = None) -> None:
         own = Arguments() if arguments is None else arguments
         self.tree, self.q, self.given, self._frames = tree, tuple(q), own.numbers, own.frames
-        self.bodies, self.points = (*tree.bodies, *own.bodies), own.points
+        self.bodies, self.points, self.rotors = (*tree.bodies, *own.bodies), own.points, own.rotors
         x, y, z = (self.given.get(f"gravity.{axis}", g) for axis, g in zip("xyz", tree.gravity, strict=True))
         self.gravity: Vector = (x, y, z)
         self.rotation: list[Matrix] = [IDENTITY]

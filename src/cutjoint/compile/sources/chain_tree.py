@@ -13,6 +13,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.chain.build import bind_frame
 from cutjoint.chain.joints import velocity_scale
 from cutjoint.compile.equations.inertia import PointMass
+from cutjoint.compile.equations.physics import TreePhysics
 from cutjoint.compile.equations.pose import Arguments, TreePose
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions import vectors
@@ -105,7 +106,7 @@ class ChainTree:
     def pose(self, q: Sequence[Number], parameters: Sequence[Number]) -> TreePose:
         """The tree at the configuration `q`, with the values of the parameters."""
         if not self.parameters:
-            return TreePose(self.tree, q)
+            return TreePose(self.tree, q, Arguments(rotors=self.physics.rotors({})))
         values, tree, varied = dict(zip(self.parameters, parameters, strict=True)), self.tree, self.varied
         numbers = self.arguments.numbers(values)
         frames = varied.frames(tree, numbers)
@@ -114,7 +115,13 @@ class ChainTree:
         if PAYLOAD in values:
             step, _, lever = frames.get("tool", self.tool_frame)
             points = (PointMass(step, values[PAYLOAD], lever),)
-        return TreePose(tree, q, Arguments(numbers, bodies, points, varied.placed(tree, numbers), frames))
+        placed, rotors = varied.placed(tree, numbers), self.physics.rotors(numbers)
+        return TreePose(tree, q, Arguments(numbers, bodies, points, placed, frames, rotors))
+
+    @once
+    def physics(self) -> TreePhysics:
+        """What its joints and cuts do by themselves."""
+        return TreePhysics(self.tree, self.model, self.chain.description)
 
     @once
     def tool_frame(self) -> tuple[int, vectors.Matrix, vectors.Vector]:
