@@ -71,14 +71,9 @@ class Variation:
         if set(gains) != set(loop.gains):
             raise InputError(f"gains must be given for {', '.join(loop.gains) or 'none'}; found {', '.join(gains)}")
         names = plant.options.parameters
-        for name in parameters:
-            if name not in names:
-                raise InputError(
-                    f"'{name}' is not an argument of the compiled plant ({', '.join(names) or 'it has none'}); "
-                    "name it when compiling"
-                )
+        values: dict[str, npt.ArrayLike] = {**plant.parameters, **plant.arrays(parameters)}
         varied = {name: _rows(name, gains[name], n) for name in loop.gains}
-        masses = {name: _column({**plant.parameters, **parameters}[name]) for name in names}
+        masses = {name: _column(values[name]) for name in names}
         q, v = _rows("start", start, n), _rows("start_velocity", 0.0 if start_velocity is None else start_velocity, n)
         counts = {len(x) for x in (*varied.values(), *masses.values(), q, v)} - {1}
         if len(counts) > 1:
@@ -86,7 +81,8 @@ class Variation:
         self.count = counts.pop() if counts else 1
         self.gains = {name: self._all(x) for name, x in varied.items()}
         self.parameters = {name: self._all(x)[:, 0] for name, x in masses.items()}
-        closed = plant.batch.close(q)
+        moved = isinstance(plant.source, ChainSource) and bool(plant.source.placing)
+        closed = plant.batch.close(self._all(q), self.parameters) if moved else plant.batch.close(q)
         self.start, self.velocity = self._all(q), self._all(v)
         memory, none = np.zeros((self.count, loop.memory)), np.zeros((self.count, 0))
         self.state = np.concatenate([self._all(closed), self.velocity, memory], axis=1)
@@ -165,7 +161,7 @@ class Outcome:
                 "the run left what is compiled for; give the reference itself to have it done by the model"
             )
         values = {name: float(column[run]) for name, column in variation.parameters.items()}
-        model = loop.plant.with_parameters(**values).plain
+        model = loop.plant.with_parameters(values).plain
         gains = {name: column[run] for name, column in variation.gains.items()}
         result = simulate(
             ReducedPlant(model),
