@@ -13,7 +13,7 @@ import numpy as np
 from cutjoint.compile import CompiledPaper
 from cutjoint.compile.expressions.graph import Graph
 from cutjoint.compile.expressions.operations import Op
-from cutjoint.compile.many_loop import measured_state
+from cutjoint.compile.many.traced import measured_state
 from cutjoint.compile.sources.law import TracedDesired, trace_law
 from cutjoint.compile.sources.paper import PaperModel
 from cutjoint.control import Law

@@ -1,7 +1,7 @@
 """Simulation: plants, integrators, the loop that runs them, and the result."""
 
 from cutjoint.simulation.constrained import ConstrainedPlant
-from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator, RungeKutta4
+from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator, Midpoint, RungeKutta4
 from cutjoint.simulation.loop import run
 from cutjoint.simulation.plant import Observation, Plant, ReducedPlant, State
 from cutjoint.simulation.result import Result, Rmse, load, save
@@ -11,6 +11,7 @@ __all__ = [
     "ConstrainedPlant",
     "DormandPrince",
     "Integrator",
+    "Midpoint",
     "Observation",
     "Plant",
     "ReducedPlant",
