@@ -32,7 +32,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "tolerances": frozenset(),
     "plugins": frozenset({"errors"}),
     "mechanism": BASE,
-    "description": BASE,
+    "description": MODEL,
     "chain": MODEL | {"description", PACKAGE},  # chain.compile() asks the package for the compiler, at call time
     "papers": MODEL,
     "motion": MODEL | {"plugins"},

@@ -40,9 +40,12 @@ def actuator_efforts(kinematics: Kinematics, actuated: Array, q: Array, v: Array
     """Least actuator efforts for the motion q (nq,), v and a (nv,) of all joints, which the loops must allow."""
     k = kinematics
     scale = k.column_scale
-    motions = null_space(k.at(q).scaled)
     mass = scale[:, None] * k.tree.mass_matrix(q) * scale
+    placed = k.at(q)
+    motions = null_space(placed.scaled)
     inertial, bias = mass @ (a / scale), scale * k.tree.forces(q, v, np.zeros(k.model.nv))
+    if k.physics.acts:
+        bias = bias + scale * (placed.springs + placed.friction(v))
     split = Split.of(motions[actuated].T)
     wanted = motions.T @ (inertial + bias)
     out_of_reach = Split.of(split.left.T).null

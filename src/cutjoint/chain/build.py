@@ -11,13 +11,14 @@ robot's characteristic length: the mean distance between neighbouring joint fram
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterable
 
 import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.chain.joints import JOINTS, coordinates_to_q, flies, joint_model
-from cutjoint.description.model import Frame, Home, Inertial, Joint, RobotDescription
+from cutjoint.description.model import CutJoint, Frame, Home, Inertial, Joint, RobotDescription
 from cutjoint.errors import CutjointError, UnknownNameError
 
 UNBOUNDED = 1e30
@@ -74,6 +75,8 @@ def _add_joint(model: pin.Model, joint: Joint, parent: int, here: pin.SE3) -> tu
         turn = pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(joint.axis)), np.zeros(3))
         here, link = here * turn, turn.inverse()
     index = model.addJoint(parent, joint_model(joint), here, joint.name)
+    rates = slice(model.idx_vs[index], model.idx_vs[index] + model.nvs[index])
+    model.armature[rates] = joint.physics.armature
     model.addJointFrame(index)
     if kind.single:
         lower, upper = joint.limits.lower, joint.limits.upper
@@ -117,9 +120,9 @@ def bind_frame(model: pin.Model, frame: Frame) -> tuple[int, pin.SE3]:
     return link.parentJoint, link.placement * pin.SE3(np.array(frame.placement))
 
 
-def cut_sides(model: pin.Model, description: RobotDescription) -> list[tuple[int, pin.SE3]]:
+def cut_sides(model: pin.Model, cuts: Iterable[CutJoint]) -> list[tuple[int, pin.SE3]]:
     """Joint and placement in it of both frames of every cut, a and b in turn."""
-    return [bind_frame(model, frame) for cut in description.cuts for frame in (cut.a, cut.b)]
+    return [bind_frame(model, frame) for cut in cuts for frame in (cut.a, cut.b)]
 
 
 def characteristic_length(model: pin.Model, description: RobotDescription) -> tuple[float, float]:
@@ -141,7 +144,7 @@ def characteristic_length(model: pin.Model, description: RobotDescription) -> tu
     for joint in range(1, model.njoints):
         if not flies(model, joint):
             way[joint] = step(model.parents[joint], model.jointPlacements[joint].translation)
-    sides = cut_sides(model, description)
+    sides = cut_sides(model, description.cuts)
     ends = [step(joint, place.translation) for joint, place in sides[::2] + sides[1::2]]
     if not max(distances, default=0.0) > 0.0:
         if description.tool is not None:
@@ -158,7 +161,7 @@ def base_of(model: pin.Model, description: RobotDescription) -> tuple[Array, boo
     """Middle of all frames that the base carries, shape (3,) [m], and whether that is far from the world origin."""
     first = [j for j in range(1, model.njoints) if model.parents[j] == 0]
     carried = [np.array(model.jointPlacements[joint].translation) for joint in first if not flies(model, joint)]
-    sides = cut_sides(model, description)
+    sides = cut_sides(model, description.cuts)
     carried += [np.array(place.translation) for joint, place in sides if joint == 0]
     if not carried:
         return np.zeros(3), False

@@ -246,7 +246,7 @@ class ClosedChain(Sealed):
         return self._reduced.tool(at, v)
 
     def terms(self, at: Posture, v: npt.ArrayLike | None = None) -> Terms:
-        """Mass matrix (n, n), Coriolis vector (n,) and gravity (n,) in actuated coordinates.
+        """Mass matrix (n, n), Coriolis vector, gravity, springs and friction (n,) in actuated coordinates.
 
         Raises:
             ActuationError, SingularError: as `tangent`.
@@ -254,8 +254,12 @@ class ClosedChain(Sealed):
         return self._reduced.terms(at, v)
 
     def potential_energy(self, at: Posture) -> float:
-        """Potential energy of gravity [J], zero at the world origin."""
+        """Potential energy of gravity, zero at the world origin, and of springs, bushings and stops [J]."""
         return self._k.potential_energy(self._postures.placed(at).q)
+
+    def spring_energy(self, at: Posture | npt.ArrayLike) -> float:
+        """What of it is in springs, bushings and stops [J], also with the loops open."""
+        return self._k.spring_energy(self._configuration(at))
 
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Effort that gives the acceleration `a`, shape (n,): T' rnea(q, T v, T a + d).

@@ -42,13 +42,15 @@ class CutFrames:
 class Closure:
     """All cuts and couplings of a robot as one system of equations; a value, it holds no workspace.
 
+    The cuts are those that close loops; bushings do not.
+
     Args:
         trusted: indices of the rows to work with; default all.  The others are left to be met by the geometry.
     """
 
     def __init__(self, model: pin.Model, description: RobotDescription, trusted: Array | None = None) -> None:
         self.nv = int(model.nv)
-        self.cuts = tuple(BoundCut.of(model, cut) for cut in description.cuts)
+        self.cuts = tuple(BoundCut.of(model, cut) for cut in description.closing)
         self.couplings = tuple(BoundCoupling.of(model, coupling) for coupling in description.couplings)
         self._rows = rows = Rows(self.cuts)
         self.all_rows = rows.count + len(self.couplings)

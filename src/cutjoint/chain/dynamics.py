@@ -2,6 +2,8 @@
 
     M a + h = tau + K' f,   K a + gamma = 0
 
+Springs, dampers and friction of the joints (`cutjoint.chain.physics`) are taken from tau before anything else.
+
 Both are solved in dimensionless coordinates, in which the rank of K is decided (`cutjoint.chain.rank`).  With N a basis
 of the motions that the loops allow and a_0 the least acceleration with K a_0 = -gamma,
 
@@ -114,16 +116,25 @@ class FullDynamics:
     def acceleration(self, q: Array, v: Array, effort: Array) -> Array:
         """Acceleration of all joints, shape (nv,), for inner loops: by Pinocchio where its iteration converged, else
         solved directly."""
+        push = self._pushed(q, v, effort)
         if self.rigid is not None:
-            acceleration = self.rigid.acceleration(q, v, effort)
+            acceleration = self.rigid.acceleration(q, v, push)
             if acceleration is not None:
                 return acceleration
-        return self._solve(self._k.moving(q, v), effort)[0]
+        return self._solve(self._k.moving(q, v), push)[0]
+
+    def _pushed(self, q: Array, v: Array, effort: Array) -> Array:
+        """What is left of an effort (nv,) beside springs and friction."""
+        physics = self._k.physics
+        if not physics.acts:
+            return effort
+        elastic = self._k.at(q).elastic if physics.cuts else None
+        return np.asarray(effort - physics.springs(q, elastic) - physics.friction(q, v, elastic))
 
     def motion(self, q: Array, v: Array, effort: Array) -> FullMotion:
         """Acceleration and loop forces at a closed configuration."""
         placed = self._k.moving(q, v)
-        acceleration, multipliers, residual = self._solve(placed, effort)
+        acceleration, multipliers, residual = self._solve(placed, self._pushed(q, v, effort))
         closure = self._k.closure
         every = np.zeros(closure.all_rows)
         every[closure.trusted] = multipliers

@@ -110,6 +110,11 @@ def type_of(model: pin.Model, joint: int) -> JointType:
     return _TYPES[model.joints[joint].shortname()]
 
 
+def is_ball(model: pin.Model, joint: int) -> bool:
+    """Whether a joint of a model turns about a point, with velocities that are an angular velocity."""
+    return type_of(model, joint) is JointType.SPHERICAL
+
+
 def joint_model(joint: Joint) -> pin.JointModel:
     """A joint of a description, which moves, as Pinocchio's model of it."""
     row = JOINTS[joint.type]

@@ -19,6 +19,7 @@ from cutjoint.arrays import Array, readonly
 from cutjoint.chain.build import base_of, bind_frame, build_model, characteristic_length, cut_sides
 from cutjoint.chain.closure import Closure, CutFrames
 from cutjoint.chain.joints import support, travelling, velocity_scale
+from cutjoint.chain.physics import ChainPhysics, Elastic
 from cutjoint.chain.tree import TreeModel
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import InputError
@@ -45,6 +46,7 @@ class Placed:
         axes, at = placements[:, :3, :3], placements[:, :3, 3]
         self.frames = CutFrames(axes[:count], axes[count : 2 * count], at[:count], at[count : 2 * count])
         self.tool_axes, self.tool_position = axes[-1], at[-1]
+        self._axes, self._at = axes, at
 
     @cached_property
     def gather(self) -> Array:
@@ -79,6 +81,25 @@ class Placed:
             return 0.0, 0.0, ""
         worst = int(np.argmax(lengths / self._k.length + angles))
         return float(lengths.max()), float(angles.max()), self._k.closure.names[worst]
+
+    @cached_property
+    def elastic(self) -> Elastic | None:
+        """The frames of the cuts that do something by themselves; None where no cut does."""
+        cuts = len(self._k.physics.cuts)
+        if not cuts:
+            return None
+        first, second = slice(-1 - 2 * cuts, -1 - cuts), slice(-1 - cuts, -1)
+        frames = CutFrames(self._axes[first], self._axes[second], self._at[first], self._at[second])
+        return Elastic(frames, self.twists)
+
+    @cached_property
+    def springs(self) -> Array:
+        """Effort that holds springs, bushings and stops, shape (nv,)."""
+        return self._k.physics.springs(self.q, self.elastic)
+
+    def friction(self, v: Array) -> Array:
+        """Effort that overcomes dampers and friction at the velocity `v` (nv,), shape (nv,)."""
+        return self._k.physics.friction(self.q, v, self.elastic)
 
     @property
     def tool(self) -> pin.SE3:
@@ -139,6 +160,7 @@ class Kinematics:
         name: of the robot and its variant.
         model: the open tree, standing near the origin.
         tree: that model with Pinocchio's workspaces.
+        physics: what its joints and cuts do by themselves.
         origin: where the model's origin is in the world, shape (3,) [m].
         length: characteristic length [m].
         reach: longest way along the tree's and the cuts' frames [m], the size of the robot.
@@ -162,6 +184,7 @@ class Kinematics:
         variant = description.variant_name
         self.name = f"{description.name} ({variant})" if variant else description.name
         self.closure = Closure(self.model, description, trusted)
+        self.physics = ChainPhysics(self.model, description)
         self.length, self.reach = characteristic_length(self.model, description)
         self.tool_support: Array | None = None
         if description.tool is not None:
@@ -170,8 +193,8 @@ class Kinematics:
         else:
             joint, placement = 0, pin.SE3.Identity()
         self.tool_joint = joint
-        sides = cut_sides(self.model, description)
-        sides = [*sides[::2], *sides[1::2], (joint, placement)]
+        rigid, elastic = (cut_sides(self.model, cuts) for cuts in (description.closing, self.physics.cuts))
+        sides = [*rigid[::2], *rigid[1::2], *elastic[::2], *elastic[1::2], (joint, placement)]
         self._joints = sorted({joint for joint, _ in sides})
         self._frame_joint = np.array([self._joints.index(joint) for joint, _ in sides])
         self._frame_place = np.array([place.homogeneous for _, place in sides])
@@ -251,11 +274,19 @@ class Kinematics:
         return self.tree.centre_of_mass(q) + self.origin
 
     def potential_energy(self, q: Array) -> float:
-        """Of gravity [J], zero at the world origin."""
+        """Of gravity, zero at the world origin, and of springs, bushings and stops [J]."""
         near = self.tree.potential_energy(q)
+        near += self.spring_energy(q)
         if not self.origin.any():
             return near
         return near - float(self.tree.mass * np.array(self.model.gravity.linear) @ self.origin)
+
+    def spring_energy(self, q: Array) -> float:
+        """In springs, bushings and stops [J]."""
+        physics = self.physics
+        if not physics.acts:
+            return 0.0
+        return physics.potential(q, self.at(q).elastic if physics.cuts else None)
 
     def _in_world(self, placement: pin.SE3) -> Array:
         """A placement in the model that is computed with as one in the world, shape (4, 4)."""

@@ -162,7 +162,7 @@ class Mobility:
     @cached_property
     def idle_is_cyclic(self) -> bool:
         """Whether mass matrix and gravity in actuated coordinates are the same after a motion along any idle direction,
-        at those of the regular postures that are not singular."""
+        and no spring or friction acts along it, at those of the regular postures that are not singular."""
         if not self.structure.idle:
             return True
         k, looked = self._k, False
@@ -174,6 +174,8 @@ class Mobility:
             looked = True
             mass, gravity, weights = self._reduced(here, here, placed)
             for motion in here.idle.T:
+                if k.physics.drags(motion, placed.elastic):
+                    return False
                 q = k.tree.integrate(placed.q, motion * (TURN / float(np.abs(motion / k.column_scale).max())))
                 moved = settle(k, q, self._actuated.hold(q), 1.0)
                 if moved is None:

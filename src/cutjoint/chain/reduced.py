@@ -3,10 +3,11 @@
 With K = [K_a K_p] the constraint Jacobian, split into actuated and passive columns,
 
     v_full = T v,   T = [1; -K_p^+ K_a]          a_full = T a + d,   d = [0; -K_p^+ K_dot v_full]
-    mass = T' M T,  coriolis = T' (M d + C v_full),  gravity = T' g
+    mass = T' M T,  coriolis = T' (M d + C v_full),  gravity = T' g,  springs = T' s,  friction = T' r
 
-where M, C and g of the tree come from Pinocchio (crba, rnea).  The pseudo-inverse keeps exactly as many singular
-values as there are passive velocities, so redundant rows do no harm and a singular posture raises an error.
+where M, C and g of the tree come from Pinocchio (crba, rnea), s and r from its joints (`cutjoint.chain.physics`).  The
+pseudo-inverse keeps exactly as many singular values as there are passive velocities, so redundant rows do no harm and a
+singular posture raises an error.
 
 Idle motions, such as a rod between two balls that spins about itself, need no actuator: T gives them no momentum
 (`cutjoint.chain.tangent`), and they accelerate as no motor pushes them.
@@ -18,6 +19,7 @@ w x (u + w x p) of the points that are held together, so both are a matrix of th
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -93,6 +95,14 @@ class AtPosture:
                 measure=0.0,
                 limit=tolerances.REACHED.value,
             )
+
+    def forces(self, v_full: Array, a_full: Array) -> Array:
+        """Generalised forces of the tree that a motion needs, against springs and friction too, shape (nv,)."""
+        placed = self.placed
+        inertial = self._k.tree.forces(placed.q, v_full, a_full)
+        if not self._k.physics.acts:
+            return inertial
+        return np.asarray(inertial + placed.springs + placed.friction(v_full))
 
     @cached_property
     def inverse_mass(self) -> Array:
@@ -177,7 +187,7 @@ class ReducedDynamics:
         here, v_full = self.at(at), self.velocity(at, v)
         drift = here.drift(v_full)
         if here.idle.size:
-            drift = drift - here.idle @ (here.idle.T @ self._tree.forces(at.q_full, v_full, drift))
+            drift = drift - here.idle @ (here.idle.T @ here.forces(v_full, drift))
         return drift
 
     def tool(self, at: Posture, v: npt.ArrayLike | None) -> Tool:
@@ -198,26 +208,30 @@ class ReducedDynamics:
         """Mass matrix (n, n), Coriolis vector (n,) and gravity (n,)."""
         here, tree, q = self.at(at), self._tree, at.q_full
         mass, gravity = tree.mass_matrix(q), tree.gravity(q)
-        coriolis = np.zeros(self._n)
+        coriolis, v_full = np.zeros(self._n), np.zeros(self._k.model.nv)
         if v is not None:
             v_full = self.velocity(at, v)
             coriolis = here.transposed @ (tree.forces(q, v_full, here.drift(v_full)) - gravity)
         reduced = here.transposed @ mass @ here.map
-        return Terms(0.5 * (reduced + reduced.T), coriolis, here.transposed @ gravity)
+        terms = Terms(0.5 * (reduced + reduced.T), coriolis, here.transposed @ gravity)
+        if not self._k.physics.acts:
+            return terms
+        springs = here.transposed @ here.placed.springs
+        return replace(terms, springs=springs, friction=here.transposed @ here.placed.friction(v_full))
 
     def inverse(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Effort (n,) of an acceleration: T' rnea(q, T v, T a + d)."""
         here = self.at(at)
         v_full = here.map.dot(as_vector("v", v, self._n))
         full = here.map.dot(as_vector("a", a, self._n)) + here.drift(v_full)
-        effort: Array = here.transposed.dot(self._tree.forces(at.q_full, v_full, full))
+        effort: Array = here.transposed.dot(here.forces(v_full, full))
         return effort
 
     def forward(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
         """Acceleration (n,) of an effort: (T' M T)^-1 (effort - T' rnea(q, T v, d))."""
         here = self.at(at)
         v_full = here.map.dot(as_vector("v", v, self._n))
-        held = self._tree.forces(at.q_full, v_full, here.drift(v_full))
+        held = here.forces(v_full, here.drift(v_full))
         push = as_vector("effort", effort, self._n) - here.transposed.dot(held)
         acceleration: Array = here.inverse_mass.dot(push)
         return acceleration

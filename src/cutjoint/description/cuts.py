@@ -22,6 +22,16 @@ class Kind(Enum):
     DOT = "an axis of A stays perpendicular to one of B"
 
 
+class Freedom(Enum):
+    """A coordinate that a cut leaves free, along which its dampers, friction and springs act."""
+
+    SLIDE = "of B along z of A"
+    TURN = "of B about z of A, from x to x"
+    TURN_OF_A = "of y of B about x of A"
+    TURN_OF_B = "of x about y of B"
+    BALL = "the rotation vector of B against A: about the axis that it turns about"
+
+
 @dataclass(frozen=True)
 class Equation:
     """One or three scalar equations between frame A and frame B of a cut.
@@ -70,23 +80,38 @@ class CutType(StrEnum):
         axes: which axes of the frames it turns about or slides along: `z` that of both, `xy` the x axis of A and the y
             axis of B, empty where none is special.
         about: what it leaves free, in words.
+        freedoms: the coordinates of that; nothing can act along others.
     """
 
     equations: tuple[Equation, ...]
     axes: str
     about: str
+    freedoms: tuple[Freedom, ...]
 
-    def __new__(cls, name: str, equations: tuple[Equation, ...] = (), axes: str = "", about: str = "") -> Self:
+    def __new__(
+        cls,
+        name: str,
+        equations: tuple[Equation, ...] = (),
+        axes: str = "",
+        about: str = "",
+        freedoms: tuple[Freedom, ...] = (),
+    ) -> Self:
         member = str.__new__(cls, name)
         member._value_ = name
-        member.equations, member.axes, member.about = equations, axes, about
+        member.equations, member.axes, member.about, member.freedoms = equations, axes, about, freedoms
         return member
 
     FIXED = "fixed", (POINT, LOCK), "", "nothing moves"
-    REVOLUTE = "revolute", (POINT, HINGE), "z", "turns about z"
-    PRISMATIC = "prismatic", (slide(0), slide(1), LOCK), "z", "slides along z"
-    UNIVERSAL = "universal", (POINT, dot(0, 1, "twist")), "xy", "turns about x of A and y of B"
-    SPHERICAL = "spherical", (POINT,), "", "turns about a point"
+    REVOLUTE = "revolute", (POINT, HINGE), "z", "turns about z", (Freedom.TURN,)
+    PRISMATIC = "prismatic", (slide(0), slide(1), LOCK), "z", "slides along z", (Freedom.SLIDE,)
+    UNIVERSAL = (
+        "universal",
+        (POINT, dot(0, 1, "twist")),
+        "xy",
+        "turns about x of A and y of B",
+        (Freedom.TURN_OF_A, Freedom.TURN_OF_B),
+    )
+    SPHERICAL = "spherical", (POINT,), "", "turns about a point", (Freedom.BALL,)
 
     @property
     def rows(self) -> int:

@@ -18,10 +18,10 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
-from cutjoint.description.physics import NO_PHYSICS
-from cutjoint.description.physics import Bushing as Bushing
-from cutjoint.description.physics import JointPhysics as JointPhysics
 from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.mechanism.physics import NO_PHYSICS
+from cutjoint.mechanism.physics import Bushing as Bushing
+from cutjoint.mechanism.physics import JointPhysics as JointPhysics
 
 IDENTITY: Array = readonly(np.eye(4))
 TASK_NAMES = ("x", "y", "z", "rx", "ry", "rz")

@@ -4,6 +4,7 @@ cross-check are written against.  No Pinocchio and no numbers of any robot here.
 from cutjoint.mechanism.interface import JointLimits, Mechanism, kinetic_energy
 from cutjoint.mechanism.loads import Load
 from cutjoint.mechanism.names import ActuatedCoordinates, Actuator, Layout, Stored, actuated_values, in_order
+from cutjoint.mechanism.physics import Bushing, JointPhysics
 from cutjoint.mechanism.pose import Pose
 from cutjoint.mechanism.task import Target, TargetLike, Task
 from cutjoint.mechanism.types import Posture, Terms, Tool
@@ -11,7 +12,9 @@ from cutjoint.mechanism.types import Posture, Terms, Tool
 __all__ = [
     "ActuatedCoordinates",
     "Actuator",
+    "Bushing",
     "JointLimits",
+    "JointPhysics",
     "Layout",
     "Load",
     "Mechanism",

@@ -103,7 +103,7 @@ class ConstrainedPlant:
         """What to record.  Energies and tool come from the full state, drift and all."""
         model, data = self.chain.model, self._data
         kinetic = float(pin.computeKineticEnergy(model, data, state.q, state.v))
-        potential = float(pin.computePotentialEnergy(model, data, state.q))
+        potential = float(pin.computePotentialEnergy(model, data, state.q)) + self.chain.spring_energy(state.q)
         tool = data.oMi[self._tool_joint] * self._tool_place
         motion = self._tool_place.actInv(data.v[self._tool_joint])
         turned = (quaternion_of(tool.rotation), tool.rotation @ motion.angular) if self._turns else ()

@@ -56,6 +56,11 @@ class JointPhysics:
         return self.gear * self.gear * self.rotor
 
     @property
+    def acts(self) -> bool:
+        """Whether it does anything but weigh."""
+        return bool(self.damping or self.friction or self.stiffness or self.stop_stiffness)
+
+    @property
     def sticks(self) -> bool:
         """Whether its friction holds what rests."""
         return self.friction > 0.0 and self.friction_speed == 0.0
@@ -75,7 +80,7 @@ class Bushing:
     """A spring and damper in place of what a cut joint would hold rigidly.
 
     The springs act on each equation of the cut's type (`cutjoint.description.cuts`): the stiffnesses on those that are
-    lengths, the turning ones on those that are angles.  Tilts and twists count by their sine.
+    lengths, the turning ones on those that are angles.
 
     Attributes:
         stiffness: [N/m].
