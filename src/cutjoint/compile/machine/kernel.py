@@ -93,16 +93,21 @@ class Sizes:
     settled: int
     """Leading part of the state that the settling function rewrites; 0 where there is none."""
     memory: int = 0
-    """What only events change."""
-    shown: int = 0
-    """Values that are recorded and nothing else."""
+    """What only events change; 0 at the start."""
     noise: int = 0
     """Random numbers that an event reads."""
+    shown: tuple[int, ...] = ()
+    """Places of the memory that are recorded."""
+
+    @property
+    def changing(self) -> int:
+        """Where the memory begins in the arguments: behind state, reference row and own arguments."""
+        return self.state + self.columns + self.given
 
     @property
     def width(self) -> int:
-        """Numbers of a record."""
-        return self.state + self.watched + self.shown
+        """Numbers of a record: state, watched values, what is shown of the memory."""
+        return self.state + self.watched + len(self.shown)
 
     @property
     def totals(self) -> int:
@@ -116,7 +121,7 @@ class Event:
 
     Attributes:
         program: what it computes.
-        targets: the places of the memory that its results go to.
+        targets: the places in these arguments that its results go to.
         draws: whether it reads noise, each time the next row of it.
     """
 
@@ -145,18 +150,20 @@ class LoopParts:
     """A loop over runs, in parts.
 
     Attributes:
-        rate: program of the rates of the state, of what is watched and shown, and of the strain.
+        rate: program of the rates of the state, of what is watched, and of the strain.
         settle: program of the Newton step onto the loops, where there are any.
         stages: the integrator.
         sizes: the numbers of a run.
-        events: what happens between steps, in this order where several fall due; with them the reference is read at
-            whole steps only, without them at half steps too.
+        begin: what happens before the first step, with the first row of noise, which is then drawn again.
+        events: what changes the memory between steps, in this order where several fall due; with them the reference is
+            read at whole steps only, without them at half steps too.
     """
 
     rate: Program
     settle: Program | None
     stages: Stages
     sizes: Sizes
+    begin: Event | None = None
     events: tuple[Event, ...] = ()
 
 

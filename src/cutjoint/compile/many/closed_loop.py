@@ -2,16 +2,14 @@
 
 Controller, plant and integrator are one compiled loop.  The plant is integrated in its position variables (for a chain
 all joints) and the velocities of the actuators; for a chain each step ends with one Newton step onto the loops, so
-nothing drifts.  The controller acts continuously, at every stage of the integrator, as in `cutjoint.simulation.run`
-without a rate.
+nothing drifts.  The controller acts continuously, at every stage of the integrator, or at the instants of its hardware,
+as in `cutjoint.simulation.run`.
 """
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
@@ -20,16 +18,21 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, positive
 from cutjoint.compile.batch import cores
 from cutjoint.compile.compiler import Compiled
-from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.machine.backends import backend
 from cutjoint.compile.machine.kernel import Runs
-from cutjoint.compile.many_loop import TimeGrid, traced_loop
-from cutjoint.compile.many_results import Many, Outcome, Variation
+from cutjoint.compile.many.blocks import Blocks
+from cutjoint.compile.many.grid import TimeGrid, time_grid
+from cutjoint.compile.many.instants import Chances
+from cutjoint.compile.many.results import Many, Outcome
+from cutjoint.compile.many.traced import traced_loop
+from cutjoint.compile.many.variation import Variation
 from cutjoint.compile.once import once
 from cutjoint.control import Law
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired, Reference
+from cutjoint.simulation.hardware import Clock, Drive, Hardware
+from cutjoint.simulation.integrators import fixed_step
 
 LARGEST_RECORD = 2**31
 """Records beyond this many bytes are refused; a larger `every` makes them smaller."""
@@ -43,7 +46,10 @@ class ClosedLoop:
         law: the controller.  Its own code is traced.
         mechanism: through whose inverse kinematics references are seen (see `Reference`).
         gains: names of the law's gains that vary, one number an actuator.
+        rate: of the controller [Hz], whose effort is held in between; default continuous control.
         limits: largest |effort|, scalar or one an actuator; default none.
+        hardware: all that is between law and joints, in place of rate and limits.
+        method: integrator of fixed step, a name of `cutjoint.simulation.integrators.FIXED_STEP`.
 
     Raises:
         InputError: the law cannot be traced, or its model cannot follow the measured state.
@@ -57,30 +63,49 @@ class ClosedLoop:
         mechanism: Mechanism,
         *,
         gains: tuple[str, ...] = (),
+        rate: float | None = None,
         limits: npt.ArrayLike | None = None,
+        hardware: Hardware | None = None,
+        method: str = "rk4",
     ) -> None:
-        self.traced = traced_loop(plant, law, mechanism, tuple(gains), limits)
-        self.plant, self.law, self.mechanism, self.sizes = plant, law, mechanism, self.traced.sizes
+        fixed_step(method)
+        control = _control(hardware, rate, limits, plant.n)
+        self.traced = traced_loop(plant, law, mechanism, tuple(gains), control, method)
+        self.plant, self.law, self.mechanism, self.sizes = plant, law, mechanism, self.traced.parts.sizes
         self._lock = threading.RLock()
 
     def __reduce__(self) -> tuple[object, ...]:
-        made = partial(ClosedLoop, gains=self.traced.gains, limits=self.traced.limits)
+        loop, hardware = self.traced, self.traced.hardware
+        limits = loop.control if hardware is None else None
+        made = partial(ClosedLoop, gains=loop.gains, limits=limits, hardware=hardware, method=loop.method)
         return made, (self.plant, self.law, self.mechanism)
 
     @once
     def _runs(self) -> Runs:
-        loop, options = self.traced, self.plant.options
-        return backend(options.backend).runs(loop.rate, loop.settle, loop.sizes, fast=options.fast)
+        options = self.plant.options
+        return backend(options.backend).runs(self.traced.parts, fast=options.fast)
 
-    def reference_table(self, reference: Reference, step: float, steps: int) -> Array:
-        """What the loop reads of a reference at every half step, shape (2 steps + 1, columns).
+    def grid(self, span: float, step: float, every: float | None) -> TimeGrid:
+        """Steps of at most `step` [s] and samples `every` so many [s], over `span` [s].
+
+        Raises:
+            InputError: not positive, or a span that is no whole number of steps.
+        """
+        hardware = self.traced.hardware
+        tick = None if hardware is None else hardware.ticks.length
+        return time_grid(positive("duration", span, "s"), positive("step", step, "s"), tick, every)
+
+    def reference_table(self, reference: Reference, grid: TimeGrid) -> Array:
+        """What the loop reads of a reference: at every half step under continuous control, at every step otherwise;
+        shape (instants, columns).
 
         Raises:
             UnreachableError: the reference leaves the workspace.
         """
-        rows = np.empty((2 * steps + 1, self.sizes.columns))
+        parts = 1 if grid.beat else 2
+        rows = np.empty((parts * grid.steps + 1, self.sizes.columns))
         for k in range(len(rows)):
-            desired: Desired = reference.at(0.5 * step * k)
+            desired: Desired = reference.at(grid.step * k / parts)
             rows[k] = np.concatenate([np.ravel(filler(desired)) for filler in self.traced.desired.fillers])
         return rows
 

@@ -16,7 +16,7 @@ WHOLE = 1e-9
 class TimeGrid:
     """Steps of `step` [s] from time 0, and samples every `stride` of them and at the end.
 
-    `beat` is the number of steps between two sample instants of the controller; 0 where it acts continuously.
+    `beat` is the number of steps in a tick of the controller's clock; 0 where it acts continuously.
     """
 
     step: float
@@ -30,31 +30,30 @@ class TimeGrid:
         return [*range(0, self.steps, self.stride), self.steps]
 
 
-def time_grid(span: float, step: float, rate: float | None, every: float | None) -> TimeGrid:
+def time_grid(span: float, step: float, tick: float | None, every: float | None) -> TimeGrid:
     """The grid of a run.
 
     Args:
         span: how long it is [s].
-        step: longest step [s]; it is cut so that whole ones fill the span, or a period of the controller.
-        rate: of the controller [Hz]; None acts continuously.
+        step: longest step [s]; it is cut so that whole ones fill the span, or a tick.
+        tick: of the controller's clock [s]; None acts continuously.
         every: distance of the samples [s]; None: only the first and the last.
 
     Raises:
         InputError: not positive, or a sampled run whose span is no whole number of steps.
     """
     size = positive("step", step, "s")
-    if rate is None:
+    if tick is None:
         beat, steps = 0, max(1, round(span / size))
         size = span / steps
     else:
-        period = 1.0 / positive("rate", rate, "Hz")
-        beat = steps_within(period, size)
-        size = period / beat
+        beat = steps_within(tick, size)
+        size = tick / beat
         steps = round(span / size)
         if steps < 1 or abs(steps * size - span) > WHOLE * span:
             raise InputError(
-                f"a run of {span:g} s is no whole number of steps of {size:g} s, which fill the controller's period of "
-                f"{period:g} s; take {max(1, steps) * size:.9g} s"
+                f"a run of {span:g} s is no whole number of steps of {size:g} s, which fill the controller's tick of "
+                f"{tick:g} s; take {max(1, steps) * size:.9g} s"
             )
     stride = steps if every is None else max(1, round(positive("every", every, "s") / size))
     return TimeGrid(size, steps, stride, beat)

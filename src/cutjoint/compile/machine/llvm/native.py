@@ -162,6 +162,8 @@ class NativeRuns:
         self._programs = {"rate": parts.rate, **{f"event{k}": one.program for k, one in enumerate(parts.events)}}
         if parts.settle is not None:
             self._programs["settle"] = parts.settle
+        if parts.begin is not None:
+            self._programs["begin"] = parts.begin.program
         self._parts, self._fast = parts, fast
         self._lock = threading.Lock()
         self._loops: dict[int, tuple[Machine, RunLoop]] = {}

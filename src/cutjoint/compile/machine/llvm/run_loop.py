@@ -15,14 +15,14 @@ class RunLoopText:
     """`void symbol(int64 begin, int64 end, int64 steps, int64 every, double h, double limit, const int64 *table)`.
 
     Calls `rate(x, y)` with x = state, row of the reference, per-run arguments, memory and y = rates, watched values,
-    shown values, strain; if anything is settled, `settle(x, y)` with y = settled part, residual, strain; and
-    `eventK(x, y)` with x = all of that and noise, y = the new values of its targets.
+    strain; if anything is settled, `settle(x, y)` with y = settled part, residual, strain; and `begin(x, y)` and
+    `eventK(x, y)` with x = all of that and noise, y = the new values of their targets.
 
     The table holds addresses: states and per-run arguments (group, number, lane), reference rows (steps + 1, or without
     events 2 steps + 1; columns), records (group, record, width, lane), sums (group, totals, lane), the number of
-    records, memory (group, number, lane), and the addresses of each lane's due bytes (steps + 1; bit K: event K) and of
-    its noise (draws + 1; noise), (group, lane) each.  Sums are the largest |w| and the sum of w^2 of every watched
-    value, the first step whose strain was beyond the limit (steps + 1: none), and the largest residual.
+    records, and the addresses of each lane's due bytes (steps + 1; bit K: event K) and of its noise (one row more than
+    is drawn; noise), (group, lane) each.  Sums are the largest |w| and the sum of w^2 of every watched value, the first
+    step whose strain was beyond the limit (steps + 1: none), and the largest residual.
 
     It is written block by block.
 
@@ -37,8 +37,7 @@ class RunLoopText:
         self.out = Writer()
         self.a = Lanes(self.out, lanes)
         s = parts.sizes
-        self.memory = s.state + s.columns + s.given
-        self.noise = self.memory + s.memory
+        self.noise = s.changing + s.memory
 
     def text(self) -> str:
         """The whole function."""
@@ -88,7 +87,7 @@ class RunLoopText:
     def evaluate(self) -> None:
         """Rates at the arguments, judged."""
         self.out.do(f"call void @rate(ptr {self.x}, ptr {self.y})")
-        self.judge(self.a.load(self.y, self.sizes.width))
+        self.judge(self.a.load(self.y, self.sizes.state + self.sizes.watched))
 
     def settle(self) -> None:
         """One Newton step onto the loops, from and to the arguments."""
@@ -120,19 +119,18 @@ class RunLoopText:
                 some = out.emit(f"icmp ne i{lanes} {out.emit(f'bitcast {self.a.boolean} {mask} to i{lanes}')}, 0")
             out.do(f"br i1 {some}, label %happens{k}, label %happened{k}")
             out.do(f"happens{k}:")
-            self._happens(k, event, mask)
+            self._happens(f"event{k}", event, mask)
             out.do(f"br label %happened{k}")
             out.do(f"happened{k}:")
 
-    def _happens(self, k: int, event: Event, mask: str) -> None:
+    def _happens(self, symbol: str, event: Event, mask: str) -> None:
         """An event in the lanes of a mask."""
         out, a = self.out, self.a
         if event.draws:
             self._draw(mask)
-        out.do(f"call void @event{k}(ptr {self.x}, ptr {self.y})")
+        out.do(f"call void @{symbol}(ptr {self.x}, ptr {self.y})")
         for place, target in enumerate(event.targets):
-            old = a.load(self.x, self.memory + target)
-            a.store(self.x, self.memory + target, self.choose(mask, a.load(self.y, place), old))
+            a.store(self.x, target, self.choose(mask, a.load(self.y, place), a.load(self.x, target)))
 
     def _draw(self, mask: str) -> None:
         """The next row of noise of every lane; those of the mask go on to the row after it."""
@@ -152,24 +150,44 @@ class RunLoopText:
         for k, value in enumerate(values):
             a.store(self.x, self.noise + k, value)
 
+    def _chance(self) -> None:
+        """The group's due bytes, and the beginning of its noise."""
+        out, self.clocks = self.out, list[str]()
+        if not self.parts.events:
+            return
+        lane0 = out.emit(f"mul i64 %g, {self.lanes}")
+        for lane in range(self.lanes):
+            index = out.emit(f"add i64 {lane0}, {lane}")
+            clock, noise = (
+                out.emit(f"load ptr, ptr {out.emit(f'getelementptr ptr, ptr {x}, i64 {index}')}, align 8")
+                for x in (self.all_clocks, self.all_noise)
+            )
+            self.clocks.append(clock)
+            out.do(f"store ptr {noise}, ptr {out.emit(f'getelementptr ptr, ptr {self.drawn}, i64 {lane}')}, align 8")
+
+    def _everywhere(self) -> str:
+        """A mask of all lanes."""
+        return "true" if self.lanes == 1 else "<" + ", ".join(["i1 true"] * self.lanes) + ">"
+
     # -- the loop ----------------------------------------------------------------------------------------------------
 
     def _entry(self) -> None:
         """Room, addresses and constants."""
         s, out = self.sizes, self.out
         out.do("entry:")
-        results = max([s.width + 1, *(len(event.targets) for event in self.parts.events)])
+        events = [*self.parts.events, *([] if self.parts.begin is None else [self.parts.begin])]
+        results = max([s.state + s.watched + 1, *(len(event.targets) for event in events)])
         self.x, self.y = self.a.room(self.noise + s.noise), self.a.room(results)
         self.base, self.total, self.sums = self.a.room(s.state), self.a.room(s.state), self.a.room(s.totals)
         self.settled = self.a.room(s.settled + 2)
         self.drawn = out.emit(f"alloca ptr, i64 {self.lanes}, align 8")
         pointers = []
-        for k in range(9):
+        for k in range(8):
             place = out.emit(f"getelementptr i64, ptr %table, i64 {k}")
             value = out.emit(f"load i64, ptr {place}, align 8")
             pointers.append(value if k == 5 else out.emit(f"inttoptr i64 {value} to ptr"))
         self.states, self.given, self.rows, self.records, self.results, self.count, *others = pointers
-        self.memories, self.all_clocks, self.all_noise = others
+        self.all_clocks, self.all_noise = others
         self.h = self.a.spread("%h")
         self.half = out.emit(f"fmul {self.a.type} {self.h}, {self.a.spread('5.0e-01')}")
         divisor = self.a.constant(float(self.parts.stages.divisor))
@@ -187,26 +205,21 @@ class RunLoopText:
         out.do("br i1 %g.more, label %start, label %leave")
         out.do("start:")
         self.copy(s.state, self.a.at(self.states, out.emit(f"mul i64 %g, {s.state}")), self.base)
-        for place, count, values in (
-            (s.state + s.columns, s.given, self.given),
-            (self.memory, s.memory, self.memories),
-        ):
-            self.copy(count, self.a.at(values, out.emit(f"mul i64 %g, {count}")), self.a.at(self.x, place))
+        own = self.a.at(self.given, out.emit(f"mul i64 %g, {s.given}"))
+        self.copy(s.given, own, self.a.at(self.x, s.state + s.columns))
         zero = "0.0" if self.lanes == 1 else "zeroinitializer"
         for k in range(s.totals):
             self.a.store(self.sums, k, self.never if k == 2 * s.watched else zero)
         self.first = self.a.at(self.records, out.emit(f"mul i64 {out.emit(f'mul i64 %g, {self.count}')}, {s.width}"))
-        self.clocks = []
-        if self.parts.events:
-            lane0 = out.emit(f"mul i64 %g, {self.lanes}")
-            for lane in range(self.lanes):
-                index = out.emit(f"add i64 {lane0}, {lane}")
-                clock, noise = (
-                    out.emit(f"load ptr, ptr {out.emit(f'getelementptr ptr, ptr {x}, i64 {index}')}, align 8")
-                    for x in (self.all_clocks, self.all_noise)
-                )
-                self.clocks.append(clock)
-                out.do(f"store ptr {noise}, ptr {out.emit(f'getelementptr ptr, ptr {self.drawn}, i64 {lane}')}, align 8")
+        for k in range(s.memory):
+            self.a.store(self.x, s.changing + k, zero)
+        self._chance()
+        if self.parts.begin is not None:
+            self.copy(s.state, self.base, self.x)
+            self.row("0")
+            self._happens("begin", self.parts.begin, self._everywhere())
+            self.copy(s.state, self.x, self.base)
+            self._chance()
         out.do("br label %step")
 
     def _step(self) -> None:
@@ -238,8 +251,10 @@ class RunLoopText:
         out.do("record:")
         place = self.a.at(self.first, out.emit(f"mul i64 %taken, {s.width}"))
         self.copy(s.state, self.base, place)
-        for k in range(s.state, s.width):
+        for k in range(s.state, s.state + s.watched):
             self.a.store(place, k, self.a.load(self.y, k))
+        for k, memory in enumerate(s.shown, start=s.state + s.watched):
+            self.a.store(place, k, self.a.load(self.x, s.changing + memory))
         more = out.emit("add i64 %taken, 1")
         out.do("br label %go")
         out.do("go:")
