@@ -13,6 +13,7 @@ from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.machine.kernel import Runs, Sizes
 from cutjoint.compile.many.grid import TimeGrid
 from cutjoint.compile.many.instants import Bytes, Chances
+from cutjoint.compile.many.variation import Part
 
 EVALUATIONS = 250_000
 """Steps of runs in a block: often enough to report, seldom enough not to matter."""
@@ -26,11 +27,10 @@ class Blocks:
     Args:
         runs: the compiled loop.
         sizes: its numbers.
-        state, given: what the runs begin with and have of their own, shape (N, size).
+        part: what the runs begin with and have of their own.
         rows: the reference.
         grid: steps and samples.
         chances: instants and noise; None under continuous control.
-        first: number of the first run.
 
     Attributes:
         records: shape (N, samples, width).
@@ -38,25 +38,17 @@ class Blocks:
     """
 
     def __init__(
-        self,
-        runs: Runs,
-        sizes: Sizes,
-        state: Array,
-        given: Array,
-        rows: Array,
-        grid: TimeGrid,
-        chances: Chances | None,
-        first: int,
+        self, runs: Runs, sizes: Sizes, part: Part, rows: Array, grid: TimeGrid, chances: Chances | None
     ) -> None:
-        self.count, self.grid, self.chances, self.first = len(state), grid, chances, first
+        self.count, self.grid, self.chances, self.first = len(part.state), grid, chances, part.first
         self.lanes = 1 if self.count == 1 else runs.lanes
         self.groups = -(-self.count // self.lanes)
         self._call = runs.loop(self.lanes)
-        self._given = [self._grouped(state), self._grouped(given), np.ascontiguousarray(rows)]
+        self._given = [self._grouped(part.state), self._grouped(part.given), np.ascontiguousarray(rows)]
         shape = (self.groups, len(grid.chosen), sizes.width, self.lanes)
         self._records, self._sums = _aligned(shape), _aligned((self.groups, sizes.totals, self.lanes))
         self._chance = np.zeros((2, self.groups, self.lanes), dtype=np.int64)
-        self._due = None if chances is None or not chances.alike else chances.due(first)
+        self._due = None if chances is None or not chances.alike else chances.due(part.first)
         arrays = (*self._given, self._records, self._sums)
         addresses = [*(x.ctypes.data for x in arrays), len(grid.chosen), *(x.ctypes.data for x in self._chance)]
         self._table = np.array(addresses, dtype=np.int64)

@@ -11,7 +11,7 @@ import numpy as np
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.compile.many.grid import TimeGrid
 from cutjoint.compile.many.traced import TracedLoop
-from cutjoint.compile.many.variation import Variation
+from cutjoint.compile.many.variation import Part
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.control import Law
 from cutjoint.control.law import Gain
@@ -19,12 +19,14 @@ from cutjoint.errors import CutjointError, InputError
 from cutjoint.motion import Reference
 from cutjoint.simulation import ReducedPlant
 from cutjoint.simulation import run as simulate
+from cutjoint.simulation.hardware import Hardware
 from cutjoint.simulation.integrators import fixed_step
 
 RESIDUAL_LIMIT = 1e-6
 """A run whose loops were open by more than this before any settling step is not trusted [rad, or robot lengths]."""
 
-_PER_RUN = ("q", "v", "effort", "positions", "error_rms", "error_max", "effort_max")
+_SAMPLED = ("q", "v", "effort", "positions", "measured_q", "measured_v", "asked", "command")
+_PER_RUN = (*_SAMPLED, "error_rms", "error_max", "effort_max")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +37,8 @@ class Many(Values):
         time: of the samples, shape (m,) [s].
         q, v, effort: actuated coordinates, velocities and efforts, shape (N, m, n).
         positions: all position variables, shape (N, m, positions).
+        measured_q, measured_v, asked, command: what the law saw last of coordinates and velocities, what it asked for
+            then, and the command in effect, shape (N, m, n); (N, m, 0) under continuous control.
         error_rms: root mean square of desired minus actual coordinate over all steps, shape (N, n).
         error_max: largest of it, shape (N, n).
         effort_max: largest |effort|, shape (N, n).
@@ -47,6 +51,10 @@ class Many(Values):
     v: Array
     effort: Array
     positions: Array
+    measured_q: Array
+    measured_v: Array
+    asked: Array
+    command: Array
     error_rms: Array
     error_max: Array
     effort_max: Array
@@ -61,24 +69,33 @@ class Many(Values):
 class Outcome:
     """Turns what the compiled loop left into a `Many`, and does again by the model what it could not do."""
 
-    def __init__(self, loop: TracedLoop, variation: Variation, records: Array, sums: Array, times: TimeGrid) -> None:
-        source, n, steps = loop.plant.source, loop.plant.n, times.steps
+    def __init__(self, loop: TracedLoop, part: Part, records: Array, sums: Array, times: TimeGrid) -> None:
+        source, n, steps, sizes = loop.plant.source, loop.plant.n, times.steps, loop.parts.sizes
         p = source.positions
-        self.loop, self.variation, self.times = loop, variation, times
+        self.loop, self.part, self.times = loop, part, times
         self.time = times.step * np.array(times.chosen, dtype=np.float64)
-        self.positions = records[:, :, :p]
-        self.q = records[:, :, list(source.actuated)] if isinstance(source, ChainSource) else self.positions
-        self.v = records[:, :, p : p + n]
-        self.effort = records[:, :, loop.parts.sizes.state : loop.parts.sizes.state + n]
-        self.effort_max = sums[:, 0 : 2 * n : 2]
-        self.error_max = sums[:, 2 * n : 4 * n : 2]
-        self.error_rms = np.sqrt(sums[:, 2 * n + 1 : 4 * n + 1 : 2] / (steps + 1))
+        positions = records[:, :, :p]
+        shown = records[:, :, sizes.state + sizes.watched :]
+        measured_q, measured_v, asked, command = np.split(shown, 4, axis=2)
+        self.arrays = {
+            "q": records[:, :, list(source.actuated)] if isinstance(source, ChainSource) else positions,
+            "v": records[:, :, p : p + n],
+            "effort": records[:, :, sizes.state : sizes.state + n],
+            "positions": positions,
+            "measured_q": measured_q,
+            "measured_v": measured_v,
+            "asked": asked,
+            "command": command,
+            "error_rms": np.sqrt(sums[:, 2 * n + 1 : 4 * n + 1 : 2] / (steps + 1)),
+            "error_max": sums[:, 2 * n : 4 * n : 2],
+            "effort_max": sums[:, 0 : 2 * n : 2],
+        }
         broken = (sums[:, 4 * n] <= steps) | (sums[:, 4 * n + 1] > RESIDUAL_LIMIT) | ~np.isfinite(sums).all(axis=1)
         self.broken = np.flatnonzero(broken | ~np.isfinite(records[:, -1]).all(axis=1)).tolist()
 
     def many(self, reference: Reference | Array) -> Many:
         """The result."""
-        arrays = {name: np.array(getattr(self, name), dtype=np.float64) for name in _PER_RUN}
+        arrays = {name: np.array(values, dtype=np.float64) for name, values in self.arrays.items()}
         failed: dict[int, str] = {}
         for run in self.broken:
             for array in arrays.values():
@@ -94,38 +111,38 @@ class Outcome:
         return Many(time=readonly(self.time), failed=failed, slow=slow, **arrays)
 
     def _by_model(self, run: int, reference: Reference | Array) -> dict[str, Array]:
-        """One run by the model that is not compiled, with the same integrator.
+        """One run by the model that is not compiled, with the same integrator, hardware and chance.
 
         Raises:
             SimulationError: it cannot be simulated to its end.
         """
-        loop, variation, times = self.loop, self.variation, self.times
+        loop, part, times = self.loop, self.part, self.times
         if not isinstance(reference, Reference):
             raise InputError(
                 "the run left what is compiled for; give the reference itself to have it done by the model"
             )
-        values = {name: float(column[run]) for name, column in variation.parameters.items()}
+        values = {name: float(column[run]) for name, column in part.parameters.items()}
         model = loop.plant.with_parameters(**values).plain
-        gains = {name: column[run] for name, column in variation.gains.items()}
+        gains = {name: column[run] for name, column in part.gains.items()}
+        hardware = loop.hardware
         result = simulate(
             ReducedPlant(model),
             _with_gains(loop.law, gains),
             reference,
             integrator=fixed_step(loop.method)(times.step),
             duration=times.step * times.steps,
-            rate=loop.rate,
-            limits=loop.limits,
-            start=model.close(variation.start[run]),
-            start_velocity=variation.velocity[run],
+            limits=None if isinstance(loop.control, Hardware) else loop.control,
+            hardware=hardware,
+            run_number=0 if hardware is None else part.first + run,
+            start=model.close(part.start[run]),
+            start_velocity=part.velocity[run],
         )
-        chosen = times.chosen
         error = result.desired_q - result.q
-        places = result.q if loop.plant.source.positions == loop.plant.n else result.q_full
-        return {
-            "q": result.q[chosen],
-            "v": result.v[chosen],
-            "effort": result.effort[chosen],
-            "positions": places[chosen],
+        columns = {"positions": result.q if loop.plant.source.positions == loop.plant.n else result.q_full}
+        names = _SAMPLED if hardware is not None else _SAMPLED[:4]
+        columns |= {name: getattr(result, name) for name in names if name != "positions"}
+        found = {name: column[times.chosen] for name, column in columns.items()}
+        return found | {
             "error_rms": np.sqrt(np.mean(error**2, axis=0)),
             "error_max": np.abs(error).max(axis=0),
             "effort_max": np.abs(result.effort).max(axis=0),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from cutjoint.arrays import Array
 from cutjoint.compile.compiler import Compiled
@@ -21,6 +22,8 @@ from cutjoint.simulation import ReducedPlant
 from cutjoint.simulation.hardware import Hardware
 from cutjoint.simulation.hardware.fitted import Fitted
 
+Control: TypeAlias = Hardware | Array | None
+"""What is between law and joints: hardware, or under continuous control the limits of efforts, or nothing."""
 STAGES: Mapping[str, Stages] = {
     "rk4": Stages((0.5, 0.5, 1.0), (1, 2, 2, 1), 6),
     "midpoint": Stages((0.5,), (0, 1), 1),
@@ -44,7 +47,7 @@ class TracedLoop:
 
     plant: Compiled
     law: Law
-    control: Hardware | Array | None
+    control: Control
     method: str
     gains: tuple[str, ...]
     behind: int
@@ -56,13 +59,18 @@ class TracedLoop:
         """What is between law and joints, or None under continuous control."""
         return self.control if isinstance(self.control, Hardware) else None
 
+    @property
+    def rows_per_step(self) -> int:
+        """Rows of the reference table that a step takes."""
+        return 2 if self.hardware is None else 1
+
 
 def traced_loop(
     plant: Compiled,
     law: Law,
     mechanism: Mechanism,
     gains: tuple[str, ...],
-    control: Hardware | Array | None,
+    control: Control,
     method: str,
 ) -> TracedLoop:
     """Trace a closed loop; see `ClosedLoop` for arguments and errors."""

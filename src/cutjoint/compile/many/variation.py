@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +13,40 @@ from cutjoint.compile.many.traced import TracedLoop
 from cutjoint.errors import InputError
 
 
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Some runs in a row.
+
+    Attributes:
+        first: number of the first one.
+        gains, parameters: name -> shape (N, n), (N,).
+        start, velocity: actuated coordinates and velocities at the beginning, shape (N, n).
+        state, given: what the compiled loop takes, shape (N, size).
+    """
+
+    first: int
+    gains: Mapping[str, Array]
+    parameters: Mapping[str, Array]
+    start: Array
+    velocity: Array
+    state: Array
+    given: Array
+
+
 class Variation:
-    """What varies: initial states and per-run arguments of all runs."""
+    """What varies: initial states and per-run arguments of all runs.
+
+    Args:
+        loop: the loop.
+        gains, parameters, start, start_velocity: see `simulate_many`.
+        runs: how many, where nothing varies but chance.
+
+    Attributes:
+        count: number of runs.
+
+    Raises:
+        InputError: shapes do not agree, names are not there, or numbers are not finite.
+    """
 
     def __init__(
         self,
@@ -22,8 +55,10 @@ class Variation:
         parameters: Mapping[str, npt.ArrayLike],
         start: npt.ArrayLike,
         start_velocity: npt.ArrayLike | None,
+        runs: int | None = None,
     ) -> None:
         n, plant = loop.plant.n, loop.plant
+        self.loop = loop
         if set(gains) != set(loop.gains):
             raise InputError(f"gains must be given for {', '.join(loop.gains) or 'none'}; found {', '.join(gains)}")
         names = plant.options.parameters
@@ -33,26 +68,46 @@ class Variation:
                     f"'{name}' is not an argument of the compiled plant ({', '.join(names) or 'it has none'}); "
                     "name it when compiling"
                 )
-        varied = {name: _rows(name, gains[name], n) for name in loop.gains}
-        masses = {name: _column({**plant.parameters, **parameters}[name]) for name in names}
-        q, v = _rows("start", start, n), _rows("start_velocity", 0.0 if start_velocity is None else start_velocity, n)
-        counts = {len(x) for x in (*varied.values(), *masses.values(), q, v)} - {1}
+        self.gains = {name: _rows(name, gains[name], n) for name in loop.gains}
+        self.parameters = {name: _column({**plant.parameters, **parameters}[name]) for name in names}
+        self.start = _rows("start", start, n)
+        self.velocity = _rows("start_velocity", 0.0 if start_velocity is None else start_velocity, n)
+        varied = (*self.gains.values(), *self.parameters.values(), self.start, self.velocity)
+        counts = {len(x) for x in varied} - {1}
+        if runs is not None:
+            counts |= {whole("runs", runs)} - ({1} if counts else set())
         if len(counts) > 1:
             raise InputError(f"what varies must agree in the number of runs, found {sorted(counts)}")
         self.count = counts.pop() if counts else 1
-        self.gains = {name: self._all(x) for name, x in varied.items()}
-        self.parameters = {name: self._all(x)[:, 0] for name, x in masses.items()}
-        closed = plant.batch.close(q)
-        self.start, self.velocity = self._all(q), self._all(v)
-        memory, none = np.zeros((self.count, loop.memory)), np.zeros((self.count, 0))
-        self.state = np.concatenate([self._all(closed), self.velocity, memory], axis=1)
-        own = (*self.gains.values(), *(x[:, None] for x in self.parameters.values()))
-        self.given = np.concatenate([none, *own], axis=1)
-        if not (np.isfinite(self.state).all() and np.isfinite(self.given).all()):
+        if not all(np.isfinite(x).all() for x in varied):
             raise InputError("gains, parameters and initial states must be finite")
+        self._closed = None if len(self.start) > 1 else plant.batch.close(self.start)
 
-    def _all(self, values: Array) -> Array:
-        return np.broadcast_to(values, (self.count, values.shape[1]))
+    def part(self, begin: int, end: int) -> Part:
+        """The runs from `begin` to before `end`.
+
+        Raises:
+            ClosureError, SingularError: one of them cannot start.
+        """
+        count = end - begin
+
+        def some(values: Array) -> Array:
+            return np.broadcast_to(values if len(values) == 1 else values[begin:end], (count, values.shape[1]))
+
+        start, velocity = some(self.start), some(self.velocity)
+        closed = self.loop.plant.batch.close(start) if self._closed is None else some(self._closed)
+        gains = {name: some(x) for name, x in self.gains.items()}
+        columns = {name: some(x) for name, x in self.parameters.items()}
+        state = np.concatenate([closed, velocity, np.zeros((count, self.loop.behind))], axis=1)
+        given = np.concatenate([np.zeros((count, 0)), *gains.values(), *columns.values()], axis=1)
+        return Part(begin, gains, {name: x[:, 0] for name, x in columns.items()}, start, velocity, state, given)
+
+
+def whole(name: str, value: int) -> int:
+    """A whole number >= 1."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise InputError(f"{name} must be a whole number >= 1, found {value!r}")
+    return int(value)
 
 
 def _rows(name: str, values: npt.ArrayLike, n: int) -> Array:
@@ -63,7 +118,7 @@ def _rows(name: str, values: npt.ArrayLike, n: int) -> Array:
     if array.ndim == 1 and name in ("start", "start_velocity"):
         return as_vector(name, array, n)[None, :]
     if array.ndim == 1:
-        return np.repeat(array[:, None], n, axis=1)
+        return np.broadcast_to(array[:, None], (len(array), n))
     if array.ndim != 2 or array.shape[1] != n:
         raise InputError(f"{name} must have shape (N,) or (N, {n}), found {array.shape}")
     return array
