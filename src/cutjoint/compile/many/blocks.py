@@ -17,7 +17,7 @@ from cutjoint.compile.many.variation import Part
 
 EVALUATIONS = 250_000
 """Steps of runs in a block: often enough to report, seldom enough not to matter."""
-NOISE = 2**24
+NOISE = 2**20
 """Most bytes of noise of a block, unless a single group has more."""
 
 

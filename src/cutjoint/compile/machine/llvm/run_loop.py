@@ -271,6 +271,8 @@ class RunLoopText:
                 length = self.h if nodes[stage] == 1.0 else self.half
                 for k in range(s.state):
                     self.a.store(self.x, k, self.a.fma(length, self.a.load(self.y, k), self.a.load(self.base, k)))
+                if s.settled:
+                    self.settle()
                 if nodes[stage] != nodes[stage - 1] and not self.parts.events:
                     self.row(out.emit(f"add i64 {self.doubled}, {1 if nodes[stage] == 0.5 else 2}"))
                 self.evaluate()
