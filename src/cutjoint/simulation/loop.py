@@ -24,6 +24,7 @@ from cutjoint.simulation.joint_limits import JointGuard, Passed, crossing, hermi
 from cutjoint.simulation.locks import Locks
 from cutjoint.simulation.observables import OBSERVABLES, Instant, gathered
 from cutjoint.simulation.plant import Plant, State
+from cutjoint.simulation.pushing import Pushing, RunLoads
 from cutjoint.simulation.result import About, Result, result_of
 
 # Two instants nearer to each other than this part of the whole run are one.
@@ -49,6 +50,7 @@ def run(
     start: Posture | State | None = None,
     start_velocity: npt.ArrayLike | None = None,
     lock: Sequence[str] = (),
+    loads: RunLoads | None = None,
     joint_limits: JointLimits = "respect",
     progress: Callable[[float], None] | None = None,
 ) -> Result:
@@ -71,12 +73,14 @@ def run(
             or home where nothing is followed.
         start_velocity: of the actuators at a posture, shape (n,); default at rest.
         lock: names of actuators that brakes hold where they start; the effort that is recorded of them is what holds.
+        loads: forces from outside: one `Load` or several, or a function (t, observation) -> loads of the time [s] and
+            what is seen of the state (`Observation`), such as a wall or a spring.  The result has their work.
         joint_limits: whether the run stops where a joint without stops passes its limits.
         progress: called with the time [s] after every step.
 
     Raises:
         InputError: an argument is out of its range, or the law asks for a desired motion where there is none.
-        UnknownNameError: there is no such actuator to lock.
+        UnknownNameError: there is no such actuator to lock, or no such link to push.
         UnreachableError, ClosureError, SingularError: no start.
         SimulationError: the run diverged, met a singularity, or a joint passed its limits; it holds the state and the
             result until then.
@@ -106,6 +110,10 @@ def run(
         about |= {"trajectory": reference.trajectory.name, "reference": reference.mechanism.name}
     if locks.names:
         about["locked"] = list(locks.names)
+    pushing = None if loads is None else Pushing(plant, loads)
+    if pushing is not None:
+        about["loads"] = pushing.about
+        pushing.on(0.0, first)  # what is wrong with them is wrong before the first step
     if hardware is not None:
         check_span(hardware, span)
         check_robot(hardware, plant.mechanism, locks.names)
@@ -113,7 +121,7 @@ def run(
         if (top := hardware.drive.limits) is not None:
             about["limits"] = np.asarray(top).tolist()
     between = bounds if built is None else Electronics(built, n, run_number)
-    coupled = Coupled(plant, control, reference, between, locks, first)
+    coupled = Coupled(plant, control, reference, between, locks, first, pushing)
     guard = JointGuard(plant.mechanism, first) if joint_limits == "respect" else None
     return _Run(coupled, method, guard, (span, spacing, every is None), about).go(progress)
 
@@ -305,7 +313,9 @@ class _Run:
         self.recorded, coupled = t, self.coupled
         desired = None if coupled.reference is None else coupled.desired(t)
         signals = coupled.signals(y) if "hardware" in self.about else None
-        now = Instant(t, coupled.plant.observe(state), desired, coupled.effort_at(t, state, y), float(y[-1]), signals)
+        now = Instant(
+            t, coupled.plant.observe(state), desired, coupled.effort_at(t, state, y), coupled.works(y), signals
+        )
         for name, one in OBSERVABLES.items():
             if (taken := one.take(now)) is not None:
                 self.columns[name].append(taken)
