@@ -20,6 +20,7 @@ _TEST = {Op.LESS: "olt", Op.AT_MOST: "ole"}
 def declarations(lanes: int) -> str:
     """Declarations of what flat functions call."""
     lines = ["declare double @atan2(double, double)", "declare double @acos(double)"]
+    lines.append("declare double @pow(double, double)")
     kinds = [("f64", "double"), *((f"v{k}f64", f"<{k} x double>") for k in (2, 4, 8) if k <= lanes)]
     for suffix, kind in kinds:
         lines.append(f"declare {kind} @llvm.fma.{suffix}({kind}, {kind}, {kind})")
