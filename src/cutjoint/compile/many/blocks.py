@@ -13,7 +13,7 @@ from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.machine.kernel import Runs, Sizes
 from cutjoint.compile.many.grid import TimeGrid
 from cutjoint.compile.many.instants import Bytes, Chances
-from cutjoint.compile.many.variation import Part
+from cutjoint.compile.many.variation import SomeRuns
 
 EVALUATIONS = 250_000
 """Steps of runs in a block: often enough to report, seldom enough not to matter."""
@@ -38,7 +38,7 @@ class Blocks:
     """
 
     def __init__(
-        self, runs: Runs, sizes: Sizes, part: Part, rows: Array, grid: TimeGrid, chances: Chances | None
+        self, runs: Runs, sizes: Sizes, part: SomeRuns, rows: Array, grid: TimeGrid, chances: Chances | None
     ) -> None:
         self.count, self.grid, self.chances, self.first = len(part.state), grid, chances, part.first
         self.lanes = 1 if self.count == 1 else runs.lanes

@@ -11,7 +11,7 @@ import numpy as np
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.compile.many.grid import TimeGrid
 from cutjoint.compile.many.traced import TracedLoop
-from cutjoint.compile.many.variation import Part
+from cutjoint.compile.many.variation import SomeRuns
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.control import Law
 from cutjoint.control.law import Gain
@@ -25,8 +25,9 @@ from cutjoint.simulation.integrators import fixed_step
 RESIDUAL_LIMIT = 1e-6
 """A run whose loops were open by more than this before any settling step is not trusted [rad, or robot lengths]."""
 
-_SAMPLED = ("q", "v", "effort", "positions", "measured_q", "measured_v", "asked", "command")
-_PER_RUN = (*_SAMPLED, "error_rms", "error_max", "effort_max")
+SAMPLED = ("q", "v", "effort", "positions", "measured_q", "measured_v", "asked", "command")
+"""The columns of `Many` that have samples."""
+_PER_RUN = (*SAMPLED, "error_rms", "error_max", "effort_max")
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +70,7 @@ class Many(Values):
 class Outcome:
     """Turns what the compiled loop left into a `Many`, and does again by the model what it could not do."""
 
-    def __init__(self, loop: TracedLoop, part: Part, records: Array, sums: Array, times: TimeGrid) -> None:
+    def __init__(self, loop: TracedLoop, part: SomeRuns, records: Array, sums: Array, times: TimeGrid) -> None:
         source, n, steps, sizes = loop.plant.source, loop.plant.n, times.steps, loop.parts.sizes
         p = source.positions
         self.loop, self.part, self.times = loop, part, times
@@ -139,7 +140,7 @@ class Outcome:
         )
         error = result.desired_q - result.q
         columns = {"positions": result.q if loop.plant.source.positions == loop.plant.n else result.q_full}
-        names = _SAMPLED if hardware is not None else _SAMPLED[:4]
+        names = SAMPLED if hardware is not None else SAMPLED[:4]
         columns |= {name: getattr(result, name) for name in names if name != "positions"}
         found = {name: column[times.chosen] for name, column in columns.items()}
         return found | {

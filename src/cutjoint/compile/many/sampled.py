@@ -1,4 +1,4 @@
-"""A law behind hardware, as events of a compiled loop: the equations of `cutjoint.simulation.hardware` on expressions."""
+"""A law behind hardware, as events of a compiled loop: `cutjoint.simulation.hardware` on expressions."""
 
 from __future__ import annotations
 

@@ -56,5 +56,7 @@ def sink_of(into: Into, loop: TracedLoop, asked: Asked) -> AbstractContextManage
 
         return ParquetSink(into, loop, asked.variation, asked.grid)
     if not callable(into):
-        raise InputError(f"into must be a function of a run's number and a chunk, or the path of a file, found {into!r}")
+        raise InputError(
+            f"into must be a function of a run's number and a chunk, or the path of a file, found {into!r}"
+        )
     return nullcontext(_Function(into))

@@ -74,8 +74,9 @@ def traced_loop(
     method: str,
 ) -> TracedLoop:
     """Trace a closed loop; see `ClosedLoop` for arguments and errors."""
-    if (lack := plant.source.lacks(Need.ACTUATED)) is not None:
-        raise lack
+    for need in (Need.ACTUATED, Need.SMOOTH):
+        if (lack := plant.source.lacks(need)) is not None:
+            raise lack
     ReducedPlant(plant)  # raises: idle freedoms gain momentum, so these are not all coordinates of the motion
     one = Tracing(plant, law, mechanism, gains)
     hardware = Sampled(one, Fitted(control, plant.n)) if isinstance(control, Hardware) else None

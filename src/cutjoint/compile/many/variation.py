@@ -14,7 +14,7 @@ from cutjoint.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class SomeRuns:
     """Some runs in a row.
 
     Attributes:
@@ -83,7 +83,18 @@ class Variation:
             raise InputError("gains, parameters and initial states must be finite")
         self._closed = None if len(self.start) > 1 else plant.batch.close(self.start)
 
-    def part(self, begin: int, end: int) -> Part:
+    def given(self, begin: int, end: int) -> dict[str, Array]:
+        """What the runs from `begin` to before `end` have of their own, by name: gains, parameters (N,), and `start`
+        and `start_velocity` where these vary, else (N, n)."""
+        part: dict[str, Array] = {}
+        starts = {"start": self.start, "start_velocity": self.velocity}
+        varied = {name: x for name, x in starts.items() if len(x) > 1}
+        for name, values in (self.gains | self.parameters | varied).items():
+            rows = np.broadcast_to(values if len(values) == 1 else values[begin:end], (end - begin, values.shape[1]))
+            part[name] = rows[:, 0] if name in self.parameters else rows
+        return part
+
+    def part(self, begin: int, end: int) -> SomeRuns:
         """The runs from `begin` to before `end`.
 
         Raises:
@@ -100,7 +111,7 @@ class Variation:
         columns = {name: some(x) for name, x in self.parameters.items()}
         state = np.concatenate([closed, velocity, np.zeros((count, self.loop.behind))], axis=1)
         given = np.concatenate([np.zeros((count, 0)), *gains.values(), *columns.values()], axis=1)
-        return Part(begin, gains, {name: x[:, 0] for name, x in columns.items()}, start, velocity, state, given)
+        return SomeRuns(begin, gains, {name: x[:, 0] for name, x in columns.items()}, start, velocity, state, given)
 
 
 def whole(name: str, value: int) -> int:
