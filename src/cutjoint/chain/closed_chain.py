@@ -320,7 +320,11 @@ class ClosedChain(Sealed):
         Raises:
             InputError: no tool, or not a mass.
         """
-        return ClosedChain(self.description.with_payload(mass), self._home_name)
+        return self.rebuilt(self.description.with_payload(mass))
+
+    def rebuilt(self, description: RobotDescription) -> ClosedChain:
+        """A chain of another description of this robot, with the same home; errors as of a new one."""
+        return ClosedChain(description, self._home_name)
 
     def compile(self) -> CompiledChain:
         """This robot as straight-line machine code; `cutjoint.compiled` has the options.

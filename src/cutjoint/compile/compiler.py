@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy.typing as npt
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile.compiled_chain import CompiledChain
@@ -19,6 +21,7 @@ def compiled(
     model: object,
     *,
     parameters: Sequence[str] = (),
+    ranges: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]] | None = None,
     fast: bool = False,
     cached: bool = True,
     report: Callable[[Made], None] | None = None,
@@ -28,19 +31,24 @@ def compiled(
 
     Args:
         model: a `ClosedChain` or a published model.
-        parameters: inertial parameters that stay arguments: `payload`, for a chain also names of links (their masses
-            [kg]), for a published model also fields of its parameters.
+        parameters: what stays an argument: `payload`; for a chain also paths into its description
+            (`cutjoint.description.paths`) and names of links (their masses [kg]), for a published model fields of its
+            parameters.
+        ranges: of a chain's parameters, (least, largest), for which the order of elimination shall be good; default a
+            neighbourhood of their values.
         fast: allow fast-math.
         cached: use the cache folder.
         report: called with every function that was made.
         backend: what makes machine code of the instructions, a name of `cutjoint.compile.machine.backends`.
 
     Raises:
-        InputError: neither of the two.
+        InputError: neither of the two, or ranges that are none.
         UnknownNameError: parameters that the model does not have, or no such back end.
     """
-    options = Options(tuple(parameters), fast, cached, report, backend)
+    options = Options(tuple(parameters), fast, cached, report, backend, dict(ranges or {}))
     if isinstance(model, ClosedFormModel):
+        if ranges:
+            raise InputError("ranges are for the parameters of closed chains; a published model needs none")
         return CompiledPaper(model, options)
     if isinstance(model, ClosedChain):
         return CompiledChain(model, options)

@@ -16,9 +16,14 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.mechanism import Mechanism, Pose, Posture, Terms, Tool
+from cutjoint.mechanism.rotations import vector_of
 
 DIFFERENCE = 1e-5
 """Step of differences, in the robot's units."""
+FURTHER = 1e-4
+"""Step of differences in parameters, in their units: robots are built anew for them."""
+MOST_BUILT = 6
+"""For more parameters than these, robots are not built anew only to compare derivatives."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +142,10 @@ class RobotSample:
         """A step of Newton's method to `goal`."""
         raise NotImplementedError
 
+    def known_slopes(self, what: str) -> Mapping[str, Array]:
+        """Derivatives in the parameters, of the tool or of the effort, where they can be told."""
+        raise NotImplementedError
+
     def aside(self, k: int, step: float) -> Posture:
         """A posture with actuated coordinate `k` moved by a small step."""
         return self.model.close(self.at.q + step * np.eye(len(self.v))[k], self.at)
@@ -198,6 +207,11 @@ def goal_of(pose: Pose, origin: Array) -> Array:
     goal = np.empty(12)
     goal[:3], goal[3:] = pose.position - origin, pose.rotation.ravel()
     return goal
+
+
+def twist_of(frame: Array, rotation: Array) -> Array:
+    """Place, and small turn since `rotation`, of a frame (3, 4), shape (6,)."""
+    return np.concatenate([frame[:, 3], vector_of(frame[:, :3] @ rotation.T)])
 
 
 def effort_for(terms: Terms, a: Array) -> Array:

@@ -18,6 +18,7 @@ from cutjoint.compile.functions.library import CompiledFunction
 from cutjoint.compile.functions.sample import RobotSample, RobotUnits, nearest_turn
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.compile.sources.interface import Need
 from cutjoint.compile.sources.paper import PaperSource
 from cutjoint.errors import CutjointError, DynamicsError, SingularError
 from cutjoint.mechanism import Mechanism, Posture
@@ -69,15 +70,40 @@ class Checker:
                 continue
         return [home]
 
+    @once
+    def other(self) -> tuple[ChainSource, Posture, Array] | None:
+        """The chain built anew at other values of its parameters, a posture of it, and the values."""
+        source = self.source
+        if not (isinstance(source, ChainSource) and source.parameters):
+            return None
+        for row in source.wide_cloud[::-1]:
+            q, values = row[: source.positions], row[source.positions :]
+            try:
+                description = source.arguments.rebuilt(dict(zip(source.parameters, values.tolist(), strict=True)))
+                built = ChainSource(source.chain.rebuilt(description), source.parameters)
+                return built, built.chain.posture(q), np.asarray(values)
+            except CutjointError:
+                continue
+        return None
+
     def __call__(self, function: CompiledFunction) -> str:
         chance, source = np.random.default_rng(len(function.row.name)), self.source
+        samples: list[tuple[RobotSample, Array]] = []
         for at in self.postures:
             if isinstance(source, ChainSource):
-                sample: RobotSample = ChainSample(source, self.units, at, chance)
+                samples.append((ChainSample(source, self.units, at, chance), self.parameters))
             else:
-                sample = RobotSample(self.model, self.units, at, chance)
+                samples.append((RobotSample(self.model, self.units, at, chance), self.parameters))
+        led = "goal" in function.row.arguments
+        if self.other is not None and isinstance(source, ChainSource):
+            built, at, values = self.other
+            if not led or source.keeps_task(values):
+                samples.append((ChainSample(built, self.units, at, chance, source.chain.origin), values))
+            if Need.PARAMETERS in function.row.needs:
+                samples = samples[-1:]
+        for sample, parameters in samples:
             try:
-                wrong = disagreement(function, sample, self.parameters)
+                wrong = disagreement(function, sample, parameters)
             except (np.linalg.LinAlgError, SingularError, DynamicsError):
                 wrong = "the robot has a motion that moves no mass, or is singular near home"
             if wrong:
