@@ -149,6 +149,17 @@ class Parametrised(Sealed, Generic[Model_co]):
         other._values = readonly(values)
         return other
 
+    def arrays(self, values: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
+        """Values of parameters for many states or runs, an array each.
+
+        Raises:
+            InputError: one of them is not an argument, or not finite numbers.
+        """
+        try:
+            return self.columns(values)
+        except UnknownNameError as error:
+            raise InputError(f"'{error.name}' is not an argument: {error}; name it when compiling") from error
+
     def columns(self, values: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
         """Values of parameters by name as an array each, checked.
 

@@ -120,7 +120,8 @@ def measured_state(
     exact = all(graph.reference(x) == graph.reference(y) for x, y in zip(q, state.actuated, strict=True))
     if isinstance(own, ClosedFormModel) and not (own is plant.model and exact and not plant.options.parameters):
         return PaperSource(own).state(graph, [x for x in q if isinstance(x, Expression)], [])
-    if own is not plant.model or not exact:
+    moved = isinstance(plant.source, ChainSource) and bool(plant.source.placing)
+    if own is not plant.model or not exact or moved:
         return None
     if not plant.options.parameters:
         return state
