@@ -12,19 +12,23 @@ from cutjoint.compile.functions.library import Made, Options
 from cutjoint.compile.many import ClosedLoop, simulate_many
 from cutjoint.compile.many_results import Many
 from cutjoint.compile.mechanism import CompiledMechanism, Derivatives
+from cutjoint.compile.plants import CompiledConstrainedPlant, CompiledPlant, compiled_plant
 
 __all__ = [
     "Batch",
     "ClosedLoop",
     "Compiled",
     "CompiledChain",
+    "CompiledConstrainedPlant",
     "CompiledMechanism",
     "CompiledPaper",
+    "CompiledPlant",
     "Derivatives",
     "Made",
     "Many",
     "Options",
     "compiled",
+    "compiled_plant",
     "functions_of",
     "simulate_many",
 ]

@@ -23,6 +23,7 @@ def compiled(
     cached: bool = True,
     report: Callable[[Made], None] | None = None,
     backend: str = "llvm",
+    quick: bool = False,
 ) -> Compiled:
     """A closed chain or published model, compiled.
 
@@ -34,12 +35,13 @@ def compiled(
         cached: use the cache folder.
         report: called with every function that was made.
         backend: what makes machine code of the instructions, a name of `cutjoint.compile.machine.backends`.
+        quick: machine code that is made in a third of the time, and a third as quick; the digits are the same.
 
     Raises:
         InputError: neither of the two.
         UnknownNameError: parameters that the model does not have, or no such back end.
     """
-    options = Options(tuple(parameters), fast, cached, report, backend)
+    options = Options(tuple(parameters), fast, cached, report, backend, quick)
     if isinstance(model, ClosedFormModel):
         return CompiledPaper(model, options)
     if isinstance(model, ClosedChain):

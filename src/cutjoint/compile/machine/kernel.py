@@ -20,6 +20,7 @@ class Kernel:
     Args:
         program: what it computes.
         fast: sums may be reassociated, where the back end can.
+        quick: to be made soon rather than to be quick, where the back end has the choice.
 
     Attributes:
         compile_time: seconds that making it took.
@@ -27,12 +28,12 @@ class Kernel:
 
     compile_time = 0.0
 
-    def __init__(self, program: Program, *, fast: bool = False) -> None:
-        self.program, self.fast = program, fast
+    def __init__(self, program: Program, *, fast: bool = False, quick: bool = False) -> None:
+        self.program, self.fast, self.quick = program, fast, quick
 
     def __reduce__(self) -> tuple[object, ...]:
         # what was made for this process and processor does not travel: it is made anew by whoever unpickles
-        return partial(type(self), fast=self.fast), (self.program,)
+        return partial(type(self), fast=self.fast, quick=self.quick), (self.program,)
 
     def __call__(self, *arguments: Array) -> Array:
         """One evaluation: arguments of the program's lengths in, all results one after another out."""
