@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from math import pi
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -90,15 +90,27 @@ PUBLISHED: dict[str, Published] = {
 """Folder under urdf/ -> its published model."""
 
 
-def load(robot: str | os.PathLike[str], variant: str | None = None, home: str | None = None) -> ClosedChain:
+Dynamics = Literal["real", "ideal"]
+"""Whether joints have what their files say (damping, friction, springs, rotors, stops, bushings), or move freely."""
+
+
+def load(
+    robot: str | os.PathLike[str],
+    variant: str | None = None,
+    home: str | None = None,
+    *,
+    dynamics: Dynamics = "real",
+) -> ClosedChain:
     """The closed chain of a robot.
 
     Args:
         robot: name of a robot that ships with cutjoint or example-robot-data, or a path to its file or folder.
         variant: named set of inertias; default those of the robot's own file.
         home: named home posture; default the first.
+        dynamics: "real", or "ideal" for joints that move freely whatever its files say.
 
     Raises:
+        InputError: `dynamics` is neither.
         UnknownNameError: no such robot, variant or home.
         DescriptionError: its files are wrong; the error lists every problem.
         ClosureError: its loops cannot be closed at home.
@@ -106,7 +118,10 @@ def load(robot: str | os.PathLike[str], variant: str | None = None, home: str | 
     from cutjoint.chain import ClosedChain
     from cutjoint.description import load_description
 
-    return ClosedChain(load_description(robot, variant), home)
+    if dynamics not in ("real", "ideal"):
+        raise InputError(f'dynamics must be "real" or "ideal", found {dynamics!r}')
+    description = load_description(robot, variant)
+    return ClosedChain(description if dynamics == "real" else description.ideal(), home)
 
 
 def published(robot: str) -> Mechanism:

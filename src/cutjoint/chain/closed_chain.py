@@ -257,6 +257,18 @@ class ClosedChain(Sealed):
         """Potential energy of gravity, zero at the world origin, and of springs, bushings and stops [J]."""
         return self._k.potential_energy(self._postures.placed(at).q)
 
+    def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
+        """Power that dampers and friction take at a velocity of the actuators [W], at least 0.
+
+        Raises:
+            InputError, ActuationError, SingularError: as `tangent`.
+        """
+        return self.full_dissipation(at, self._reduced.velocity(at, v)) if self._k.physics.acts else 0.0
+
+    def full_dissipation(self, at: Posture | npt.ArrayLike, v_full: Array) -> float:
+        """The same at a velocity of all joints, shape (nv,), also with the loops open [W]."""
+        return self._k.dissipation(self._configuration(at), v_full)
+
     def spring_energy(self, at: Posture | npt.ArrayLike) -> float:
         """What of it is in springs, bushings and stops [J], also with the loops open."""
         return self._k.spring_energy(self._configuration(at))

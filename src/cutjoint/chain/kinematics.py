@@ -198,6 +198,7 @@ class Kinematics:
         self._joints = sorted({joint for joint, _ in sides})
         self._frame_joint = np.array([self._joints.index(joint) for joint, _ in sides])
         self._frame_place = np.array([place.homogeneous for _, place in sides])
+        self._sides = cut_sides(self.model, description.cuts)
         self._links = [
             (frame.name, frame.parentJoint, pin.SE3(frame.placement))
             for frame in self.model.frames
@@ -257,11 +258,10 @@ class Kinematics:
         return {name: self._in_world(joints[joint] * place) for name, joint, place in self._links}
 
     def cuts(self, q: Array) -> list[tuple[str, Array, Array]]:
-        """Name and world placements (4, 4) of both frames of every cut."""
-        frames = self.at(q).frames
-        a = [self._in_world(pin.SE3(*one)) for one in zip(frames.axes_a, frames.at_a, strict=True)]
-        b = [self._in_world(pin.SE3(*one)) for one in zip(frames.axes_b, frames.at_b, strict=True)]
-        return list(zip([cut.name for cut in self.closure.cuts], a, b, strict=True))
+        """Name and world placements (4, 4) of both frames of every cut, bushings too."""
+        joints = [pin.SE3(*one) for one in zip(*self.tree.bodies(q), strict=True)]
+        placed = [self._in_world(joints[joint] * place) for joint, place in self._sides]
+        return list(zip([cut.name for cut in self.description.cuts], placed[::2], placed[1::2], strict=True))
 
     def centre_of_mass(self, q: Array) -> Array:
         """Of all links that move, shape (3,) [m].
@@ -287,6 +287,13 @@ class Kinematics:
         if not physics.acts:
             return 0.0
         return physics.potential(q, self.at(q).elastic if physics.cuts else None)
+
+    def dissipation(self, q: Array, v: Array) -> float:
+        """Power that dampers and friction take at a velocity (nv,) [W]."""
+        physics = self.physics
+        if not physics.acts:
+            return 0.0
+        return float(physics.friction(q, v, self.at(q).elastic if physics.cuts else None) @ v)
 
     def _in_world(self, placement: pin.SE3) -> Array:
         """A placement in the model that is computed with as one in the world, shape (4, 4)."""

@@ -75,7 +75,7 @@ class CompiledPaper(CompiledMechanism[PaperModel]):
 
     def _rebuilt(self, parameters: Mapping[str, float]) -> PaperModel:
         own = {name: value for name, value in parameters.items() if name != PAYLOAD}
-        made: PaperModel = self.paper.rebuilt(replace(self.paper.parameters, **own))
+        made: PaperModel = self.paper.with_parameters(replace(self.paper.parameters, **own))
         return made.with_payload(parameters[PAYLOAD]) if parameters.get(PAYLOAD) else made
 
     def with_payload(self, mass: float) -> CompiledPaper:

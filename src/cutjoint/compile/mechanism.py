@@ -160,6 +160,10 @@ class CompiledMechanism(Parametrised[Model_co]):
         parts = self._call("energy", at, np.zeros(self.n))
         return self.plain.potential_energy(at) if parts is None else float(parts["potential"][0])
 
+    def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
+        """See `Mechanism.dissipation`."""
+        return float(self.terms(at, v).friction @ np.asarray(v, dtype=np.float64))
+
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """See `Mechanism.inverse_dynamics`."""
         parts = self._call("inverse", at, v, a)

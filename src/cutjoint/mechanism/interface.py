@@ -107,7 +107,10 @@ class Mechanism(Protocol):
         """Mass matrix, Coriolis vector and gravity.  Without `v` the Coriolis vector is zero."""
 
     def potential_energy(self, at: Posture) -> float:
-        """Potential energy of gravity [J]; zero where the owner's world frame has its origin."""
+        """Potential energy of gravity, zero where the owner's world frame has its origin, and of springs [J]."""
+
+    def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
+        """Power that dampers and friction take [W], at least 0."""
 
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Effort that gives the acceleration `a`, shape (n,), [N] or [N m]."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Sequence
+from copy import copy
 from dataclasses import Field, replace
 from functools import cached_property
 from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
@@ -23,6 +24,7 @@ from cutjoint.mechanism import (
     ActuatedCoordinates,
     Actuator,
     JointLimits,
+    JointPhysics,
     Layout,
     Posture,
     TargetLike,
@@ -31,6 +33,7 @@ from cutjoint.mechanism import (
     Tool,
 )
 from cutjoint.mechanism.interface import are_respected
+from cutjoint.papers import motors
 from cutjoint.papers.scalars import NUMBERS, Functions, Matrix3, Scalar, Vector, Vector3
 from cutjoint.tolerances import REACHED
 
@@ -96,12 +99,14 @@ class ReducedModel(ABC, Generic[P]):
         actuators: in the order of the coordinates.
         payload: the parameter that a payload adds to.
         stored: names of the numbers that a posture stores in `q_full`, each with its unit, as `x[m]`.
+        motors: what every motor does that the paper leaves out; none as a rule (see `with_motors`).
     """
 
     name: str
     actuators: ClassVar[tuple[Actuator, ...]]
     payload: ClassVar[str]
     stored: ClassVar[tuple[str, ...]]
+    motors: tuple[JointPhysics, ...] = ()
 
     def __init__(self, parameters: P) -> None:
         self.parameters = parameters
@@ -193,22 +198,39 @@ class ReducedModel(ABC, Generic[P]):
         """Mass matrix, Coriolis vector and gravity."""
         state = self.state(at)
         coriolis = (0.0,) * self.n if v is None else state.coriolis(self._numbers("v", v, self._rate))
-        return Terms(np.array(state.mass()), np.array(coriolis), np.array(state.gravity()))
+        found = Terms(np.array(state.mass()), np.array(coriolis), np.array(state.gravity()))
+        if not self.motors:
+            return found
+        q, speed = tuple(at.q.tolist()), (0.0,) * self.n if v is None else self._numbers("v", v, self._rate)
+        return replace(
+            found,
+            mass=found.mass + np.diag([one.armature for one in self.motors]),
+            springs=np.array(motors.springs(self.motors, q)),
+            friction=np.array(motors.friction(self.motors, speed)),
+        )
 
     def potential_energy(self, at: Posture) -> float:
-        """Potential energy of gravity [J]."""
-        return float(self.state(at).potential_energy())
+        """Potential energy of gravity, and of springs at the motors [J]."""
+        weights = float(self.state(at).potential_energy())
+        return weights + float(motors.spring_energy(self.motors, tuple(at.q))) if self.motors else weights
+
+    def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
+        """Power that the friction of the motors takes [W]."""
+        if not self.motors:
+            return 0.0
+        speed = self._numbers("v", v, self._rate)
+        return float(np.dot(motors.friction(self.motors, speed), speed))
 
     def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
         """Effort of the actuators for their acceleration `a`, shape (n,)."""
         terms = self.terms(at, v)
-        return readonly(terms.mass @ self._numbers("a", a, self._acceleration) + terms.coriolis + terms.gravity)
+        return readonly(terms.mass @ self._numbers("a", a, self._acceleration) + terms.bias)
 
     def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
         """Acceleration of the actuators that `effort` gives, shape (n,)."""
         terms = self.terms(at, v)
         given = as_vector("effort", effort, self.n, self._effort)
-        return readonly(np.linalg.solve(terms.mass, given - terms.coriolis - terms.gravity))
+        return readonly(np.linalg.solve(terms.mass, given - terms.bias))
 
     def with_payload(self, mass: float) -> Self:
         """The same robot with `mass` [kg] more at the tool.
@@ -219,7 +241,23 @@ class ReducedModel(ABC, Generic[P]):
         if not (math.isfinite(mass) and mass >= 0.0):
             raise InputError(f"a payload must be a finite mass of at least 0 kg, found {mass!r}")
         carried = getattr(self.parameters, self.payload)
-        return self.rebuilt(replace(self.parameters, **{self.payload: carried + float(mass)}))
+        return self.with_parameters(replace(self.parameters, **{self.payload: carried + float(mass)}))
+
+    def with_parameters(self, parameters: P) -> Self:
+        """The same robot, motors too, with other parameters."""
+        return self.rebuilt(parameters)._with(self.motors)
+
+    def with_motors(self, physics: JointPhysics | Sequence[JointPhysics]) -> Self:
+        """The same robot with dampers, friction, springs and rotors at its motors, one for all or n of them.
+
+        Raises:
+            InputError: not as many as motors, a number out of range, or what a published model cannot have.
+        """
+        return copy(self)._with(motors.checked(physics, self.actuators))
+
+    def _with(self, physics: tuple[JointPhysics, ...]) -> Self:
+        self.motors = physics
+        return self
 
     def full(self, at: Posture) -> list[float]:
         """What a posture of this model stores.

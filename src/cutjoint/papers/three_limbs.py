@@ -90,7 +90,7 @@ class ThreeLimbModel(ReducedModel[P]):
 
     def on_branch(self, branch: Signs | Branch) -> Self:
         """The same robot, at home in another working mode."""
-        return type(self)(self.parameters, branch.signs if isinstance(branch, Branch) else branch)
+        return type(self)(self.parameters, branch.signs if isinstance(branch, Branch) else branch)._with(self.motors)
 
     def working_modes(self, p: npt.ArrayLike) -> tuple[Posture, ...]:
         """All eight postures with the tool at `p` [m], in the order of the signs (+++, ++-, ..., ---).

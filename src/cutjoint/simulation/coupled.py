@@ -1,10 +1,12 @@
-"""Plant, law and reference as one set of equations for an integrator: y = (u, v, memory, work).
+"""Plant, law, reference and hardware as one set of equations for an integrator: y = (u, v, memory, rotors, work).
 
-u are coordinates in the plant's chart around the last accepted state, v its velocity, memory the law's own state, work
-the integral of effort times actuator speed.
+u are coordinates in the plant's chart around the last accepted state, v its velocity, memory the law's own state,
+rotors positions and speeds of motors before gears with play, work the integral of effort times actuator speed.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from cutjoint.control import Law
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.motion import Desired, Reference
 from cutjoint.plugins import guarded
+from cutjoint.simulation.hardware.electronics import Electronics, Signals
 from cutjoint.simulation.locks import Locks
 from cutjoint.simulation.plant import Plant, State
 from cutjoint.simulation.undesired import Undesired
@@ -23,25 +26,36 @@ class Coupled:
 
     Attributes:
         origin: last accepted state.
-        y: the same as a flat vector, shape (2 nv + memory + 1,).
-        held: effort that the law holds since the last sample, shape (n,), or None under continuous control.
+        y: the same as a flat vector, shape (2 nv + memory + rotors + 1,).
+        electronics: what is between law and joints, or None under continuous control.
         failure: why the last evaluation was not a number, if it was not.
         evaluations: of the right hand side so far.
         strayed: worst loop gap that was found before a state was put back [m].
     """
 
     def __init__(
-        self, plant: Plant, law: Law, reference: Reference | None, limits: Array | None, locks: Locks, start: State
+        self,
+        plant: Plant,
+        law: Law,
+        reference: Reference | None,
+        control: Array | Electronics | None,
+        locks: Locks,
+        start: State,
     ) -> None:
-        self.plant, self.law, self.reference, self.limits, self.locks = plant, law, reference, limits, locks
+        """`control` is the hardware of sampled control, or the limits of efforts under continuous control."""
+        self.plant, self.law, self.reference, self.locks = plant, law, reference, locks
+        self.electronics = control if isinstance(control, Electronics) else None
+        self._limits = None if isinstance(control, Electronics) else control
         memory = law.memory(plant.mechanism.n)
+        rotors = 0 if self.electronics is None else self.electronics.rotors
+        self._nv = start.v.size
+        self._memory = slice(2 * self._nv, 2 * self._nv + memory)
+        self._rotors = slice(self._memory.stop, self._memory.stop + rotors)
         self.origin = start
-        self.y = np.concatenate([plant.chart(start), start.v, np.zeros(memory + 1)])
-        self.held: Array | None = None
+        self.y = np.concatenate([plant.chart(start), start.v, np.zeros(memory + rotors + 1)])
         self.failure: CutjointError | None = None
         self.evaluations = 0
         self.strayed = 0.0
-        self._nv = start.v.size
         self._given: tuple[Array, Array] | None = None
 
     def desired(self, t: float) -> Desired:
@@ -52,11 +66,13 @@ class Coupled:
         """The plant's state of a flat vector."""
         return self.plant.moved(self.origin, y[: self._nv], y[self._nv : 2 * self._nv])
 
-    def control(self, t: float, state: State, y: Array) -> tuple[Array, Array]:
-        """Effort after saturation, shape (n,), and rate of the law's memory; brakes come on top."""
-        q, v = self.plant.measured(state)
-        desired = self.desired(t)
-        memory, told = y[2 * self._nv : -1], f"controller '{self.law.name}'"
+    def ask(self, desired: Desired, q: Array, v: Array, y: Array) -> tuple[Array, Array, Array]:
+        """What the law, shown `q` and `v`, asks for; the same within limits, shape (n,); and the rate of its memory.
+
+        Raises:
+            InputError: shapes do not fit, or efforts are not finite.
+        """
+        memory, told = y[self._memory], f"controller '{self.law.name}'"
         asked = np.asarray(guarded(told, self.law.effort, desired, q, v, memory))
         if asked.shape != q.shape:
             raise InputError(
@@ -65,11 +81,22 @@ class Coupled:
             )
         if not np.isfinite(asked).all():
             raise InputError(f"{told} asks for an effort that is not finite: {asked.tolist()}")
-        given = asked if self.limits is None else np.clip(asked, -self.limits, self.limits)
+        if self.electronics is not None:
+            given = self.electronics.equations.saturated(asked)
+        else:
+            given = asked if self._limits is None else np.clip(asked, -self._limits, self._limits)
         rate = np.asarray(guarded(told, self.law.memory_rate, desired, q, v, asked, given))
         if rate.shape != memory.shape:
             raise InputError(f"{told} has a memory of shape {memory.shape} and its rate is of shape {rate.shape}")
-        return given, rate
+        return asked, given, rate
+
+    def actuation(self, t: float, state: State, y: Array) -> tuple[Array, Array]:
+        """Effort at the joints without brakes, shape (n,), and the rate of memory and rotors."""
+        q, v = self.plant.measured(state)
+        if self.electronics is None:
+            return self.ask(self.desired(t), q, v, y)[1:]
+        effort, rate = self.electronics.effort(q, v, y[self._rotors])
+        return effort, np.concatenate([np.zeros(self._memory.stop - self._memory.start), rate])
 
     def field(self, t: float, y: Array) -> Array:
         """dy/dt; not a number where plant, law or reference cannot go, so that adaptive methods try a shorter step."""
@@ -80,7 +107,7 @@ class Coupled:
             return out
         try:
             state = self.state(y)
-            asked, out[2 * nv : -1] = self.control(t, state, y) if self.held is None else (self.held, 0.0)
+            asked, out[2 * nv : -1] = self.actuation(t, state, y)
             out[:nv] = self.plant.chart_rate(self.origin, state)
             effort, out[nv : 2 * nv] = self.locks.motion(state, asked)
             self._given = (y, effort)
@@ -93,22 +120,61 @@ class Coupled:
             out[:] = np.nan
         return out
 
-    def effort(self, t: float) -> Array:
-        """Effort from the accepted state at `t` on, shape (n,)."""
-        if self.held is None and self._given is not None and self._given[0] is self.y:
-            return self._given[1]
-        return self.effort_at(t, self.origin, self.y)
-
     def effort_at(self, t: float, state: State, y: Array) -> Array:
         """Effort at `t` [s] in a state, whose flat vector is `y`, brakes included, shape (n,)."""
-        return self.locks.holding(state, self.control(t, state, y)[0] if self.held is None else self.held)
+        if self.electronics is None and self._given is not None and self._given[0] is y:
+            return self._given[1]
+        return self.locks.holding(state, self.actuation(t, state, y)[0])
 
-    def sample(self, t: float, period: float) -> None:
-        """Read the sensors and hold the effort for a period [s]; the law's memory moves on by one period."""
-        self.held, memory_rate = self.control(t, self.origin, self.y)
-        if memory_rate.size:
-            self.y = self.y.copy()
-            self.y[2 * self._nv : -1] += period * memory_rate
+    def begin(self) -> None:
+        """The instant 0.  Where commands come late or through play, the law has held the robot for long."""
+        hardware = self.electronics
+        if hardware is None:
+            return
+        q, v = self.plant.measured(self.origin)
+        hardware.begin(q, v)
+        if hardware.rotors or hardware.equations.fitted.ticks.delayed:
+            asked = self.ask(self.desired(0.0), *hardware.see(), self.y)[0]
+            hardware.hold(asked)
+        if hardware.rotors:
+            self.y[self._rotors] = np.concatenate(hardware.resting(q, v))
+            hardware.begin(*self.sensed())
+            hardware.hold(asked)
+        self.sample(0.0)
+
+    def sample(self, t: float) -> None:
+        """What falls due in the hardware at `t` [s]: sensors are read, the law is asked, commands take effect.
+
+        The law's memory moves on by one period when it is asked.
+        """
+        hardware = self.electronics
+        assert hardware is not None, "continuous control has no samples"
+        for stage in hardware.due():
+            if stage == "capture":
+                hardware.capture(*self.sensed())
+            elif stage == "compute":
+                asked, _, rate = self.ask(self.desired(t), *hardware.see(), self.y)
+                hardware.command(asked)
+                if rate.size:
+                    self.y = self.y.copy()
+                    self.y[self._memory] += hardware.equations.fitted.period * rate
+            else:
+                hardware.apply()
+
+    def next_instant(self) -> float:
+        """When something falls due in the hardware next [s]; never under continuous control."""
+        return math.inf if self.electronics is None else self.electronics.schedule.next
+
+    def signals(self, y: Array) -> Signals | None:
+        """What passes between law and joints in a state whose flat vector is `y`."""
+        return None if self.electronics is None else self.electronics.signals(y[self._rotors])
+
+    def sensed(self) -> tuple[Array, Array]:
+        """Where the sensors are, and how fast: at the joints, or at rotors before play; shape (n,) each."""
+        hardware, rotors = self.electronics, self.y[self._rotors]
+        if hardware is not None and hardware.equations.fitted.at_motor:
+            return rotors[: rotors.size // 2], rotors[rotors.size // 2 :]
+        return self.plant.measured(self.origin)
 
     def accept(self, y: Array) -> bool:
         """Take `y` as the new state, put back on its loops.  True where dy/dt did not change by that.

@@ -38,7 +38,8 @@ class Passed(NamedTuple):
 
 
 class JointGuard:
-    """Watches the joints of a chain, passive ones too.  Published models know no limits: nothing is found.
+    """Watches the joints of a chain, passive ones too, but not those with stops, whose force turns them back.
+    Published models know no limits: nothing is found.
 
     Args:
         mechanism: the robot.
@@ -52,7 +53,9 @@ class JointGuard:
         index: list[int] = []
         if isinstance(robot, ClosedChain):
             model = robot.model
-            joints = [joint for joint in range(1, model.njoints) if model.nqs[joint] == 1]
+            stopped = {one.name for one in robot.description.joints if one.physics.stop_stiffness > 0.0}
+            single = [joint for joint in range(1, model.njoints) if model.nqs[joint] == 1]
+            joints = [joint for joint in single if str(model.names[joint]) not in stopped]
             self._names = [str(model.names[joint]) for joint in joints]
             self._units = [robot.description.joint(name).type.coordinates[0].unit for name in self._names]
             index = [int(model.idx_qs[joint]) for joint in joints]

@@ -15,6 +15,10 @@ from cutjoint.errors import CutjointError, InputError, LimitError, SimulationErr
 from cutjoint.mechanism import JointLimits, Posture
 from cutjoint.motion import Reference
 from cutjoint.simulation.coupled import Coupled
+from cutjoint.simulation.hardware import Clock, Drive, Hardware
+from cutjoint.simulation.hardware.checks import check_robot, check_span
+from cutjoint.simulation.hardware.electronics import Electronics
+from cutjoint.simulation.hardware.parts import parts_of
 from cutjoint.simulation.integrators import Adaptive, Integrator, Step, StepError
 from cutjoint.simulation.joint_limits import JointGuard, Passed, crossing, hermite
 from cutjoint.simulation.locks import Locks
@@ -39,6 +43,8 @@ def run(
     duration: float | None = None,
     rate: float | None = None,
     limits: npt.ArrayLike | None = None,
+    hardware: Hardware | None = None,
+    run_number: int = 0,
     every: float | None = None,
     start: Posture | State | None = None,
     start_velocity: npt.ArrayLike | None = None,
@@ -57,12 +63,15 @@ def run(
         duration: [s]; default that of the reference, or of the efforts where they have an end.
         rate: of the controller [Hz], whose effort is held in between (zero-order hold); default continuous control.
         limits: largest |effort|, scalar or one an actuator, [N] or [N m]; default none.
+        hardware: all that is between law and joints, in place of rate and limits; the result then has what was
+            measured, asked for and commanded too.
+        run_number: which noise and jitter of the hardware's seed.
         every: distance of the samples in the result [s]; default the integrator's own steps.
         start: posture of the plant's mechanism, or a whole state of the plant; default the desired posture at time 0,
             or home where nothing is followed.
         start_velocity: of the actuators at a posture, shape (n,); default at rest.
         lock: names of actuators that brakes hold where they start; the effort that is recorded of them is what holds.
-        joint_limits: whether the run stops where a joint passes its limits.
+        joint_limits: whether the run stops where a joint without stops passes its limits.
         progress: called with the time [s] after every step.
 
     Raises:
@@ -75,9 +84,9 @@ def run(
     n = plant.mechanism.n
     control = _law(law, reference)
     span = _span(duration, control, reference)
-    period = math.inf if rate is None else 1.0 / positive("rate", rate, "Hz")
     spacing = math.inf if every is None else positive("every", every, "s")
     bounds = None if limits is None else _limits(limits, n)
+    built = _built(hardware, rate, bounds, run_number)
     locks = Locks(plant, lock)
     v = np.zeros(n) if start_velocity is None else as_vector("start_velocity", start_velocity, n)
     first = start if isinstance(start, State) else plant.start(_posture(plant, reference, start), v)
@@ -97,9 +106,16 @@ def run(
         about |= {"trajectory": reference.trajectory.name, "reference": reference.mechanism.name}
     if locks.names:
         about["locked"] = list(locks.names)
-    coupled = Coupled(plant, control, reference, bounds, locks, first)
+    if hardware is not None:
+        check_span(hardware, span)
+        check_robot(hardware, plant.mechanism, locks.names)
+        about |= {"rate": hardware.clock.rate, "hardware": parts_of(hardware), "run_number": run_number}
+        if (top := hardware.drive.limits) is not None:
+            about["limits"] = np.asarray(top).tolist()
+    between = bounds if built is None else Electronics(built, n, run_number)
+    coupled = Coupled(plant, control, reference, between, locks, first)
     guard = JointGuard(plant.mechanism, first) if joint_limits == "respect" else None
-    return _Run(coupled, method, guard, (span, period, spacing, every is None), about).go(progress)
+    return _Run(coupled, method, guard, (span, spacing, every is None), about).go(progress)
 
 
 def _law(law: Law | Callable[..., npt.ArrayLike] | None, reference: Reference | None) -> Law:
@@ -144,30 +160,47 @@ def _limits(limits: npt.ArrayLike, n: int) -> Array:
     return array
 
 
+def _built(hardware: Hardware | None, rate: float | None, bounds: Array | None, run_number: int) -> Hardware | None:
+    """What is between law and joints, or None under continuous control.
+
+    Raises:
+        InputError: hardware is given twice, or the number of a run without any.
+    """
+    if hardware is None:
+        if run_number != 0:
+            raise InputError("a run number picks the noise of hardware; give hardware too")
+        if rate is None:
+            return None
+        clock = Clock(positive("rate", rate, "Hz"))
+        return Hardware(clock, drive=Drive(None if bounds is None else bounds.tolist()))
+    if rate is not None or bounds is not None:
+        raise InputError("rate and limits are in the hardware (clock and drive); leave them out beside it")
+    return hardware
+
+
 class _Run:
-    """One run: a clock over steps, control samples (every `period`) and record samples (every `spacing`)."""
+    """One run: a clock over steps, instants of the hardware and record samples (every `spacing`)."""
 
     def __init__(
         self,
         coupled: Coupled,
         method: Integrator,
         guard: JointGuard | None,
-        clock: tuple[float, float, float, bool],
+        clock: tuple[float, float, bool],
         about: About,
     ) -> None:
         self.coupled, self.method, self.guard, self.about = coupled, method, guard, about
-        self.span, self.period, self.spacing, self.every_step = clock
+        self.span, self.spacing, self.every_step = clock
         self.same = SAME * self.span
         self.columns: dict[str, list[npt.ArrayLike]] = {name: [] for name in OBSERVABLES}
-        self.t, self.steps, self.samples, self.records, self.creeps = 0.0, 0, 0, 0, 0
+        self.t, self.steps, self.records, self.creeps = 0.0, 0, 0, 0
         self.h, self.recorded = math.inf, 0.0
         self.slope: Array | None = None
 
     def go(self, progress: Callable[[float], None] | None) -> Result:
         """From 0 to the end of the span."""
-        if math.isfinite(self.period):
-            self.coupled.sample(0.0, self.period)
-        self.record(0.0, self.coupled.origin, self.coupled.effort(0.0), 0.0)
+        self.coupled.begin()
+        self.record(0.0, self.coupled.origin, self.coupled.y)
         while self.span - self.t > self.same:
             try:
                 self.advance()
@@ -181,7 +214,7 @@ class _Run:
         """One accepted step, and what falls due at its end."""
         coupled = self.coupled
         coupled.failure = None
-        end = min(self.span, (self.samples + 1) * self.period)
+        end = min(self.span, coupled.next_instant())
         stop = end if self.method.interpolates else min(end, self.next_record())
         if self.slope is None:
             self.slope = coupled.field(self.t, coupled.y)
@@ -215,13 +248,12 @@ class _Run:
         self.h = max(self.h, step.ahead) if cut_short else step.ahead
         self.slope = step.slope if unchanged else None
         self.t, self.steps = step.t, self.steps + 1
-        if self.t >= (self.samples + 1) * self.period - self.same:
-            self.samples += 1
-            coupled.sample(self.t, self.period)
+        while self.t >= coupled.next_instant() - self.same:
+            coupled.sample(self.t)
             self.slope = None
         if self.every_step or self.t >= self.next_record() - self.same:
             self.records += 1
-            self.record(self.t, coupled.origin, coupled.effort(self.t), float(coupled.y[-1]))
+            self.record(self.t, coupled.origin, coupled.y)
 
     def next_record(self) -> float:
         """Next instant to record [s]; the end is always recorded."""
@@ -237,7 +269,7 @@ class _Run:
             if self.guard is not None and self.guard.passed(state) is not None:
                 self.stop_at_limit(self.guard, step, t)
             self.records += 1
-            self.record(t, state, coupled.effort_at(t, state, y), float(y[-1]))
+            self.record(t, state, y)
 
     def stop_at_limit(self, guard: JointGuard, step: Step, beyond: float) -> NoReturn:
         """Go on to where the first joint passes its limits, which is before `beyond` [s] in the step, and raise."""
@@ -257,7 +289,7 @@ class _Run:
             coupled.accept(known(hit))
             self.t, self.steps = hit, self.steps + 1
             if hit > self.recorded:
-                self.record(hit, coupled.origin, coupled.effort(hit), float(coupled.y[-1]))
+                self.record(hit, coupled.origin, coupled.y)
         assert found is not None
         raise LimitError(
             f'{found}; start elsewhere, ask for less, or ignore the limits (joint_limits="ignore", --ignore-limits)',
@@ -268,11 +300,12 @@ class _Run:
             progress=self.t / self.span,
         )
 
-    def record(self, t: float, state: State, effort: Array, work: float) -> None:
-        """Take one sample."""
-        self.recorded = t
-        desired = None if self.coupled.reference is None else self.coupled.desired(t)
-        now = Instant(t, self.coupled.plant.observe(state), desired, effort, work)
+    def record(self, t: float, state: State, y: Array) -> None:
+        """Take one sample; `y` is the flat vector of the state."""
+        self.recorded, coupled = t, self.coupled
+        desired = None if coupled.reference is None else coupled.desired(t)
+        signals = coupled.signals(y) if "hardware" in self.about else None
+        now = Instant(t, coupled.plant.observe(state), desired, coupled.effort_at(t, state, y), float(y[-1]), signals)
         for name, one in OBSERVABLES.items():
             if (taken := one.take(now)) is not None:
                 self.columns[name].append(taken)

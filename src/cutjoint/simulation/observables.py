@@ -15,18 +15,21 @@ import numpy.typing as npt
 from cutjoint.arrays import Array
 from cutjoint.mechanism.rotations import matrix_of, quaternion_of, vector_of
 from cutjoint.motion import Desired
+from cutjoint.simulation.hardware.electronics import Signals
 from cutjoint.simulation.plant import Observation
 
 
 class Instant(NamedTuple):
     """One instant of a run: time [s], what was seen, what was desired (None where nothing is followed), effort of the
-    actuators from then on and their work since the start [J]."""
+    actuators from then on, their work since the start [J], and what passed between law and joints (None of runs without
+    hardware)."""
 
     t: float
     seen: Observation
     desired: Desired | None
     effort: Array
     work: float
+    signals: Signals | None = None
 
 
 @dataclass(frozen=True)
@@ -70,12 +73,17 @@ class Observable:
         return [f"{self.title} [{unit}]" for unit in self.units]
 
 
-PLACE, SPEED = ("m", "rad"), ("m/s", "rad/s")
+PLACE, SPEED, EFFORT = ("m", "rad"), ("m/s", "rad/s"), ("N", "N m")
 
 
 def _of_desired(value: Callable[[Desired], npt.ArrayLike]) -> Callable[[Instant], npt.ArrayLike | None]:
     """`value` of what was desired, where anything was."""
     return lambda at: None if at.desired is None else value(at.desired)
+
+
+def _of_signals(value: Callable[[Signals], Array | None]) -> Callable[[Instant], npt.ArrayLike | None]:
+    """`value` of what passed between law and joints, where hardware was between them."""
+    return lambda at: None if at.signals is None else value(at.signals)
 
 
 def _desired_orientation(at: Instant) -> npt.ArrayLike | None:
@@ -96,7 +104,21 @@ OBSERVABLES: dict[str, Observable] = {
     "v": Observable("n", "speed", SPEED, lambda at: at.seen.v, "actuated velocities"),
     "desired_q": Observable("n", "desired", PLACE, _of_desired(lambda one: one.q), "what `q` should have been"),
     "desired_v": Observable("n", "speed desired", SPEED, _of_desired(lambda one: one.v), "what `v` should have been"),
-    "effort": Observable("n", "effort", ("N", "N m"), lambda at: at.effort, "given from each sample on"),
+    "effort": Observable("n", "effort", EFFORT, lambda at: at.effort, "given at the joints from each sample on"),
+    "measured_q": Observable(
+        "n", "measured", PLACE, _of_signals(lambda one: one.measured_q), "what the law saw last of `q`"
+    ),
+    "measured_v": Observable(
+        "n", "speed measured", SPEED, _of_signals(lambda one: one.measured_v), "what the law saw last of `v`"
+    ),
+    "asked": Observable("n", "asked", EFFORT, _of_signals(lambda one: one.asked), "effort the law asked for last"),
+    "command": Observable(
+        "n", "command", EFFORT, _of_signals(lambda one: one.command), "command in effect from each sample on"
+    ),
+    "rotor_q": Observable(
+        "n", "rotor", PLACE, _of_signals(lambda one: one.rotor_q), "rotors before play, as seen from the joints"
+    ),
+    "rotor_v": Observable("n", "speed of rotor", SPEED, _of_signals(lambda one: one.rotor_v), "their velocities"),
     "tool": Observable(3, "tool", ("m",), lambda at: at.seen.tool, "position of the tool"),
     "tool_velocity": Observable(3, "tool velocity", ("m/s",), lambda at: at.seen.tool_velocity, "its velocity"),
     "desired_tool": Observable(
@@ -130,6 +152,8 @@ OBSERVABLES: dict[str, Observable] = {
 
 DESIRED = ("desired_q", "desired_v", "desired_tool", "desired_tool_velocity", "desired_orientation")
 """The columns of what was desired."""
+BUILT = ("measured_q", "measured_v", "asked", "command", "rotor_q", "rotor_v")
+"""The columns of runs with hardware; the rotors' only where gears have play."""
 
 
 def gathered(samples: Mapping[str, Sequence[npt.ArrayLike]]) -> dict[str, Array]:

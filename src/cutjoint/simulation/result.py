@@ -20,6 +20,7 @@ import numpy as np
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
 from cutjoint.errors import InputError, ResultFileError
 from cutjoint.files import check_place, write_whole
+from cutjoint.simulation.hardware.parts import Parts
 from cutjoint.simulation.observables import OBSERVABLES
 
 ROUNDING = 16.0 * np.finfo(float).eps
@@ -45,6 +46,8 @@ class About(TypedDict, total=False):
     integrator: str
     rate: float | None
     limits: list[float] | None
+    hardware: Parts
+    run_number: int
     actuators: list[list[str]]
     locked: list[str]
     steps: int

@@ -124,7 +124,7 @@ class ControlPanel:
         actuated = {actuator.name for actuator in self._chain.actuators}
         effort: list[float] | None = None
         try:
-            effort = [float(x) for x in self._chain.terms(self._puppet.at).gravity]
+            effort = [float(x) for x in self._chain.terms(self._puppet.at).holding]
         except (ActuationError, SingularError, InputError):
             effort = None
         return {
