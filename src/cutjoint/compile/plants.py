@@ -18,7 +18,7 @@ from cutjoint.compile.compiler import Compiled
 from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.functions.library import Library
 from cutjoint.compile.machine.backends import backend
-from cutjoint.compile.machine.kernel import Motion
+from cutjoint.compile.machine.kernel import MotionPrograms
 from cutjoint.mechanism import Posture
 from cutjoint.mechanism.rotations import quaternion_of
 from cutjoint.simulation import ConstrainedPlant, ReducedPlant
@@ -46,7 +46,7 @@ class Stretches:
         source, options = library.source, library.options
         step = library.program("step") if settled and source.rows else None
         places = tuple(int(k) for k in getattr(source, "actuated", range(source.n))) if step else ()
-        self.motion = Motion(library.program(motion), step, places)
+        self.motion = MotionPrograms(library.program(motion), step, places)
         self._advance = backend(options.backend).advance(self.motion, RELATIVE, ABSOLUTE, STRAIN_LIMIT)
         self._values = values
 

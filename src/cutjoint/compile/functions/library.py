@@ -154,7 +154,7 @@ class Library:
         return found
 
     def program(self, what: str) -> Program:
-        """The instructions of the function called `what`, checked but not compiled; errors as of the function itself."""
+        """The instructions of the function called `what`, checked but not compiled; errors as of it."""
         found = self._functions.get(what)
         return self._made(function(what), interpreted=True)[0].kernel.program if found is None else found.kernel.program
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.machine.kernel import Advance, Kernel, Motion, Runs, Sizes
+from cutjoint.compile.machine.kernel import Advance, Kernel, MotionPrograms, Runs, Sizes
 from cutjoint.compile.machine.llvm.native import NativeAdvance, NativeKernel, NativeRuns, host
 from cutjoint.errors import InputError, UnknownNameError
 
@@ -15,7 +15,7 @@ def _no_runs(rate: Program, settle: Program | None, sizes: Sizes, *, fast: bool 
     raise InputError("this back end does not simulate many runs in one loop; compile the plant with backend='llvm'")
 
 
-def _no_advance(motion: Motion, relative: float, absolute: float, limit: float) -> Advance:
+def _no_advance(motion: MotionPrograms, relative: float, absolute: float, limit: float) -> Advance:
     raise InputError("this back end does not integrate in machine code; compile the plant with backend='llvm'")
 
 
@@ -34,7 +34,7 @@ class Backend:
     kernel: type[Kernel]
     fused: Callable[[], bool] = lambda: False
     runs: Callable[..., Runs] = _no_runs
-    advance: Callable[[Motion, float, float, float], Advance] = _no_advance
+    advance: Callable[[MotionPrograms, float, float, float], Advance] = _no_advance
 
 
 BACKENDS: Mapping[str, Backend] = {

@@ -113,7 +113,7 @@ class Runs(Protocol):
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionPrograms:
     """Equations of motion for an integrator in machine code; see `cutjoint.compile.machine.llvm.advance`.
 
     Attributes:

@@ -1,13 +1,13 @@
 """An integrator as LLVM assembly: from one sample to the next, with the error of every step under control.
 
 The pair of orders 5 and 4 by J. R. Dormand and P. J. Prince (A family of embedded Runge-Kutta formulae, J. Comput.
-Appl. Math. 6 (1980) 19-26), the solution of order 5 carried on; steps as in E. Hairer, S. P. Norsett, G. Wanner, Solving
-Ordinary Differential Equations I, section II.4.
+Appl. Math. 6 (1980) 19-26), the solution of order 5 carried on; steps as in E. Hairer, S. P. Norsett, G. Wanner,
+Solving Ordinary Differential Equations I, section II.4.
 """
 
 from __future__ import annotations
 
-from cutjoint.compile.machine.kernel import Motion
+from cutjoint.compile.machine.kernel import MotionPrograms
 from cutjoint.compile.machine.llvm.lanes import Lanes, Writer
 
 WEIGHTS = (
@@ -31,15 +31,15 @@ class AdvanceText:
     absolute, double limit)`.
 
     Carries `state` (positions, velocities, work) on by `span` under what is `given` (efforts, parameters) all the time,
-    with steps that begin with `h`, which is then what the next one should begin with.  The work rides along and does not
-    steer the steps.  Positions are put onto the loops at the end; `residual` is what they were open by before that, and
-    after.  Returns the number of evaluations; -1 where there is no step that may be trusted.
+    with steps that begin with `h`, which is then what the next one should begin with.  The work rides along and does
+    not steer the steps.  Positions are put onto the loops at the end; `residual` is what they were open by before that,
+    and after.  Returns the number of evaluations; -1 where there is no step that may be trusted.
 
     Calls `rate(x, y)` with x = positions, velocities, given and y = rates of the state, strain; and, where there are
     loops, `settle(x, y)` with x = positions, target, parameters and y = positions, residual, strain.
     """
 
-    def __init__(self, symbol: str, motion: Motion) -> None:
+    def __init__(self, symbol: str, motion: MotionPrograms) -> None:
         self.symbol, self.motion = symbol, motion
         self.out = Writer()
         self.a = Lanes(self.out, 1)

@@ -17,7 +17,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.machine.kernel import Kernel, Motion, RunLoop, Sizes
+from cutjoint.compile.machine.kernel import Kernel, MotionPrograms, RunLoop, Sizes
 from cutjoint.compile.machine.llvm.advance import AdvanceText
 from cutjoint.compile.machine.llvm.run_loop import RunLoopText
 from cutjoint.compile.machine.llvm.text import FlatFunction, declarations, row_loop
@@ -172,7 +172,7 @@ class NativeAdvance:
         limit: of the strain.
     """
 
-    def __init__(self, motion: Motion, relative: float, absolute: float, limit: float) -> None:
+    def __init__(self, motion: MotionPrograms, relative: float, absolute: float, limit: float) -> None:
         programs = {"rate": motion.rate} if motion.settle is None else {"rate": motion.rate, "settle": motion.settle}
         parts = [_flat(program, name, 1, False) for name, program in programs.items()]
         self._machine = Machine(*parts, AdvanceText("advance", motion).text(), quick=True)
