@@ -14,6 +14,7 @@ from cutjoint.mechanism import Actuator, Load, Mechanism, Pose, Posture, Task, T
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, FullMotion, MobilityReport
+    from cutjoint.chain.minimal import MinimalCoordinates
     from cutjoint.compile import CompiledChain, CompiledPaper, compiled_plant
     from cutjoint.compile.compiler import compiled
     from cutjoint.description import RobotDescription, check, load_description
@@ -26,6 +27,7 @@ _LAZY = {
     "CompiledChain": "cutjoint.compile",
     "CompiledPaper": "cutjoint.compile",
     "FullMotion": "cutjoint.chain",
+    "MinimalCoordinates": "cutjoint.chain.minimal",
     "MobilityReport": "cutjoint.chain",
     "RobotDescription": "cutjoint.description",
     "check": "cutjoint.description",
@@ -45,6 +47,7 @@ __all__ = [
     "FullMotion",
     "Load",
     "Mechanism",
+    "MinimalCoordinates",
     "MobilityReport",
     "Pose",
     "Posture",

@@ -14,6 +14,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.crosscheck import QUANTITIES, compare, effort_along, hypothesis_cost, sample_states, workspace_box
 from cutjoint.errors import CutjointError, DynamicsError, ToleranceError, UnreachableError
 from cutjoint.mechanism import Actuator, JointLimits, Mechanism, Posture, Task, Terms, Tool
+from cutjoint.mechanism.loads import as_loads, tool_wrench
 from cutjoint.mechanism.rotations import turned
 
 
@@ -64,10 +65,13 @@ class Cart:
     def potential_energy(self, at: Posture) -> float:
         return 9.81 * self.mass * float(at.q[2])
 
-    def inverse_dynamics(self, at: Posture, v: Any, a: Any) -> np.ndarray:
+    def load_effort(self, at: Posture, loads: Any) -> np.ndarray:
+        return np.asarray(self.tool(at).frame_jacobian.T @ tool_wrench(as_loads(loads), self.tool(at), self.name))
+
+    def inverse_dynamics(self, at: Posture, v: Any, a: Any, loads: Any = ()) -> np.ndarray:
         return self.mass * np.array(a) + [0.0, 0.0, 9.81 * self.mass] + np.full(3, self.off("inverse dynamics"))
 
-    def forward_dynamics(self, at: Posture, v: Any, effort: Any) -> np.ndarray:
+    def forward_dynamics(self, at: Posture, v: Any, effort: Any, loads: Any = ()) -> np.ndarray:
         if self.spoil == "no answer":
             raise DynamicsError("lost", residual=1.0)
         found = (np.array(effort) - [0.0, 0.0, 9.81 * self.mass]) / self.mass + self.off("forward dynamics")

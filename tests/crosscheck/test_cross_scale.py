@@ -12,6 +12,7 @@ from cutjoint.crosscheck import Comparison, compare, sample_states, workspace_bo
 from cutjoint.crosscheck.sampling import length_of
 from cutjoint.errors import UnreachableError
 from cutjoint.mechanism import Actuator, JointLimits, Mechanism, Posture, Task, Terms, Tool
+from cutjoint.mechanism.loads import as_loads, tool_wrench
 
 SIZES = [1e-4, 1.0, 1e4]
 NEAR, OUT, UP = 0.51371, 1.63183, 0.31717
@@ -78,11 +79,14 @@ class Polar:
     def potential_energy(self, at: Posture) -> float:
         return 9.81 * self.mass * float(at.q_full[2])
 
-    def inverse_dynamics(self, at: Posture, v: Any, a: Any) -> np.ndarray:
+    def load_effort(self, at: Posture, loads: Any) -> np.ndarray:
+        return np.asarray(self.tool(at).frame_jacobian.T @ tool_wrench(as_loads(loads), self.tool(at), self.name))
+
+    def inverse_dynamics(self, at: Posture, v: Any, a: Any, loads: Any = ()) -> np.ndarray:
         terms = self.terms(at, v)
         return np.asarray(terms.mass @ a + terms.coriolis + terms.gravity)
 
-    def forward_dynamics(self, at: Posture, v: Any, effort: Any) -> np.ndarray:
+    def forward_dynamics(self, at: Posture, v: Any, effort: Any, loads: Any = ()) -> np.ndarray:
         terms = self.terms(at, v)
         return np.asarray(np.linalg.solve(terms.mass, effort - terms.coriolis - terms.gravity))
 

@@ -36,8 +36,11 @@ class ActuatorEfforts(Values):
     preload: Array
 
 
-def actuator_efforts(kinematics: Kinematics, actuated: Array, q: Array, v: Array, a: Array) -> ActuatorEfforts:
-    """Least actuator efforts for the motion q (nq,), v and a (nv,) of all joints, which the loops must allow."""
+def actuator_efforts(
+    kinematics: Kinematics, actuated: Array, q: Array, v: Array, a: Array, push: Array
+) -> ActuatorEfforts:
+    """Least actuator efforts for the motion q (nq,), v and a (nv,) of all joints, which the loops must allow, where
+    generalised forces `push` (nv,) act from outside."""
     k = kinematics
     scale = k.column_scale
     mass = scale[:, None] * k.tree.mass_matrix(q) * scale
@@ -47,11 +50,12 @@ def actuator_efforts(kinematics: Kinematics, actuated: Array, q: Array, v: Array
     if k.physics.acts:
         bias = bias + scale * (placed.springs + placed.friction(v))
     split = Split.of(motions[actuated].T)
-    wanted = motions.T @ (inertial + bias)
+    pushed = scale * push
+    wanted = motions.T @ (inertial + bias - pushed)
     out_of_reach = Split.of(split.left.T).null
     missing = out_of_reach.T @ wanted
     size = float(np.abs(missing).max(initial=0.0))
-    terms = np.abs(motions.T) @ (np.abs(inertial) + np.abs(bias))
+    terms = np.abs(motions.T) @ (np.abs(inertial) + np.abs(bias) + np.abs(pushed))
     if size > tolerances.REACHED.value * float(terms.max(initial=0.0)) + tolerances.ROUNDED.value * k.load(mass, v, a):
         joints = joints_of(k.model, (motions @ (out_of_reach @ missing))[:, None] / size)
         raise ActuationError(

@@ -5,7 +5,7 @@ This is the face alone; the parts behind it, each on its own, are told in docs/c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -23,15 +23,16 @@ from cutjoint.chain.closing.ways import Near, Ways
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.joints import limit_violations
 from cutjoint.chain.kinematics import Kinematics
+from cutjoint.chain.loads import ChainLoads
 from cutjoint.chain.mobility import Mobility, MobilityReport
 from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
 from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.model import RobotDescription
-from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, TargetLike, Task, Terms, Tool
+from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
 
 if TYPE_CHECKING:
-    from cutjoint import CompiledChain
+    from cutjoint import CompiledChain, MinimalCoordinates
 
 
 # long: the public face of a robot, a line or two of code a method
@@ -76,7 +77,7 @@ class ClosedChain(Sealed):
         self._ways = Ways(self._mobility)
         self._closing, self._reaching = Closing(self._mobility, self._ways), Reaching(self._mobility, self._ways)
         self._reduced = ReducedDynamics(self._mobility)
-        self._dynamics = FullDynamics(k, at_home.q)
+        self._dynamics, self._loads = FullDynamics(k, at_home.q), ChainLoads(k)
         self.name, self.length, self.local_model, self.origin = k.name, k.length, k.model, k.origin
         self.n, self.actuators, self.home = self._actuated.n, self._actuated.joints, self._postures.home
         self.nq, self.nv, self.neutral = int(self.model.nq), int(self.model.nv), k.tree.neutral
@@ -257,6 +258,11 @@ class ClosedChain(Sealed):
         """Potential energy of gravity, zero at the world origin, and of springs, bushings and stops [J]."""
         return self._k.potential_energy(self._postures.placed(at).q)
 
+    @property
+    def dissipates(self) -> bool:
+        """Whether joints or cuts have dampers, friction, springs, stops or bushings, which may take work."""
+        return self._k.physics.acts
+
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """Power that dampers and friction take at a velocity of the actuators [W], at least 0.
 
@@ -273,20 +279,39 @@ class ClosedChain(Sealed):
         """What of it is in springs, bushings and stops [J], also with the loops open."""
         return self._k.spring_energy(self._configuration(at))
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
-        """Effort that gives the acceleration `a`, shape (n,): T' rnea(q, T v, T a + d).
+    def load_effort(self, at: Posture, loads: Loads) -> Array:
+        """Effort that does what `loads` do, shape (n,): T' J' wrench.
 
         Raises:
-            InputError, ActuationError, SingularError: as `tangent`.
+            InputError: they are no loads, or one acts at a tool that the robot does not have.
+            UnknownNameError: there is no such link.
+            ActuationError, SingularError: as `tangent`.
         """
-        return self._reduced.inverse(at, v, a)
+        here = self._reduced.at(at)
+        return here.transposed @ self._loads.forces(here.placed, loads)
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
-        """Acceleration that `effort` gives, shape (n,): (T' M T)^-1 (effort - T' rnea(q, T v, d)).
+    def pushes_idle(self, at: Posture, loads: Loads) -> bool:
+        """Whether loads push an idle motion, which the actuated coordinates do not tell; errors as `load_effort`."""
+        here = self._reduced.at(at)
+        return here.pushes_idle(self._loads.forces(here.placed, loads))
+
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
+        """Effort that gives the acceleration `a` against `loads`, shape (n,): T' (rnea(q, T v, T a + d) - J' wrench).
 
         Raises:
-            InputError, ActuationError, SingularError: as `tangent`.
+            InputError, ActuationError, SingularError, UnknownNameError: as `load_effort`.
         """
+        effort = self._reduced.inverse(at, v, a)
+        return effort if loads == () else effort - self.load_effort(at, loads)
+
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
+        """Acceleration that `effort` and `loads` give, shape (n,): (T' M T)^-1 (effort - T' (rnea(q, T v, d) - J' w)).
+
+        Raises:
+            InputError, ActuationError, SingularError, UnknownNameError: as `load_effort`.
+        """
+        if loads != ():
+            effort = as_vector("effort", effort, self.n) + self.load_effort(at, loads)
         return self._reduced.forward(at, v, effort)
 
     def with_payload(self, mass: float) -> ClosedChain:
@@ -309,16 +334,46 @@ class ClosedChain(Sealed):
         assert isinstance(robot, CompiledChain)
         return robot
 
+    def minimal(self, joints: Sequence[str] = ()) -> MinimalCoordinates:
+        """This robot in as many velocities as it has freedoms, also where its actuators do not determine its motion.
+
+        They are those of the actuators where these determine it.  Otherwise those of what flies from the base, of the
+        actuators as far as they are independent, and of the passive `joints` that are named.
+
+        Raises:
+            UnknownNameError: there is no such joint that moves.
+            InputError: a joint is named twice, or counts among the coordinates anyway.
+            ActuationError: a joint depends on the other coordinates, or some motion stays free; it names what serves.
+        """
+        from cutjoint import MinimalCoordinates
+
+        return MinimalCoordinates(self, self._mobility, (joints,) if isinstance(joints, str) else joints)
+
     # ---- in full coordinates ---------------------------------------------------------------------------------------
 
-    def full_forward_dynamics(self, at: Posture, v_full: npt.ArrayLike, effort_full: npt.ArrayLike) -> FullMotion:
+    def full_load_effort(self, at: Posture | npt.ArrayLike, loads: Loads) -> Array:
+        """Generalised forces of all joints that do what `loads` do: J' wrench, shape (nv,), [N] and [N m].
+
+        Raises:
+            InputError: they are no loads, or one acts at a tool that the robot does not have.
+            UnknownNameError: there is no such link.
+        """
+        placed = self._postures.placed(at) if isinstance(at, Posture) else self._k.at(self._configuration(at))
+        return self._loads.forces(placed, loads)
+
+    def full_forward_dynamics(
+        self, at: Posture, v_full: npt.ArrayLike, effort_full: npt.ArrayLike, loads: Loads = ()
+    ) -> FullMotion:
         """Acceleration of all joints and loop forces; velocity and effort are those of all joints, shape (nv,).
 
         Raises:
-            InputError: `at` is no posture of this robot, wrong shape or not finite.
+            InputError: `at` is no posture of this robot, wrong shape or not finite; or as `full_load_effort`.
+            UnknownNameError: there is no such link.
             DynamicsError: the solution does not respect the cuts.
         """
         v, effort = self._motion("v_full", v_full), self._motion("effort_full", effort_full)
+        if loads != ():
+            effort = effort + self.full_load_effort(at, loads)
         return self._dynamics.motion(self._postures.placed(at).q, v, effort)
 
     def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
@@ -326,17 +381,21 @@ class ClosedChain(Sealed):
         that are not checked, the loops as open as they have drifted."""
         return self._dynamics.acceleration(q_full, v_full, effort_full)
 
-    def full_inverse_dynamics(self, at: Posture, v_full: npt.ArrayLike, a_full: npt.ArrayLike) -> ActuatorEfforts:
+    def full_inverse_dynamics(
+        self, at: Posture, v_full: npt.ArrayLike, a_full: npt.ArrayLike, loads: Loads = ()
+    ) -> ActuatorEfforts:
         """Least actuator efforts for a motion of all joints that the loops allow, and the space of internal preload.
 
         For any number of actuators; `full_motion` makes such a motion from that of the tool.
 
         Raises:
-            InputError: `at` is no posture of this robot, wrong shape or not finite.
+            InputError: `at` is no posture of this robot, wrong shape or not finite; or as `full_load_effort`.
+            UnknownNameError: there is no such link.
             ActuationError: the actuators cannot produce the motion; it names the joints that would need a motor.
         """
         v, a = self._motion("v_full", v_full), self._motion("a_full", a_full)
-        return actuator_efforts(self._k, self._actuated.v_index, self._postures.placed(at).q, v, a)
+        push = self.full_load_effort(at, loads)
+        return actuator_efforts(self._k, self._actuated.v_index, self._postures.placed(at).q, v, a, push)
 
     def full_motion(self, at: Posture, velocity: npt.ArrayLike, acceleration: npt.ArrayLike) -> tuple[Array, Array]:
         """Least motion of all joints, v and a (nv,) each, with which the tool point moves as asked, (3,) each.

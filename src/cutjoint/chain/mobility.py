@@ -23,12 +23,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.assembling import around
+from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.closing.newton import settle
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.kinematics import Placed
@@ -82,16 +84,43 @@ class MobilityReport:
     gap: tuple[float, float]
 
 
-class Mobility:
-    """Mobility of one robot: what is true of it at nearly every posture of its branch, and at single ones."""
+class Chosen(Protocol):
+    """The velocities that are taken as independent: those of the actuators (`cutjoint.chain.postures.Actuated`), or
+    minimal coordinates (`cutjoint.chain.minimal.independent.Independent`)."""
 
-    def __init__(self, postures: Postures) -> None:
-        self.postures, self._k, self._actuated = postures, postures.k, postures.actuated
+    told: str
+    n: int
+    v_index: Array
+    passive: Array
+    lengths: Array
+
+    def of(self, q: Array) -> Array:
+        """What a configuration (nq,) has of them."""
+
+    def hold(self, q: Array) -> Driver:
+        """Keeps them as a configuration (nq,) has them."""
+
+    def show(self, values: Array) -> str:
+        """What `of` gives, in words."""
+
+
+class Mobility:
+    """Mobility of one robot: what is true of it at nearly every posture of its branch, and at single ones.
+
+    Args:
+        postures: of the robot.
+        chosen: the velocities that are taken as independent; default those of the actuators, which are meant wherever
+            actuators are spoken of.
+    """
+
+    def __init__(self, postures: Postures, chosen: Chosen | None = None) -> None:
+        self.postures, self._k = postures, postures.k
+        self.chosen: Chosen = postures.actuated if chosen is None else chosen
 
     def report(self, placed: Placed, task: Task | None = None) -> MobilityReport:
         """Mobility at one closed configuration; the tool is judged by a task, default its point."""
         k, nv = self._k, self._k.model.nv
-        actuated, n, structure = self._actuated.v_index, self._actuated.n, self.structure
+        actuated, n, structure = self.chosen.v_index, self.chosen.n, self.structure
         matrix = placed.scaled
         rank = rank_of(matrix)
         locked = locked_motions(k, actuated, placed)
@@ -151,13 +180,13 @@ class Mobility:
     @cached_property
     def structure(self) -> Structure:
         """Rank and freedoms at nearly every posture."""
-        return Structure.of(self._k, self._actuated.v_index, list(self.regular))
+        return Structure.of(self._k, self.chosen.v_index, list(self.regular))
 
     @cached_property
     def is_determined(self) -> bool:
         """Whether the actuators determine the motion at nearly every posture, but for idle motions."""
         usual = self.structure
-        return usual.locked == usual.idle and usual.rank + usual.idle + self._actuated.n == self._k.model.nv
+        return usual.locked == usual.idle and usual.rank + usual.idle + self.chosen.n == self._k.model.nv
 
     @cached_property
     def idle_is_cyclic(self) -> bool:
@@ -177,7 +206,7 @@ class Mobility:
                 if k.physics.drags(motion, placed.elastic):
                     return False
                 q = k.tree.integrate(placed.q, motion * (TURN / float(np.abs(motion / k.column_scale).max())))
-                moved = settle(k, q, self._actuated.hold(q), 1.0)
+                moved = settle(k, q, self.chosen.hold(q), 1.0)
                 if moved is None:
                     return False
                 mass_there, gravity_there, weights_there = self._reduced(self.tangent(moved), here, moved)
@@ -198,7 +227,7 @@ class Mobility:
     @cached_property
     def quick(self) -> QuickTangents | None:
         """Quick tangent maps, where the actuators determine all of the motion."""
-        own = self._actuated
+        own = self.chosen
         if not self.is_determined or self.structure.idle or not (own.n and len(own.passive)):
             return None
         steady = [placed for placed in self.regular if is_steady(self._k, placed)]
@@ -223,8 +252,9 @@ class Mobility:
             raise self._not_determined(placed)
         if found.type2 < limit:
             raise SingularError(
-                f"{self._k.name} at {self._actuated.show(self._actuated.of(placed.q))} is in a type-2 singularity: "
-                f"with the actuators locked it still moves (singular value {found.type2:.2g}, limit {limit:.0e})",
+                f"{self._k.name} at {self.chosen.show(self.chosen.of(placed.q))} is in a type-2 singularity: "
+                f"with the {self.chosen.told} locked it still moves (singular value {found.type2:.2g}, limit "
+                f"{limit:.0e})",
                 kind="type-2",
                 measure=found.type2,
                 limit=limit,
@@ -239,18 +269,18 @@ class Mobility:
 
     def _map(self, placed: Placed) -> TangentMap:
         """Tangent map at any configuration, also where it means nothing."""
-        return tangent_map(self._k, self._actuated.v_index, self._actuated.passive, placed, self.structure.idle)
+        return tangent_map(self._k, self.chosen.v_index, self.chosen.passive, placed, self.structure.idle)
 
     def _not_determined(self, placed: Placed) -> ActuationError:
-        report = self.report(placed)
+        report, told = self.report(placed), self.chosen.told
         moving = [joint for joint in report.free if joint not in report.idle]
         if moving:
-            why = f"with all actuators locked these joints still move: {', '.join(moving)}"
+            why = f"with all {told} locked these joints still move: {', '.join(moving)}"
         else:
             needed = report.mobility - report.idle_mobility
-            why = f"{report.actuators - needed} actuators more than the mobility depend on the others"
+            why = f"{report.actuators - needed} {told} more than the mobility depend on the others"
         return ActuationError(
-            f"the actuators of {self._k.name} do not determine its motion: mobility {report.mobility}, actuators "
+            f"the {told} of {self._k.name} do not determine its motion: mobility {report.mobility}, {told} "
             f"{report.actuators}; {why}. Full coordinates still work",
             mobility=report.mobility,
             actuators=report.actuators,

@@ -27,6 +27,9 @@ class Actuated:
         lengths: whether each coordinate is a length, shape (n,).
     """
 
+    told = "actuators"
+    """What messages call them."""
+
     def __init__(self, model: pin.Model, description: RobotDescription) -> None:
         types = {joint.name: joint.type for joint in description.joints}
         self.joints = tuple(

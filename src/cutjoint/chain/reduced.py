@@ -104,6 +104,11 @@ class AtPosture:
             return inertial
         return np.asarray(inertial + placed.springs + placed.friction(v_full))
 
+    def pushes_idle(self, forces: Array) -> bool:
+        """Whether generalised forces of all joints (nv,) push an idle motion."""
+        size = np.abs(self.idle).T @ np.abs(forces)
+        return bool((np.abs(self.idle.T @ forces) > tolerances.REACHED.value * size).any())
+
     @cached_property
     def inverse_mass(self) -> Array:
         """Inverse of the mass matrix in actuated coordinates, shape (n, n).
@@ -165,8 +170,8 @@ class ReducedDynamics:
     """Kinematics and dynamics of one robot by its actuated coordinates.  All raise what `Mobility.tangent` does."""
 
     def __init__(self, mobility: Mobility) -> None:
-        self._mobility, self._postures, self._actuated = mobility, mobility.postures, mobility.postures.actuated
-        self._k, self._tree, self._n = mobility.postures.k, mobility.postures.k.tree, self._actuated.n
+        self._mobility, self._postures, self._chosen = mobility, mobility.postures, mobility.chosen
+        self._k, self._tree, self._n = mobility.postures.k, mobility.postures.k.tree, self._chosen.n
         self._last: AtPosture | None = None
 
     def at(self, at: Posture) -> AtPosture:
@@ -175,7 +180,7 @@ class ReducedDynamics:
         if last is None or last.posture is not at:
             placed = self._postures.placed(at)
             found = self._mobility.quick_tangent(placed) or self._mobility.tangent(placed)
-            last = self._last = AtPosture(self._k, self._actuated.passive, at, placed, found)
+            last = self._last = AtPosture(self._k, self._chosen.passive, at, placed, found)
         return last
 
     def velocity(self, at: Posture, v: npt.ArrayLike) -> Array:

@@ -21,7 +21,18 @@ from cutjoint.compile.functions.library import Library, Options
 from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.once import once
 from cutjoint.errors import InputError, SingularError, UnknownNameError
-from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Mechanism, Posture, TargetLike, Task, Terms, Tool
+from cutjoint.mechanism import (
+    ActuatedCoordinates,
+    JointLimits,
+    Loads,
+    Mechanism,
+    Posture,
+    TargetLike,
+    Task,
+    Terms,
+    Tool,
+)
+from cutjoint.mechanism.loads import as_loads, tool_wrench
 
 Model_co = TypeVar("Model_co", bound=Mechanism, covariant=True)
 
@@ -160,17 +171,34 @@ class CompiledMechanism(Parametrised[Model_co]):
         parts = self._call("energy", at, np.zeros(self.n))
         return self.plain.potential_energy(at) if parts is None else float(parts["potential"][0])
 
+    @property
+    def dissipates(self) -> bool:
+        """See `Mechanism.dissipates`."""
+        return self.model.dissipates
+
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """See `Mechanism.dissipation`."""
         return float(self.terms(at, v).friction @ np.asarray(v, dtype=np.float64))
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
+    def load_effort(self, at: Posture, loads: Loads) -> Array:
+        """See `Mechanism.load_effort`."""
+        given = as_loads(loads)
+        if any(load.link is not None for load in given):
+            return self.plain.load_effort(at, given)
+        tool = self.tool(at)
+        return np.asarray(tool.frame_jacobian.T @ tool_wrench(given, tool, self.name))
+
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
         """See `Mechanism.inverse_dynamics`."""
+        if loads != ():
+            return self.inverse_dynamics(at, v, a) - self.load_effort(at, loads)
         parts = self._call("inverse", at, v, a)
         return self.plain.inverse_dynamics(at, v, a) if parts is None else parts["effort"]
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
         """See `Mechanism.forward_dynamics`."""
+        if loads != ():
+            effort = as_vector("effort", effort, self.n) + self.load_effort(at, loads)
         parts = self._call("forward", at, v, effort)
         return self.plain.forward_dynamics(at, v, effort) if parts is None else parts["a"]
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.errors import InputError
+from cutjoint.mechanism.loads import Loads
 from cutjoint.mechanism.names import ActuatedCoordinates, Actuator
 from cutjoint.mechanism.task import TargetLike, Task
 from cutjoint.mechanism.types import Posture, Terms, Tool
@@ -109,14 +110,26 @@ class Mechanism(Protocol):
     def potential_energy(self, at: Posture) -> float:
         """Potential energy of gravity, zero where the owner's world frame has its origin, and of springs [J]."""
 
+    @property
+    def dissipates(self) -> bool:
+        """Whether it has dampers or friction that may take work."""
+
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """Power that dampers and friction take [W], at least 0."""
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
-        """Effort that gives the acceleration `a`, shape (n,), [N] or [N m]."""
+    def load_effort(self, at: Posture, loads: Loads) -> Array:
+        """Effort that does what `loads` do: J' wrench, shape (n,), [N] or [N m].
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
-        """Acceleration that `effort` gives, shape (n,), [m/s2] or [rad/s2]."""
+        Raises:
+            InputError: they are no loads, or act where this model does not know a place.
+            UnknownNameError: there is no such link.
+        """
+
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
+        """Effort that gives the acceleration `a` against `loads` from outside, shape (n,), [N] or [N m]."""
+
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
+        """Acceleration that `effort` and `loads` from outside give, shape (n,), [m/s2] or [rad/s2]."""
 
     def with_payload(self, mass: float) -> Self:
         """The same robot carrying a further point mass [kg] at the tool point."""

@@ -5,11 +5,15 @@ A load is a force and a moment at a point.  Cutting forces, contacts, a hand, a 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, TypeAlias
+
+import numpy as np
 
 from cutjoint.arrays import Array, Frozen, as_vector, readonly
 from cutjoint.errors import InputError
+from cutjoint.mechanism.types import Tool
 
 LoadAxes = Literal["world", "link"]
 """Along which axes a force is given: those of the world, or of the link (of the tool) it acts on."""
@@ -43,3 +47,48 @@ class Load(Frozen):
         if self.axes not in ("world", "link"):
             raise InputError(f'axes of a load must be "world" or "link", found {self.axes!r}')
         super().__post_init__()
+
+    def wrench(self, axes: Array, place: Array) -> tuple[Array, Array, Array]:
+        """Force and moment along the axes of the world, and where they act.
+
+        Args:
+            axes: of the frame that the load is given in, as columns, shape (3, 3).
+            place: its origin, shape (3,) [m].
+        """
+        force, moment = (self.force, self.moment) if self.axes == "world" else (axes @ self.force, axes @ self.moment)
+        return force, moment, place + axes @ self.point
+
+
+Loads: TypeAlias = Load | Iterable[Load]
+"""One load, or several."""
+
+
+def as_loads(loads: Loads) -> tuple[Load, ...]:
+    """Loads as a tuple of them.
+
+    Raises:
+        InputError: something else.
+    """
+    found = (loads,) if isinstance(loads, Load) else tuple(loads) if isinstance(loads, Iterable) else None
+    if found is None or not all(isinstance(one, Load) for one in found):
+        raise InputError(f"loads must be a Load or several, such as Load(force=[0, 0, -10]), found {loads!r}")
+    return found
+
+
+def tool_wrench(loads: tuple[Load, ...], tool: Tool, robot: str) -> Array:
+    """What loads at the tool are together: force [N], and moment [N m] about the tool point, in world axes, shape (6,).
+
+    Raises:
+        InputError: one acts on a link, of which a model that knows its tool alone cannot tell where it is.
+    """
+    total = np.zeros(6)
+    for load in loads:
+        if load.link is not None:
+            raise InputError(
+                f"a load acts on link '{load.link}', and {robot} knows where its tool is alone; "
+                "leave out the link, or take the robot's closed chain"
+            )
+        force, moment, place = load.wrench(tool.rotation, tool.position)
+        total[:3] += force
+        total[3:] += moment + np.cross(place - tool.position, force)
+    return total

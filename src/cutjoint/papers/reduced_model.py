@@ -26,6 +26,7 @@ from cutjoint.mechanism import (
     JointLimits,
     JointPhysics,
     Layout,
+    Loads,
     Posture,
     TargetLike,
     Task,
@@ -33,6 +34,7 @@ from cutjoint.mechanism import (
     Tool,
 )
 from cutjoint.mechanism.interface import are_respected
+from cutjoint.mechanism.loads import as_loads, tool_wrench
 from cutjoint.papers import motors
 from cutjoint.papers.scalars import NUMBERS, Functions, Matrix3, Scalar, Vector, Vector3
 from cutjoint.tolerances import REACHED
@@ -214,6 +216,11 @@ class ReducedModel(ABC, Generic[P]):
         weights = float(self.state(at).potential_energy())
         return weights + float(motors.spring_energy(self.motors, tuple(at.q))) if self.motors else weights
 
+    @property
+    def dissipates(self) -> bool:
+        """Whether motors have anything that may take work."""
+        return any(one.acts for one in self.motors)
+
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """Power that the friction of the motors takes [W]."""
         if not self.motors:
@@ -221,16 +228,34 @@ class ReducedModel(ABC, Generic[P]):
         speed = self._numbers("v", v, self._rate)
         return float(np.dot(motors.friction(self.motors, speed), speed))
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
+    def load_effort(self, at: Posture, loads: Loads) -> Array:
+        """Effort that does what loads at the tool do, shape (n,).
+
+        Raises:
+            InputError: they are no loads, or one acts on a link: the papers name none.
+        """
+        tool = self.tool(at)
+        return readonly(tool.frame_jacobian.T @ tool_wrench(as_loads(loads), tool, self.name))
+
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
         """Effort of the actuators for their acceleration `a`, shape (n,)."""
         terms = self.terms(at, v)
-        return readonly(terms.mass @ self._numbers("a", a, self._acceleration) + terms.bias)
+        effort = terms.mass @ self._numbers("a", a, self._acceleration) + terms.bias
+        return readonly(self._relieved(effort, at, loads))
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike) -> Array:
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
         """Acceleration of the actuators that `effort` gives, shape (n,)."""
         terms = self.terms(at, v)
-        given = as_vector("effort", effort, self.n, self._effort)
+        given = self._aided(as_vector("effort", effort, self.n, self._effort), at, loads)
         return readonly(np.linalg.solve(terms.mass, given - terms.bias))
+
+    def _aided(self, effort: Array, at: Posture, loads: Loads) -> Array:
+        """An effort (n,) and what loads do."""
+        return effort if loads == () else effort + self.load_effort(at, loads)
+
+    def _relieved(self, effort: Array, at: Posture, loads: Loads) -> Array:
+        """An effort (n,) without what loads do."""
+        return effort if loads == () else effort - self.load_effort(at, loads)
 
     def with_payload(self, mass: float) -> Self:
         """The same robot with `mass` [kg] more at the tool.

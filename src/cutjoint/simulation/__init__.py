@@ -3,6 +3,7 @@
 from cutjoint.simulation.constrained import ConstrainedPlant
 from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator, RungeKutta4
 from cutjoint.simulation.loop import run
+from cutjoint.simulation.minimal import MinimalPlant
 from cutjoint.simulation.plant import Observation, Plant, ReducedPlant, State
 from cutjoint.simulation.result import Result, Rmse, load, save
 
@@ -11,6 +12,7 @@ __all__ = [
     "ConstrainedPlant",
     "DormandPrince",
     "Integrator",
+    "MinimalPlant",
     "Observation",
     "Plant",
     "ReducedPlant",

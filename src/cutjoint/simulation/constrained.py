@@ -18,7 +18,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.build import bind_frame
 from cutjoint.errors import InputError
-from cutjoint.mechanism import Posture
+from cutjoint.mechanism import Loads, Posture
 from cutjoint.mechanism.rotations import quaternion_of
 from cutjoint.simulation.plant import Observation, State, tool_turns
 
@@ -39,7 +39,7 @@ class ConstrainedPlant:
         if chain.description.tool is None:
             raise InputError(f"{chain.name} has no tool frame to simulate; name one under [tool] in its loops.toml")
         self.actuated = np.rint(chain.actuated_velocity(np.arange(chain.nv, dtype=np.float64))).astype(np.intp)
-        self._turns = tool_turns(chain)
+        self._turns = tool_turns(chain, chain.home, chain.length)
         self._tool_joint, self._tool_place = bind_frame(chain.model, chain.description.tool)
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -87,9 +87,23 @@ class ConstrainedPlant:
         """Sensors sit at the actuators."""
         return self.chain.actuated(state.q), self.chain.actuated_velocity(state.v)
 
-    def acceleration(self, state: State, effort: Array) -> Array:
+    def acceleration(self, state: State, effort: Array, push: Array | None = None) -> Array:
         """Of all joints, shape (nv,)."""
-        return self.chain.full_acceleration(state.q, state.v, self.chain.full_effort(effort))
+        full = self.chain.full_effort(effort)
+        return self.chain.full_acceleration(state.q, state.v, full if push is None else full + push)
+
+    def pushed(self, state: State, loads: Loads) -> Array:
+        """Generalised forces of all joints, shape (nv,)."""
+        return self.chain.full_load_effort(state.q, loads)
+
+    @property
+    def dissipates(self) -> bool:
+        """See `Plant.dissipates`."""
+        return self.chain.dissipates
+
+    def dissipation(self, state: State) -> float:
+        """See `Plant.dissipation`."""
+        return self.chain.full_dissipation(state.q, state.v)
 
     def settled(self, state: State) -> tuple[State, float]:
         """Back onto the loops, and the gap that was found."""

@@ -1,7 +1,9 @@
-"""Plant, law, reference and hardware as one set of equations for an integrator: y = (u, v, memory, rotors, work).
+"""Plant, law, reference, hardware and loads as one set of equations for an integrator:
+y = (u, v, memory, rotors, works).
 
 u are coordinates in the plant's chart around the last accepted state, v its velocity, memory the law's own state,
-rotors positions and speeds of motors before gears with play, work the integral of effort times actuator speed.
+rotors positions and speeds of motors before gears with play.  Works are integrals of power: what friction takes, where
+the plant has any; what loads from outside do, where there are any; and effort times actuator speed, the last.
 """
 
 from __future__ import annotations
@@ -17,7 +19,9 @@ from cutjoint.motion import Desired, Reference
 from cutjoint.plugins import guarded
 from cutjoint.simulation.hardware.electronics import Electronics, Signals
 from cutjoint.simulation.locks import Locks
+from cutjoint.simulation.observables import Works
 from cutjoint.simulation.plant import Advanced, Plant, State
+from cutjoint.simulation.pushing import Pushing
 from cutjoint.simulation.undesired import Undesired
 
 
@@ -26,7 +30,7 @@ class Coupled:
 
     Attributes:
         origin: last accepted state.
-        y: the same as a flat vector, shape (2 nv + memory + rotors + 1,).
+        y: the same as a flat vector, shape (2 nv + memory + rotors + works,).
         electronics: what is between law and joints, or None under continuous control.
         failure: why the last evaluation was not a number, if it was not.
         evaluations: of the right hand side so far.
@@ -41,18 +45,21 @@ class Coupled:
         control: Array | Electronics | None,
         locks: Locks,
         start: State,
+        pushing: Pushing | None = None,
     ) -> None:
         """`control` is the hardware of sampled control, or the limits of efforts under continuous control."""
         self.plant, self.law, self.reference, self.locks = plant, law, reference, locks
         self.electronics = control if isinstance(control, Electronics) else None
         self._limits = None if isinstance(control, Electronics) else control
+        self.pushing = pushing
         memory = law.memory(plant.mechanism.n)
         rotors = 0 if self.electronics is None else self.electronics.rotors
         self._nv = start.v.size
         self._memory = slice(2 * self._nv, 2 * self._nv + memory)
         self._rotors = slice(self._memory.stop, self._memory.stop + rotors)
         self.origin = start
-        self.y = np.concatenate([plant.chart(start), start.v, np.zeros(memory + rotors + 1)])
+        works = 1 + (pushing is not None) + plant.dissipates
+        self.y = np.concatenate([plant.chart(start), start.v, np.zeros(memory + rotors + works)])
         self.failure: CutjointError | None = None
         self.evaluations = 0
         self.strayed = 0.0
@@ -107,10 +114,15 @@ class Coupled:
             return out
         try:
             state = self.state(y)
-            asked, out[2 * nv : -1] = self.actuation(t, state, y)
+            asked, out[self._memory.start : self._rotors.stop] = self.actuation(t, state, y)
             out[:nv] = self.plant.chart_rate(self.origin, state)
-            effort, out[nv : 2 * nv] = self.locks.motion(state, asked)
+            push = None if self.pushing is None else self.pushing.on(t, state)
+            effort, out[nv : 2 * nv] = self.locks.motion(state, asked, push)
             self._given = (y, effort)
+            if push is not None:
+                out[-2] = push @ state.v
+            if self.plant.dissipates:
+                out[self._rotors.stop] = self.plant.dissipation(state)
             out[-1] = effort @ self.plant.measured(state)[1]
         except CutjointError as error:
             self.failure = error
@@ -124,7 +136,13 @@ class Coupled:
         """Effort at `t` [s] in a state, whose flat vector is `y`, brakes included, shape (n,)."""
         if self.electronics is None and self._given is not None and self._given[0] is y:
             return self._given[1]
-        return self.locks.holding(state, self.actuation(t, state, y)[0])
+        push = None if self.pushing is None or not self.locks.names else self.pushing.on(t, state)
+        return self.locks.holding(state, self.actuation(t, state, y)[0], push)
+
+    def works(self, y: Array) -> Works:
+        """Work since the start."""
+        lost = float(y[self._rotors.stop]) if self.plant.dissipates else None
+        return Works(float(y[-1]), None if self.pushing is None else float(y[-2]), lost)
 
     def begin(self) -> None:
         """The instant 0.  Where commands come late or through play, the law has held the robot for long."""
@@ -183,7 +201,7 @@ class Coupled:
     @property
     def holds(self) -> bool:
         """Whether efforts only change at instants of the hardware."""
-        return self.electronics is not None and self.electronics.holds and not self.locks.names
+        return self.electronics is not None and self.electronics.holds and self.pushing is None and not self.locks.names
 
     def put(self, done: Advanced) -> None:
         """Take what became of the plant, which integrated itself."""

@@ -32,7 +32,7 @@ class Locks:
 
     Raises:
         UnknownNameError: the robot has no such actuator.
-        InputError: one is named twice.
+        InputError: one is named twice, or is not among the plant's velocities.
     """
 
     def __init__(self, plant: Plant, names: Sequence[str]) -> None:
@@ -47,6 +47,12 @@ class Locks:
         self._plant = plant
         self._index = [known.index(name) for name in self.names]
         self._rows = plant.actuated[self._index]
+        for name, row in zip(self.names, self._rows, strict=True):
+            if row < 0:
+                raise InputError(
+                    f"actuator '{name}' is no coordinate of {plant.name}, so it cannot be locked there; simulate it in "
+                    "full coordinates (ConstrainedPlant)"
+                )
 
     def check_rest(self, state: State) -> None:
         """Raises InputError where a locked actuator moves."""
@@ -55,30 +61,31 @@ class Locks:
             told = ", ".join(f"'{name}' at {speed:.6g}" for name, speed in zip(self.names, speeds, strict=True))
             raise InputError(f"locked actuators are at rest, found {told}; start without their speed")
 
-    def holding(self, state: State, effort: Array) -> Array:
+    def holding(self, state: State, effort: Array, push: Array | None = None) -> Array:
         """`effort` (n,) of which the locked actuators' part is what holds them."""
-        return self.motion(state, effort)[0] if self._index else effort
+        return self.motion(state, effort, push)[0] if self._index else effort
 
-    def motion(self, state: State, effort: Array) -> tuple[Array, Array]:
-        """Efforts with what the brakes give, shape (n,), and the acceleration under them, shape (nv,).
+    def motion(self, state: State, effort: Array, push: Array | None = None) -> tuple[Array, Array]:
+        """Efforts with what the brakes give, shape (n,), and the acceleration under them and under what loads do
+        (`Plant.pushed`), shape (nv,).
 
         Raises:
             CutjointError: the state is singular or not closed, or cannot be held by these actuators.
         """
         if not self._index:
-            return effort, self._plant.acceleration(state, effort)
+            return effort, self._plant.acceleration(state, effort, push)
         rows, held = self._rows, np.array(effort)
         held[self._index] = 0.0
-        free = self._plant.acceleration(state, held)
+        free = self._plant.acceleration(state, held, push)
         response = np.empty((free.size, len(rows)))
         for column, actuator in enumerate(self._index):
-            pushed = held.copy()
-            pushed[actuator] = 1.0
-            response[:, column] = self._plant.acceleration(state, pushed) - free
+            trial = held.copy()
+            trial[actuator] = 1.0
+            response[:, column] = self._plant.acceleration(state, trial, push) - free
         found = free
         for _ in range(ROUNDS):
             held[self._index] -= np.linalg.lstsq(response[rows], found[rows], rcond=LEFT)[0]
-            found = np.array(self._plant.acceleration(state, held))
+            found = np.array(self._plant.acceleration(state, held, push))
             if np.abs(found[rows]).max() <= FLOOR:
                 break
         if not np.abs(found[rows]).max() <= FLOOR + LEFT * np.abs(free).max():

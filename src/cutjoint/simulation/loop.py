@@ -23,8 +23,9 @@ from cutjoint.simulation.hardware.parts import parts_of
 from cutjoint.simulation.integrators import Adaptive, Integrator, Step, StepError
 from cutjoint.simulation.joint_limits import JointGuard, Passed, crossing, hermite
 from cutjoint.simulation.locks import Locks
-from cutjoint.simulation.observables import OBSERVABLES, Instant, gathered
+from cutjoint.simulation.observables import OBSERVABLES, Instant, Works, gathered
 from cutjoint.simulation.plant import Advancing, Plant, State
+from cutjoint.simulation.pushing import Pushing, RunLoads
 from cutjoint.simulation.result import About, Result, result_of
 
 # Two instants nearer to each other than this part of the whole run are one.
@@ -50,6 +51,7 @@ def run(
     start: Posture | State | None = None,
     start_velocity: npt.ArrayLike | None = None,
     lock: Sequence[str] = (),
+    loads: RunLoads | None = None,
     joint_limits: JointLimits = "respect",
     progress: Callable[[float], None] | None = None,
 ) -> Result:
@@ -73,12 +75,14 @@ def run(
             or home where nothing is followed.
         start_velocity: of the actuators at a posture, shape (n,); default at rest.
         lock: names of actuators that brakes hold where they start; the effort that is recorded of them is what holds.
+        loads: forces from outside: one `Load` or several, or a function (t, observation) -> loads of the time [s] and
+            what is seen of the state (`Observation`), such as a wall or a spring.  The result has their work.
         joint_limits: whether the run stops where a joint without stops passes its limits.
         progress: called with the time [s] after every step.
 
     Raises:
         InputError: an argument is out of its range, or the law asks for a desired motion where there is none.
-        UnknownNameError: there is no such actuator to lock.
+        UnknownNameError: there is no such actuator to lock, or no such link to push.
         UnreachableError, ClosureError, SingularError: no start.
         SimulationError: the run diverged, met a singularity, or a joint passed its limits; it holds the state and the
             result until then.
@@ -111,6 +115,10 @@ def run(
         about["not_compiled"] = not_compiled
     if locks.names:
         about["locked"] = list(locks.names)
+    pushing = None if loads is None else Pushing(plant, loads)
+    if pushing is not None:
+        about["loads"] = pushing.about
+        pushing.on(0.0, first)  # what is wrong with them is wrong before the first step
     if hardware is not None:
         check_span(hardware, span)
         check_robot(hardware, plant.mechanism, locks.names)
@@ -118,7 +126,7 @@ def run(
         if (top := hardware.drive.limits) is not None:
             about["limits"] = np.asarray(top).tolist()
     between = bounds if built is None else Electronics(built, n, run_number)
-    coupled = Coupled(plant, control, reference, between, locks, first)
+    coupled = Coupled(plant, control, reference, between, locks, first, pushing)
     guard = JointGuard(plant.mechanism, first) if joint_limits == "respect" else None
     running = _Run(coupled, method, guard, (span, spacing, every is None), about)
     if integrator is None and isinstance(plant, Advancing) and coupled.holds:
@@ -194,7 +202,7 @@ class Kept(NamedTuple):
     state: State
     desired: Desired | None
     effort: Array
-    work: float
+    works: Works
     signals: Signals | None
 
 
@@ -351,7 +359,7 @@ class _Run:
         self.recorded, coupled = t, self.coupled
         desired = None if coupled.reference is None else coupled.desired(t)
         signals = coupled.signals(y) if "hardware" in self.about else None
-        self.kept.append(Kept(t, state, desired, coupled.effort_at(t, state, y), float(y[-1]), signals))
+        self.kept.append(Kept(t, state, desired, coupled.effort_at(t, state, y), coupled.works(y), signals))
         if not isinstance(coupled.plant, Advancing):
             self.observe()
 
@@ -361,7 +369,7 @@ class _Run:
         states = [one.state for one in kept]
         seen = plant.observe_all(states) if isinstance(plant, Advancing) else map(plant.observe, states)
         for one, observation in zip(kept, seen, strict=True):
-            now = Instant(one.t, observation, one.desired, one.effort, one.work, one.signals)
+            now = Instant(one.t, observation, one.desired, one.effort, one.works, one.signals)
             for name, observable in OBSERVABLES.items():
                 if (taken := observable.take(now)) is not None:
                     self.columns[name].append(taken)

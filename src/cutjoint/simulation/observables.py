@@ -19,16 +19,25 @@ from cutjoint.simulation.hardware.electronics import Signals
 from cutjoint.simulation.plant import Observation
 
 
+class Works(NamedTuple):
+    """Work since the start of a run [J]: of the actuators; of loads from outside, and what friction took, where there
+    are any."""
+
+    actuators: float
+    loads: float | None = None
+    friction: float | None = None
+
+
 class Instant(NamedTuple):
     """One instant of a run: time [s], what was seen, what was desired (None where nothing is followed), effort of the
-    actuators from then on, their work since the start [J], and what passed between law and joints (None of runs without
+    actuators from then on, work since the start, and what passed between law and joints (None of runs without
     hardware)."""
 
     t: float
     seen: Observation
     desired: Desired | None
     effort: Array
-    work: float
+    work: Works
     signals: Signals | None = None
 
 
@@ -146,7 +155,13 @@ OBSERVABLES: dict[str, Observable] = {
     "gap": Observable(2, "loop gap", PLACE, lambda at: at.seen.gap, "worst loop residual"),
     "kinetic": Observable(1, "kinetic", ("J",), lambda at: at.seen.kinetic, "kinetic energy of the plant"),
     "potential": Observable(1, "potential", ("J",), lambda at: at.seen.potential, "potential energy of the plant"),
-    "work": Observable(1, "work", ("J",), lambda at: at.work, "work of the actuators since the start"),
+    "work": Observable(1, "work", ("J",), lambda at: at.work.actuators, "work of the actuators since the start"),
+    "load_work": Observable(
+        1, "load work", ("J",), lambda at: at.work.loads, "work of the loads from outside since the start"
+    ),
+    "dissipated": Observable(
+        1, "dissipated", ("J",), lambda at: at.work.friction, "work that dampers and friction took since the start"
+    ),
     "q_full": Observable("nq", "", (), lambda at: at.seen.q_full, "full configuration"),
 }
 

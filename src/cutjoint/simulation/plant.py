@@ -15,8 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen, Values, readonly
+from cutjoint.chain import ClosedChain
 from cutjoint.errors import ActuationError, CutjointError
-from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.mechanism import Loads, Mechanism, Posture, Tool
 from cutjoint.mechanism.rotations import quaternion_of
 
 STILL = 1e-9
@@ -74,7 +75,7 @@ class Plant(Protocol):
     """A robot to simulate.
 
     Attributes:
-        actuated: where in a state's velocity the actuators' are, shape (n,).
+        actuated: where in a state's velocity the actuators' are, shape (n,); -1 of those that are not in it.
     """
 
     actuated: npt.NDArray[np.intp]
@@ -102,12 +103,27 @@ class Plant(Protocol):
     def measured(self, state: State) -> tuple[Array, Array]:
         """Actuated coordinates and velocities, shape (n,) each."""
 
-    def acceleration(self, state: State, effort: Array) -> Array:
-        """dv/dt under the actuators' `effort`, shape (nv,).
+    def acceleration(self, state: State, effort: Array, push: Array | None = None) -> Array:
+        """dv/dt under the actuators' `effort`, and what `pushed` gave if anything does, shape (nv,).
 
         Raises:
             CutjointError: the state is singular or not closed.
         """
+
+    def pushed(self, state: State, loads: Loads) -> Array:
+        """What loads from outside do to the velocities of the state: their power is this times `v`, shape (nv,).
+
+        Raises:
+            InputError, UnknownNameError: they are no loads, or act where there is nothing.
+            ActuationError: they move the robot otherwise than `v` tells.
+        """
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether it has dampers or friction that may take work."""
+
+    def dissipation(self, state: State) -> float:
+        """Power that these take [W], at least 0."""
 
     def settled(self, state: State) -> tuple[State, float]:
         """The state put back onto its loops, and how far off it was [m]."""
@@ -168,7 +184,9 @@ class ReducedPlant:
             )
         self.mechanism = mechanism
         self.actuated = np.arange(mechanism.n)
-        self._turns = tool_turns(mechanism)
+        self._turns = tool_turns(mechanism, mechanism.home, getattr(mechanism, "length", 1.0))
+        robot = getattr(mechanism, "plain", mechanism)  # of a compiled robot, the chain it was made from
+        self._idle_chain = robot if isinstance(robot, ClosedChain) else None
 
     @property
     def name(self) -> str:
@@ -195,9 +213,31 @@ class ReducedPlant:
         """The state itself."""
         return state.q, state.v
 
-    def acceleration(self, state: State, effort: Array) -> Array:
+    def acceleration(self, state: State, effort: Array, push: Array | None = None) -> Array:
         """Forward dynamics, shape (n,)."""
-        return self.mechanism.forward_dynamics(_closed(state), state.v, effort)
+        return self.mechanism.forward_dynamics(_closed(state), state.v, effort if push is None else effort + push)
+
+    def pushed(self, state: State, loads: Loads) -> Array:
+        """Loads as efforts, shape (n,)."""
+        at = _closed(state)
+        if self._idle_chain is not None and self._idle_chain.pushes_idle(at, loads):
+            raise ActuationError(
+                f"the loads push an idle motion of {self.mechanism.name}, such as the spin of a rod between two balls, "
+                "which the actuated coordinates do not tell; simulate it in full coordinates (ConstrainedPlant)",
+                mobility=self.mechanism.n,
+                actuators=self.mechanism.n,
+                free=(),
+            )
+        return self.mechanism.load_effort(at, loads)
+
+    @property
+    def dissipates(self) -> bool:
+        """See `Plant.dissipates`."""
+        return self.mechanism.dissipates
+
+    def dissipation(self, state: State) -> float:
+        """See `Plant.dissipation`."""
+        return self.mechanism.dissipation(_closed(state), state.v)
 
     def settled(self, state: State) -> tuple[State, float]:
         """Closed already."""
@@ -218,11 +258,22 @@ def _closed(state: State) -> Posture:
     return state.posture
 
 
-def tool_turns(mechanism: Mechanism) -> bool:
-    """Whether the tool can turn, as far as its motions at home tell; yes where they do not."""
+class HasTool(Protocol):
+    """What tells a tool: a mechanism, or minimal coordinates."""
+
+    def tool(self, at: Posture) -> Tool: ...
+
+
+def tool_turns(robot: HasTool, home: Posture, length: float) -> bool:
+    """Whether the tool can turn, as far as its motions at `home` tell; yes where they do not.
+
+    Args:
+        robot: what has the tool.
+        home: where it is asked.
+        length: of the robot [m].
+    """
     try:
-        jacobian = mechanism.tool(mechanism.home).frame_jacobian
+        jacobian = robot.tool(home).frame_jacobian
     except CutjointError:
         return True
-    length = getattr(mechanism, "length", 1.0)  # of chains
-    return bool(length * np.abs(jacobian[3:]).max() > STILL * np.abs(jacobian[:3]).max())
+    return bool(length * np.abs(jacobian[3:]).max(initial=0.0) > STILL * np.abs(jacobian[:3]).max(initial=0.0))

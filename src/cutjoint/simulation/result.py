@@ -51,6 +51,7 @@ class About(TypedDict, total=False):
     run_number: int
     actuators: list[list[str]]
     locked: list[str]
+    loads: str | list[dict[str, object]]
     steps: int
     evaluations: int
     strayed: float
@@ -198,13 +199,16 @@ class Result(Values):
     def energy_drift(self) -> float:
         """Energy that came from nowhere, relative to the energy that was turned over.
 
-        The largest |change of energy - work of the actuators|, over the largest of: kinetic energy, range of the
-        potential energy, |work|.  0 for a robot that did not move, and where the energies round by more.
+        The largest |change of energy - work of actuators and loads + what friction took|, over the largest of: kinetic
+        energy, range of the potential energy, |work| of each.  0 for a robot that did not move, and where the energies
+        round by more.
         """
-        lost = np.abs(self.energy - self.energy[0] - self.work).max()
+        pushed, taken = (self.more.get(name, np.zeros_like(self.work)) for name in ("load_work", "dissipated"))
+        lost = np.abs(self.energy - self.energy[0] - self.work - pushed + taken).max()
         if lost <= ROUNDING * np.abs(self.potential).max():
             return 0.0
-        turned = max(self.kinetic.max(), np.ptp(self.potential), np.abs(self.work).max())
+        works = (float(np.abs(work).max()) for work in (self.work, pushed, taken))
+        turned = max(self.kinetic.max(), np.ptp(self.potential), *works)
         return float(lost / turned) if turned > 0.0 else float(lost)
 
     def loop_gap(self) -> tuple[float, float]:
