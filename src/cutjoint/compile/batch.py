@@ -18,10 +18,10 @@ import numpy.typing as npt
 from cutjoint.arrays import Array
 from cutjoint.compile.closing import ChainClosing
 from cutjoint.compile.functions.sample import nearest_turn
-from cutjoint.compile.mechanism import CompiledMechanism
+from cutjoint.compile.mechanism import WRENCH, CompiledMechanism
 from cutjoint.compile.reaching import ChainReaching
 from cutjoint.errors import CutjointError, InputError
-from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.mechanism import Load, Mechanism, Posture
 
 Answer = TypeVar("Answer")
 Slow = Callable[[Mechanism, Posture, Mapping[str, Array]], Mapping[str, Array]]
@@ -58,6 +58,21 @@ class Tools(NamedTuple):
     def drift(self) -> Array:
         """Of the tool point, shape (N, 3), [m/s2]."""
         return self.frame_drift[:, :3]
+
+
+class ManyTerms(NamedTuple):
+    """The equation of motion at N states, see `cutjoint.mechanism.Terms`.
+
+    Attributes:
+        mass: shape (N, n, n).
+        coriolis, gravity, springs, friction: shape (N, n).
+    """
+
+    mass: Array
+    coriolis: Array
+    gravity: Array
+    springs: Array
+    friction: Array
 
 
 class Batch:
@@ -106,11 +121,10 @@ class Batch:
 
     def terms(
         self, q: npt.ArrayLike, v: npt.ArrayLike | None = None, parameters: Mapping[str, npt.ArrayLike] | None = None
-    ) -> tuple[Array, Array, Array]:
-        """Mass matrices (N, n, n), Coriolis vectors (N, n) and gravity (N, n)."""
+    ) -> ManyTerms:
+        """The equation of motion; without velocities Coriolis vectors and friction are zero."""
         given = {"v": np.zeros(self.n) if v is None else v}
-        parts = self._run("terms", q, given, parameters, lambda model, at, x: vars(model.terms(at, x["v"])))
-        return parts["mass"], parts["coriolis"], parts["gravity"]
+        return ManyTerms(**self._run("terms", q, given, parameters, lambda model, at, x: vars(model.terms(at, x["v"]))))
 
     def inverse_dynamics(
         self,
@@ -118,13 +132,19 @@ class Batch:
         v: npt.ArrayLike,
         a: npt.ArrayLike,
         parameters: Mapping[str, npt.ArrayLike] | None = None,
+        wrench: npt.ArrayLike | None = None,
     ) -> Array:
-        """Efforts, shape (N, n); errors as the mechanism's own `inverse_dynamics`."""
+        """Efforts, shape (N, n), with a `wrench` at the tool, shape (N, 6) or (6,); see `forward_loaded`, and for
+        errors the mechanism's own `inverse_dynamics`."""
 
         def slow(model: Mechanism, at: Posture, x: Mapping[str, Array]) -> Mapping[str, Array]:
-            return {"effort": model.inverse_dynamics(at, x["v"], x["a"])}
+            loads = [Load(x["wrench"][:3], x["wrench"][3:])] if "wrench" in x else ()
+            return {"effort": model.inverse_dynamics(at, x["v"], x["a"], loads)}
 
-        return self._run("inverse", q, {"v": v, "a": a}, parameters, slow)["effort"]
+        given = {"v": v, "a": a}
+        if wrench is None:
+            return self._run("inverse", q, given, parameters, slow)["effort"]
+        return self._run("inverse_loaded", q, given | {"wrench": wrench}, parameters, slow)["effort"]
 
     def forward_dynamics(
         self,
@@ -132,13 +152,19 @@ class Batch:
         v: npt.ArrayLike,
         effort: npt.ArrayLike,
         parameters: Mapping[str, npt.ArrayLike] | None = None,
+        wrench: npt.ArrayLike | None = None,
     ) -> Array:
-        """Accelerations, shape (N, n); errors as the mechanism's own `forward_dynamics`."""
+        """Accelerations, shape (N, n), with a `wrench` at the tool, shape (N, 6) or (6,); see `forward_loaded`, and for
+        errors the mechanism's own `forward_dynamics`."""
 
         def slow(model: Mechanism, at: Posture, x: Mapping[str, Array]) -> Mapping[str, Array]:
-            return {"a": model.forward_dynamics(at, x["v"], x["effort"])}
+            loads = [Load(x["wrench"][:3], x["wrench"][3:])] if "wrench" in x else ()
+            return {"a": model.forward_dynamics(at, x["v"], x["effort"], loads)}
 
-        return self._run("forward", q, {"v": v, "effort": effort}, parameters, slow)["a"]
+        given = {"v": v, "effort": effort}
+        if wrench is None:
+            return self._run("forward", q, given, parameters, slow)["a"]
+        return self._run("forward_loaded", q, given | {"wrench": wrench}, parameters, slow)["a"]
 
     # -- inside ------------------------------------------------------------------------------------------------------
 
@@ -178,7 +204,8 @@ class Batch:
         function = self._mechanism.library()[what]
         positions = self.closed_positions(q)
         count = len(positions)
-        given = {name: rows_of(name, x, self.n, count) for name, x in arguments.items()}
+        wide = {"wrench": WRENCH}
+        given = {name: rows_of(name, x, wide.get(name, self.n), count) for name, x in arguments.items()}
         values = self._values(parameters, count)
         parts, good = function.batch([positions, *given.values(), values], self.threads)
 

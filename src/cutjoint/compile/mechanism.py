@@ -24,6 +24,7 @@ from cutjoint.errors import InputError, SingularError, UnknownNameError
 from cutjoint.mechanism import (
     ActuatedCoordinates,
     JointLimits,
+    Load,
     Loads,
     Mechanism,
     Posture,
@@ -34,6 +35,8 @@ from cutjoint.mechanism import (
 )
 from cutjoint.mechanism.loads import as_loads, tool_wrench
 
+WRENCH = 6
+"""Numbers of a wrench: force and moment."""
 Model_co = TypeVar("Model_co", bound=Mechanism, covariant=True)
 
 
@@ -52,6 +55,19 @@ class Derivatives(Frozen):
     by_q: Array
     by_v: Array
     by_input: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded(Frozen):
+    """A value under a wrench at the tool.
+
+    Attributes:
+        value: acceleration or effort, shape (n,).
+        by_wrench: its derivative by force and moment, shape (n, 6).
+    """
+
+    value: Array
+    by_wrench: Array
 
 
 class Parametrised(Sealed, Generic[Model_co]):
@@ -215,6 +231,33 @@ class CompiledMechanism(Parametrised[Model_co]):
         """Inverse dynamics with its exact derivatives; errors as `forward_derivatives`."""
         return self._derivatives("inverse_derivatives", at, v, a)
 
+    def forward_loaded(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, wrench: npt.ArrayLike) -> Loaded:
+        """Acceleration that `effort` and a wrench at the tool give, and its derivative by the wrench.
+
+        Args:
+            wrench: force [N] on the tool point, and moment [N m], along the axes of the world, shape (6,).
+
+        Raises:
+            InputError: wrong shape, not finite, or the robot has no tool.
+            CompileError: friction that holds what rests.
+            SingularError: as `forward_dynamics`.
+        """
+        parts = self._call("forward_loaded", at, v, effort, as_vector("wrench", wrench, WRENCH))
+        if parts is not None:
+            return Loaded(parts["a"], parts["by_wrench"])
+        jacobian = self.plain.tool(at).frame_jacobian
+        by_wrench = np.asarray(np.linalg.solve(self.plain.terms(at).mass, jacobian.T))
+        return Loaded(self.plain.forward_dynamics(at, v, effort, _at_tool(wrench)), by_wrench)
+
+    def inverse_loaded(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, wrench: npt.ArrayLike) -> Loaded:
+        """Effort that gives the acceleration `a` against a wrench at the tool, and its derivative by the wrench; see
+        `forward_loaded`."""
+        parts = self._call("inverse_loaded", at, v, a, as_vector("wrench", wrench, WRENCH))
+        if parts is not None:
+            return Loaded(parts["effort"], parts["by_wrench"])
+        jacobian = self.plain.tool(at).frame_jacobian
+        return Loaded(self.plain.inverse_dynamics(at, v, a, _at_tool(wrench)), -jacobian.T)
+
     def _derivatives(self, what: str, at: Posture, v: npt.ArrayLike, x: npt.ArrayLike) -> Derivatives:
         parts = self._call(what, at, v, x)
         if parts is None:
@@ -232,8 +275,15 @@ class CompiledMechanism(Parametrised[Model_co]):
 
     def _call(self, what: str, at: Posture, *arguments: npt.ArrayLike) -> dict[str, Array] | None:
         """Parts of the result of one evaluation, or None where the compiled function must not be trusted."""
-        given = [_fitting(x, self.n) for x in arguments]
-        return self.library(at)[what](self.positions(at), *given, self._values)
+        function = self.library(at)[what]
+        names = function.row.arguments[1:-1]
+        given = [_fitting(x, WRENCH if name == "wrench" else self.n) for name, x in zip(names, arguments, strict=True)]
+        return function(self.positions(at), *given, self._values)
+
+
+def _at_tool(wrench: npt.ArrayLike) -> Load:
+    force, moment = as_vector("wrench", wrench, WRENCH).reshape(2, 3)
+    return Load(force, moment)
 
 
 def _fitting(values: npt.ArrayLike, size: int) -> Array:

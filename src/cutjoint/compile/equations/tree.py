@@ -53,8 +53,6 @@ class JointTree:
         self.gravity = constant_vector(np.asarray(model.gravity.linear))
         self.steps: list[TreeStep] = [TreeStep(-1, IDENTITY, ZERO, StepKind.TURN, 0, -1, -1, 0)]
         self.mounts: list[Mount] = [Mount(0, np.eye(3))]
-        if np.any(np.asarray(getattr(model, "armature", np.zeros(1)))):
-            raise InputError("rotor inertias (armature) cannot be compiled; add them to the links")
         for joint in range(1, model.njoints):
             self._add(model, joint)
         self.mass = sum(float(model.inertias[joint].mass) for joint in range(1, model.njoints))

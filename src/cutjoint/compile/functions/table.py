@@ -102,6 +102,7 @@ class Function:
 _EFFORT = ResultPart("effort", "n", "1/q", lambda s: s.energy)
 _A = ResultPart("a", "n", "q", lambda s: s.acceleration)
 _RIGID = ("q", "v", "parameters")
+_DYNAMICS = (Need.ACTUATED, Need.SMOOTH)
 
 FUNCTIONS: dict[str, Function] = {
     row.name: row
@@ -113,6 +114,7 @@ FUNCTIONS: dict[str, Function] = {
             (_A,),
             tracing.forward,
             lambda s: {"a": s.a},
+            _DYNAMICS,
         ),
         Function(
             "motion",
@@ -133,18 +135,43 @@ FUNCTIONS: dict[str, Function] = {
             (_EFFORT,),
             tracing.inverse,
             lambda s: {"effort": s.effort},
+            _DYNAMICS,
+        ),
+        Function(
+            "forward_loaded",
+            "acceleration that an effort and a wrench at the tool give (world axes), and its derivative by the wrench",
+            ("q", "v", "effort", "wrench", "parameters"),
+            (_A, ResultPart("by_wrench", "n,6", "q,t")),
+            tracing.forward_loaded,
+            lambda s: {
+                "a": acceleration_by(s.terms, s.effort + s.push),
+                "by_wrench": np.linalg.inv(s.terms.mass) @ s.jacobian.T,
+            },
+            (*_DYNAMICS, Need.TOOL),
+        ),
+        Function(
+            "inverse_loaded",
+            "effort that gives an acceleration against a wrench at the tool (world axes), and its derivative by it",
+            ("q", "v", "a", "wrench", "parameters"),
+            (_EFFORT, ResultPart("by_wrench", "n,6", "1/q,t")),
+            tracing.inverse_loaded,
+            lambda s: {"effort": s.effort - s.push, "by_wrench": -s.jacobian.T},
+            (*_DYNAMICS, Need.TOOL),
         ),
         Function(
             "terms",
-            "mass matrix, Coriolis vector, gravity",
+            "mass matrix, Coriolis vector, gravity, springs, friction",
             _RIGID,
             (
                 ResultPart("mass", "n,n", "1/q,1/q"),
                 ResultPart("coriolis", "n", "1/q", lambda s: s.moving),
                 ResultPart("gravity", "n", "1/q", lambda s: s.weight),
+                ResultPart("springs", "n", "1/q", lambda s: s.held),
+                ResultPart("friction", "n", "1/q", lambda s: s.rubbed),
             ),
             tracing.terms,
-            lambda s: {"mass": s.terms.mass, "coriolis": s.terms.coriolis, "gravity": s.terms.gravity},
+            lambda s: vars(s.terms),
+            _DYNAMICS,
         ),
         Function(
             "tool",
@@ -165,7 +192,7 @@ FUNCTIONS: dict[str, Function] = {
             "energy",
             "kinetic and potential energy",
             _RIGID,
-            (ResultPart("kinetic", "1", "J"), ResultPart("potential", "1", "J", lambda s: s.far * s.weight)),
+            (ResultPart("kinetic", "1", "J"), ResultPart("potential", "1", "J", lambda s: s.far * s.weight + s.held)),
             tracing.energy,
             lambda s: {
                 "kinetic": np.array([0.5 * s.v @ s.terms.mass @ s.v]),
@@ -210,6 +237,7 @@ FUNCTIONS: dict[str, Function] = {
             ),
             tracing.inverse_derivatives,
             lambda s: {"effort": s.effort, **slopes(s, lambda now: effort_for(now, s.a)), "by_a": s.terms.mass},
+            _DYNAMICS,
         ),
         Function(
             "forward_derivatives",
@@ -227,6 +255,7 @@ FUNCTIONS: dict[str, Function] = {
                 **slopes(s, lambda now: acceleration_by(now, s.effort)),
                 "by_effort": np.asarray(np.linalg.inv(s.terms.mass)),
             },
+            _DYNAMICS,
         ),
         Function(
             "tangent",
@@ -244,7 +273,7 @@ FUNCTIONS: dict[str, Function] = {
             (ResultPart("drift", "nv", "u", lambda s: max(s.speed, s.spin) ** 2),),
             tracing.drift,
             lambda s: {"drift": s.drift},
-            (Need.JOINTS, Need.ACTUATED),
+            (Need.JOINTS, *_DYNAMICS),
         ),
         Function(
             "full_forward",
@@ -253,7 +282,7 @@ FUNCTIONS: dict[str, Function] = {
             (ResultPart("a_full", "nv", "u", lambda s: s.units.rate**2),),
             tracing.full_forward,
             lambda s: {"a_full": s.a_full},
-            (Need.JOINTS, Need.IDLE_MASS),
+            (Need.JOINTS, Need.IDLE_MASS, Need.SMOOTH),
         ),
         Function(
             "full_motion",

@@ -27,11 +27,12 @@ ARGUMENTS = {
     "goal": "12",
     "v_full": "nv",
     "effort_full": "nv",
+    "wrench": "6",
     "parameters": "parameters",
 }
 """Every argument that a compiled function may have, and its size: position variables; actuated velocity, acceleration,
 effort and coordinates; tool position; place of the tool in the model, and its rotation; velocity of and force on all
-joints; inertial parameters."""
+joints; force and moment on the tool; inertial parameters."""
 
 
 class Call:
@@ -104,11 +105,34 @@ def inverse(call: Call) -> Traced:
     return {"effort": call.state.inverse(call["v"], call["a"])}, call.state.strain
 
 
+def _of_wrench(call: Call) -> tuple[list[Number], list[list[Number]]]:
+    """J' w of a wrench at the tool, and J' as rows of (6)."""
+    jacobian = call.state.tool([0.0] * call.source.n).jacobian
+    transposed = [list(row) for row in zip(*jacobian, strict=True)]
+    return [dot(row, call["wrench"]) for row in transposed], transposed
+
+
+def forward_loaded(call: Call) -> Traced:
+    """M a = effort + J' wrench - bias, solved; the derivative by the wrench is that of a linear system."""
+    push, transposed = _of_wrench(call)
+    a, factor = accelerations(call.state, call["v"], [x + y for x, y in zip(call["effort"], push, strict=True)])
+    by_wrench = [factor.solve(list(column)) for column in zip(*transposed, strict=True)]
+    return {"a": a, "by_wrench": _transposed(by_wrench)}, factor.strain
+
+
+def inverse_loaded(call: Call) -> Traced:
+    """M a + bias - J' wrench."""
+    push, transposed = _of_wrench(call)
+    effort = [x - y for x, y in zip(call.state.inverse(call["v"], call["a"]), push, strict=True)]
+    return {"effort": effort, "by_wrench": [-x for row in transposed for x in row]}, call.state.strain
+
+
 def terms(call: Call) -> Traced:
-    """M, Coriolis vector, gravity."""
+    """M, Coriolis vector, gravity, springs, friction."""
     state = call.state
     coriolis = state.coriolis(call["v"])
-    return {"mass": _flat(state.mass()), "coriolis": coriolis, "gravity": state.gravity()}, state.strain
+    results: Results = {"mass": _flat(state.mass()), "coriolis": coriolis, "gravity": state.gravity()}
+    return {**results, "springs": state.springs(), "friction": state.friction(call["v"])}, state.strain
 
 
 def tool(call: Call) -> Traced:

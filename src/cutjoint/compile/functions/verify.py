@@ -13,8 +13,9 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.equations.elimination import STRAIN_LIMIT
+from cutjoint.compile.functions.chain_sample import ChainSample
 from cutjoint.compile.functions.library import CompiledFunction
-from cutjoint.compile.functions.sample import ChainSample, RobotSample, RobotUnits, nearest_turn
+from cutjoint.compile.functions.sample import RobotSample, RobotUnits, nearest_turn
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.paper import PaperSource

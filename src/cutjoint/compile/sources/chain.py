@@ -31,6 +31,7 @@ from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain_plan import ChainPlan
 from cutjoint.compile.sources.interface import PAYLOAD, Need, TracedTool
 from cutjoint.errors import ActuationError, CompileError, CutjointError, InputError
+from cutjoint.mechanism.physics import NO_PHYSICS
 
 
 class TracedStep(NamedTuple):
@@ -64,7 +65,10 @@ class ChainState:
         self.whole = Reduction(pose, source.loops, source.plan)
         idle = source.plan.idle
         self.reduction = self.whole if idle is None else Carried(self.whole, idle, source.rate_scale)
+        self.physics = source.physics.at(pose)
         self.strain: Number = self.reduction.strain
+        if self.physics.acting:
+            self.strain = maximum(self.strain, self.physics.strain)
 
     @property
     def actuated(self) -> list[Number]:
@@ -83,14 +87,28 @@ class ChainState:
         u, motion, drift = self.moving(v)
         return self.reduction.effort(u, motion, drift, weight=False)
 
+    def springs(self) -> list[Number]:
+        return self.reduction.reduced(self.physics.springs())
+
+    def friction(self, v: Sequence[Number]) -> list[Number]:
+        return self.reduction.reduced(self.physics.friction(self.reduction.rates(v)))
+
     def bias(self, v: Sequence[Number]) -> list[Number]:
         u, motion, drift = self.moving(v)
-        return self.reduction.effort(u, motion, drift)
+        return self._with_passive(self.reduction.effort(u, motion, drift), u)
 
     def inverse(self, v: Sequence[Number], a: Sequence[Number]) -> list[Number]:
         u, motion, drift = self.moving(v)
         du = [x + y for x, y in zip(self.reduction.rates(a), drift, strict=True)]
-        return self.reduction.effort(u, motion, du)
+        return self._with_passive(self.reduction.effort(u, motion, du), u)
+
+    def _passive(self, u: list[Number]) -> list[Number]:
+        """Effort along the rates of the tree that overcomes springs and friction."""
+        return [x + y for x, y in zip(self.physics.springs(), self.physics.friction(u), strict=True)]
+
+    def _with_passive(self, effort: Sequence[Number], u: list[Number]) -> list[Number]:
+        """An effort in the independent rates, and what springs and friction need there."""
+        return [x + y for x, y in zip(effort, self.reduction.reduced(self._passive(u)), strict=True)]
 
     def moving(self, v: Sequence[Number]) -> tuple[list[Number], Motion, list[Number]]:
         """Rates, velocities and drift."""
@@ -99,7 +117,7 @@ class ChainState:
         return u, motion, self.reduction.drift(u, motion)
 
     def potential(self) -> Number:
-        return potential_energy(self.pose, self.source.origin)
+        return potential_energy(self.pose, self.source.origin) + self.physics.potential()
 
     def tool(self, v: Sequence[Number]) -> TracedTool:
         step, own, lever = self.source.tool_frame
@@ -162,7 +180,8 @@ class ChainState:
         """d with a_full = T a + d in Pinocchio's accelerations, length nv."""
         u, motion, drift = self.moving(v)
         if isinstance(self.reduction, Carried):
-            drift = self.reduction.undriven(u, motion, drift, turning_axes(self.pose, u, motion))
+            turned = turning_axes(self.pose, u, motion)
+            drift = self.reduction.undriven(u, motion, drift, turned, self._passive(u))
         return from_rate_derivatives(self.pose, u, motion, drift)
 
     def full_rate(self, v_full: Sequence[Number]) -> list[Number]:
@@ -177,7 +196,8 @@ class ChainState:
         whole = self.whole
         drift = whole.drift(u, motion)
         push = whole.reduced(to_rates(self.pose, effort_full))
-        held = whole.effort(u, motion, drift)
+        rest = whole.reduced(self._passive(u))
+        held = [x + y for x, y in zip(whole.effort(u, motion, drift), rest, strict=True)]
         factor = MassFactor(whole.mass(), whole.strain)
         a = factor.solve([x - y for x, y in zip(push, held, strict=True)])
         du = [x + y for x, y in zip(whole.rates(a), drift, strict=True)]
@@ -209,6 +229,11 @@ class ChainSource(ChainPlan):
             return self._lacks_task()
         if need is Need.CLOSED_FORM:
             return InputError(f"{self.name} has no inverse kinematics in closed form")
+        if need is Need.SMOOTH and (names := self.physics.sticking(dict.fromkeys(self.parameters, np.nan))):
+            return CompileError(
+                f"the friction of {', '.join(names)} holds what rests (friction_speed = 0), and {self.name} jumps "
+                "there: its dynamics cannot be compiled. Give a friction_speed above 0, or run the chain itself"
+            )
         if need is Need.IDLE_MASS and self.weightless:
             return CompileError(
                 f"{self.name} has idle freedoms that move no mass, such as the spin of a rod without inertia about its "
@@ -251,7 +276,23 @@ class ChainSource(ChainPlan):
             "home": _numbers(self.chain.home.q_full),
             "parameters": [[name, None if name == PAYLOAD else self._link(name)] for name in self.parameters],
         }
-        return json.dumps(parts)
+        passive = self._passive_numbers()
+        return json.dumps({**parts, "passive": passive} if passive else parts)
+
+    def _passive_numbers(self) -> list[object]:
+        """Of every joint and cut that does something by itself, what it does, and between which stops."""
+        description = self.chain.description
+        found: list[object] = [
+            [one.name, vars(one.physics), one.limits.lower, one.limits.upper]
+            for one in description.joints
+            if one.physics != NO_PHYSICS
+        ]
+        for cut in description.cuts:
+            if cut.bushing is not None or cut.physics != NO_PHYSICS:
+                ends = [[frame.link, _numbers(frame.placement)] for frame in (cut.a, cut.b)]
+                bushing = None if cut.bushing is None else vars(cut.bushing)
+                found.append([cut.name, cut.type, *ends, vars(cut.physics), bushing])
+        return found
 
     def _task(self) -> list[object] | None:
         try:

@@ -24,7 +24,8 @@ from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.elimination_order import Idle, Plan, choose
 from cutjoint.compile.equations.inertia import BodyInertia, PointMass
 from cutjoint.compile.equations.led import LedLoops
-from cutjoint.compile.equations.pose import TreePose
+from cutjoint.compile.equations.physics import TreePhysics
+from cutjoint.compile.equations.pose import Arguments, TreePose
 from cutjoint.compile.equations.reduction import Reduction
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions import vectors
@@ -103,7 +104,13 @@ class ChainTree:
                 points.append(PointMass(step, value, lever))
             else:
                 bodies.append(self._body(name, value))
-        return TreePose(self.tree, q, bodies, points)
+        rotors = self.physics.rotors({})
+        return TreePose(self.tree, q, Arguments(bodies=tuple(bodies), points=tuple(points), rotors=rotors))
+
+    @once
+    def physics(self) -> TreePhysics:
+        """What its joints and cuts do by themselves."""
+        return TreePhysics(self.tree, self.model, self.chain.description)
 
     @once
     def tool_frame(self) -> tuple[int, vectors.Matrix, vectors.Vector]:

@@ -118,6 +118,12 @@ class PaperState:
     def coriolis(self, v: Sequence[Number]) -> list[Number]:
         return list(self._own.coriolis(tuple(v)))
 
+    def springs(self) -> list[Number]:
+        return [0.0] * len(self.q)
+
+    def friction(self, v: Sequence[Number]) -> list[Number]:
+        return [0.0] * len(self.q)
+
     def bias(self, v: Sequence[Number]) -> list[Number]:
         return [x + y for x, y in zip(self.coriolis(v), self.gravity(), strict=True)]
 
