@@ -52,17 +52,19 @@ class Stretches:
 
     def __call__(
         self, q: Array, v: Array, effort: Array, span: float, ahead: float
-    ) -> tuple[Array, Array, float, Array, int, float] | None:
-        """Positions and velocities after `span` [s], work [J], what the loops were open by before they were closed and
-        are now, shape (2, rows), evaluations, and the step to go on with [s]; None where that cannot be trusted."""
+    ) -> tuple[Array, Array, tuple[float, float], Array, int, float] | None:
+        """Positions and velocities after `span` [s], the work of efforts and what friction took [J], what the loops
+        were open by before they were closed and are now, shape (2, rows), evaluations, and the step to go on with [s];
+        None where that cannot be trusted."""
         n, rows = self.motion.positions, self.motion.rows
-        state, given = np.concatenate((q, v, (0.0,))), np.concatenate((effort, self._values))
+        state, given = np.concatenate((q, v, (0.0, 0.0))), np.concatenate((effort, self._values))
         residual, step = np.zeros((2, rows)), np.array([ahead])
         calls = self._advance(state, given, residual, step, span)
         # a sum is finite only if all its terms are
         if calls < 0 or not np.isfinite(np.add.reduce(state) + np.add.reduce(residual[1])):
             return None
-        return state[:n], state[n:-1], float(state[-1]), residual, calls, float(step[0])
+        work, lost = state[-2:].tolist()
+        return state[:n], state[n:-2], (work, lost), residual, calls, float(step[0])
 
 
 class CompiledPlant(ReducedPlant):
@@ -96,13 +98,13 @@ class CompiledPlant(ReducedPlant):
         found = self._stretches(self.robot.positions(at), state.v, effort, span, ahead)
         if found is None:
             return None
-        q, v, work, residual, calls, ahead = found
+        q, v, works, residual, calls, ahead = found
         if isinstance(self.robot, CompiledChain):
             before, after = (self._gap(one) for one in residual)
             posture = Posture(q[list(self.robot.source.actuated)], q, after, at.layout)
         else:
             before, posture = (0.0, 0.0), self.robot.close(q, at, limits="ignore")
-        return Advanced(State(posture.q, v, posture), work, before[0], calls, ahead)
+        return Advanced(State(posture.q, v, posture), *works, before[0], calls, ahead)
 
     def _gap(self, residual: Array) -> tuple[float, float]:
         size, lengths = np.abs(residual), self._lengths
@@ -157,18 +159,19 @@ class CompiledConstrainedPlant(ConstrainedPlant):
         """For messages and tables."""
         return f"{self.robot.name}, constrained"
 
-    def acceleration(self, state: State, effort: Array) -> Array:
+    def acceleration(self, state: State, effort: Array, push: Array | None = None) -> Array:
         """Of all joints, shape (nv,)."""
-        return self.robot.full_acceleration(state.q, state.v, self.chain.full_effort(effort))
+        full = self.chain.full_effort(effort)
+        return self.robot.full_acceleration(state.q, state.v, full if push is None else full + push)
 
     def advance(self, state: State, effort: Array, span: float, ahead: float) -> Advanced | None:
         """See `Advancing.advance`."""
         found = self._stretches(state.q, state.v, self.chain.full_effort(effort), span, ahead)
         if found is None:
             return None
-        q, v, work, _, calls, ahead = found
+        q, v, works, _, calls, ahead = found
         settled, gap = self.settled(State(q, v))
-        return Advanced(settled, work, gap, calls, ahead)
+        return Advanced(settled, *works, gap, calls, ahead)
 
     def observe_all(self, states: Sequence[State]) -> list[Observation]:
         """See `Advancing.observe_all`."""

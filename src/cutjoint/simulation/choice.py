@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from cutjoint.chain import ClosedChain
-from cutjoint.errors import CompileError, CutjointError
+from cutjoint.errors import CutjointError
 from cutjoint.mechanism import Mechanism
 from cutjoint.simulation.constrained import ConstrainedPlant
 from cutjoint.simulation.plant import Plant, ReducedPlant
@@ -39,10 +39,5 @@ def _compiled(robot: Mechanism) -> Plant:
     """Raises CutjointError where a robot cannot be compiled."""
     from cutjoint import CompiledChain, CompiledPaper, compiled, compiled_plant
 
-    if isinstance(robot, ClosedChain):
-        sticking = [joint.name for joint in robot.description.joints if joint.physics.sticks]
-        sticking += [cut.name for cut in robot.description.cuts if cut.physics.sticks]
-        if sticking:
-            raise CompileError(f"dry friction without a friction speed, of {', '.join(sticking)}, is not compiled")
     made = robot if isinstance(robot, CompiledChain | CompiledPaper) else compiled(robot, quick=True)
     return compiled_plant(made)

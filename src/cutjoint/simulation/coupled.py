@@ -209,6 +209,8 @@ class Coupled:
         self.strayed = max(self.strayed, done.strayed)
         rest = self.y[2 * self._nv :].copy()
         rest[-1] += done.work
+        if self.plant.dissipates:
+            rest[self._rotors.stop - 2 * self._nv] += done.lost
         self.y = np.concatenate([self.plant.chart(done.state), done.state.v, rest])
 
     def accept(self, y: Array) -> bool:

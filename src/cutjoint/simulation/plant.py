@@ -133,11 +133,12 @@ class Plant(Protocol):
 
 
 class Advanced(NamedTuple):
-    """What became of a plant: its state on the loops, the work of its actuators [J], how far off the loops it was [m],
-    evaluations of the equations of motion, and the step to go on with [s]."""
+    """What became of a plant: its state on the loops, the work of its actuators and what friction took [J], how far off
+    the loops it was [m], evaluations of the equations of motion, and the step to go on with [s]."""
 
     state: State
     work: float
+    lost: float
     strayed: float
     evaluations: int
     ahead: float

@@ -54,6 +54,10 @@ class ChainSample(RobotSample):
         ahead, behind = (pin.integrate(self.source.model, self.q, s * v_full) for s in (step, -step))
         return np.asarray((ahead - behind) / (2.0 * step))
 
+    @property
+    def lost_full(self) -> Array:
+        return np.array([self.chain.full_dissipation(self.at, self.v_full)])
+
     @cached_property
     def wanted(self) -> Pose:
         """Where the tool shall be: a little aside; with idle freedoms, which the steps need not share, where it is."""

@@ -117,7 +117,7 @@ class MotionPrograms:
     """Equations of motion for an integrator in machine code; see `cutjoint.compile.machine.llvm.advance`.
 
     Attributes:
-        rate: program of (positions, velocities, efforts, parameters): rates of the first two, power, strain.
+        rate: program of (positions, velocities, efforts, parameters): rates of the first two, powers, strain.
         settle: program of (positions, target, parameters): positions after a Newton step onto the loops, what they were
             open by before, strain; None where there are no loops.
         actuated: where in the positions the target is.
@@ -136,6 +136,11 @@ class MotionPrograms:
     def velocities(self) -> int:
         """Velocities."""
         return self.rate.arguments[1][1]
+
+    @property
+    def works(self) -> int:
+        """Integrals of powers."""
+        return self.rate.n_out - self.positions - self.velocities - 1
 
     @property
     def parameters(self) -> int:

@@ -188,6 +188,11 @@ class ChainState:
         """Rates of the position variables."""
         return configuration_rate(self.pose, to_rates(self.pose, v_full))
 
+    def full_dissipation(self, v_full: Sequence[Number]) -> Number:
+        """Power that dampers and friction take."""
+        u = to_rates(self.pose, v_full)
+        return vectors.dot(self.physics.friction(u), u)
+
     def full_forward(self, v_full: Sequence[Number], effort_full: Sequence[Number]) -> tuple[list[Number], Number]:
         """Acceleration of all joints for a velocity that respects the loops and forces on all joints; and the
         strain."""

@@ -30,8 +30,8 @@ class AdvanceText:
     """`int64 symbol(double *state, double *given, double *residual, double *h, double span, double relative, double
     absolute, double limit)`.
 
-    Carries `state` (positions, velocities, work) on by `span` under what is `given` (efforts, parameters) all the time,
-    with steps that begin with `h`, which is then what the next one should begin with.  The work rides along and does
+    Carries `state` (positions, velocities, works) on by `span` under what is `given` (efforts, parameters) all the time,
+    with steps that begin with `h`, which is then what the next one should begin with.  Works ride along and do
     not steer the steps.  Positions are put onto the loops at the end; `residual` is what they were open by before that,
     and after.  Returns the number of evaluations; -1 where there is no step that may be trusted.
 
@@ -44,6 +44,7 @@ class AdvanceText:
         self.out = Writer()
         self.a = Lanes(self.out, 1)
         self.count = motion.positions + motion.velocities
+        self.all = self.count + motion.works
 
     def text(self) -> str:
         """The whole function."""
@@ -86,8 +87,8 @@ class AdvanceText:
     def evaluate(self, slope: str) -> str:
         """Rates at the arguments into `slope`; returns the strain."""
         self.out.do(f"call void @rate(ptr {self.x}, ptr {self.y})")
-        self.copy(self.count + 1, self.y, slope)
-        return self.a.load(self.y, self.count + 1)
+        self.copy(self.all, self.y, slope)
+        return self.a.load(self.y, self.all)
 
     # -- the function, block by block --------------------------------------------------------------------------------
 
@@ -95,9 +96,9 @@ class AdvanceText:
         """Room, and the slope at the start."""
         out, a, count = self.out, self.a, self.count
         out.do("entry:")
-        self.x, self.y = a.room(count + self.motion.given), a.room(count + 2)
-        self.slopes = [a.room(count + 1) for _ in WEIGHTS]
-        self.after = a.room(count + 1)
+        self.x, self.y = a.room(count + self.motion.given), a.room(self.all + 1)
+        self.slopes = [a.room(self.all) for _ in WEIGHTS]
+        self.after = a.room(self.all)
         self.place, self.put = a.room(self.motion.settle_in), a.room(self.motion.settle_out)
         self.copy(count, "%state", self.x)
         self.copy(self.motion.given, "%given", a.at(self.x, count))
@@ -121,7 +122,7 @@ class AdvanceText:
         strain = self.number(0.0)
         for stage in range(1, len(WEIGHTS)):
             to_end = stage == len(WEIGHTS) - 1
-            for k in range(self.count + (1 if to_end else 0)):
+            for k in range(self.all if to_end else self.count):
                 moved = a.fma("%step.h", self.summed(WEIGHTS[stage], k), a.load("%state", k))
                 if k < self.count:
                     a.store(self.x, k, moved)
@@ -159,8 +160,8 @@ class AdvanceText:
         going = out.emit(f"fcmp ogt double %shorter, {floor}")
         out.do(f"br i1 {going}, label %step, label %failed")
         out.do("accepted:")
-        self.copy(self.count + 1, self.after, "%state")
-        self.copy(self.count + 1, self.slopes[-1], self.slopes[0])
+        self.copy(self.all, self.after, "%state")
+        self.copy(self.all, self.slopes[-1], self.slopes[0])
         out.do("%t.next = fadd double %t, %step.h")
         longer = out.emit("fcmp ogt double %ask, %ahead")
         kept = out.emit(f"and i1 {longer}, %last")
