@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cutjoint.simulation import Integrator, Plant, Result
 
 LONGEST_STEP = 1e-3
-SETTINGS = ("plant", "law", "gains", "trajectory", "locked", "integrator", "rate", "limits")
+SETTINGS = ("plant", "not_compiled", "law", "gains", "trajectory", "locked", "integrator", "rate", "limits")
 Robot = TypeVar("Robot", bound="Mechanism")
 
 
@@ -50,8 +50,12 @@ def command(
         typer.Option(metavar="ACTUATOR", help="A brake holds this actuator where it starts; may be repeated."),
     ] = None,
     plant: Annotated[
-        str, typer.Option(metavar="chain|paper", help="The robot: all joints in Pinocchio, or the published model.")
-    ] = "chain",
+        str,
+        typer.Option(
+            metavar="compiled|chain|paper",
+            help="The robot: its chain compiled, where it can be; the chain in Pinocchio; or the published model.",
+        ),
+    ] = "compiled",
     model: Annotated[
         str | None,
         typer.Option(
@@ -78,7 +82,9 @@ def command(
     ] = None,
     step: Annotated[
         float | None,
-        typer.Option(metavar="S", help="Fixed steps, RK4; default with --rate 1 ms, else adaptive steps (DOP853)."),
+        typer.Option(
+            metavar="S", help="Fixed steps, RK4; default adaptive, with --rate in machine code where there is any."
+        ),
     ] = None,
     ignore_limits: Annotated[
         bool, typer.Option("--ignore-limits", help="Go on where a joint passes its limits; else the run stops there.")
@@ -111,7 +117,7 @@ def command(
         duration = 1.0 if reference is None else reference.duration
     try:
         result = _run(
-            (robots.plant, law, reference), duration, rate, limit, every, step, lock=lock or (), joint_limits=joints
+            (robots.moving, law, reference), duration, rate, limit, every, step, lock=lock or (), joint_limits=joints
         )
     except SimulationError as error:
         if save is not None:
@@ -130,7 +136,7 @@ def command(
 class Robots(NamedTuple):
     """What moves, the chain of the same robot, and what the controller believes."""
 
-    plant: Plant
+    moving: Plant | Mechanism
     chain: ClosedChain
     inside: Mechanism
 
@@ -138,18 +144,20 @@ class Robots(NamedTuple):
 def _robots(robot: str, variant: str | None, plant: str, model: str | None, payload: float) -> Robots:
     from cutjoint.errors import UnknownNameError
     from cutjoint.robots import PUBLISHED, load, published
-    from cutjoint.simulation import ConstrainedPlant, ReducedPlant
+    from cutjoint.simulation import ConstrainedPlant
+    from cutjoint.simulation.choice import quick
 
-    for option, side in (("plant", plant), ("model", model)):
-        if side not in (None, "chain", "paper"):
-            raise UnknownNameError(option, str(side), ("chain", "paper"))
+    for option, side, known in (("plant", plant, ("compiled", "chain", "paper")), ("model", model, ("chain", "paper"))):
+        if side is not None and side not in known:
+            raise UnknownNameError(option, side, known)
     chain = load(robot, variant)
     name = chain.description.name
     believes = model or ("paper" if name in PUBLISHED else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain
-    if plant == "paper":
-        return Robots(ReducedPlant(_loaded(published(name), payload)), chain, inside)
-    return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
+    if plant == "chain":
+        return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
+    moving: Mechanism = _loaded(published(name) if plant == "paper" else chain, payload)
+    return Robots(moving, chain, quick(inside))
 
 
 def _law(robots: Robots, controller: str, gains: Mapping[str, str]) -> Law:
@@ -178,7 +186,7 @@ def _unled(
         return _law(robots, controller or "none", gains)
     if controller is not None or gains:
         raise InputError("with --efforts there is no controller; leave out --controller and gains")
-    return efforts_from_csv(efforts, robots.plant.mechanism.actuators, lock)
+    return efforts_from_csv(efforts, robots.chain.actuators, lock)
 
 
 def _reference(robots: Robots, trajectory: str, duration: float | None, joints: JointLimits) -> Reference:
@@ -192,7 +200,7 @@ def _loaded(robot: Robot, payload: float) -> Robot:
 
 
 def _run(
-    what: tuple[Plant, Law, Reference | None],
+    what: tuple[Plant | Mechanism, Law, Reference | None],
     duration: float | None,
     rate: float | None,
     limit: str | None,
@@ -206,13 +214,13 @@ def _run(
 
     from cutjoint.simulation import Adaptive, RungeKutta4, run
 
-    plant, law, _ = what
+    moving, law, _ = what
     span = getattr(law, "duration", None) if duration is None else duration
-    method: Integrator = Adaptive(1e-8, 1e-10)
-    if step is not None or rate is not None:
-        method = RungeKutta4(LONGEST_STEP if step is None else step)
+    method: Integrator | None = RungeKutta4(step) if step is not None else None
+    if method is None and rate is None:
+        method = Adaptive(1e-8, 1e-10)
     with Progress(transient=True) as bar:
-        task = bar.add_task(f"{plant.name}, {law.name}", total=span)
+        task = bar.add_task(f"{moving.name}, {law.name}", total=span)
         return run(
             *what,
             integrator=method,
@@ -273,6 +281,7 @@ def _show(result: Result, figures: dict[str, object]) -> None:
     rows = [
         ("gains", gains),
         ("control", rate),
+        *([("not compiled", str(figures["not_compiled"]))] if "not_compiled" in figures else ()),
         ("integrator", f"{figures['integrator']}: {figures['steps']} steps, {figures['evaluations']} evaluations"),
         *(_error_rows(figures) if result.followed else ()),
         *([("locked", ", ".join(result.about["locked"]))] if "locked" in result.about else ()),

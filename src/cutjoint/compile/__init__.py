@@ -12,17 +12,17 @@ from cutjoint.compile.functions.library import Made, Options
 from cutjoint.compile.many import ClosedLoop, simulate_many
 from cutjoint.compile.many_results import Many
 from cutjoint.compile.mechanism import CompiledMechanism, Derivatives
-from cutjoint.compile.plants import CompiledConstrainedPlant, CompiledPlant, compiled_plant
+from cutjoint.compile.plants import CompiledChainPlant, CompiledPaperPlant, compiled_plant
 
 __all__ = [
     "Batch",
     "ClosedLoop",
     "Compiled",
     "CompiledChain",
-    "CompiledConstrainedPlant",
+    "CompiledChainPlant",
     "CompiledMechanism",
     "CompiledPaper",
-    "CompiledPlant",
+    "CompiledPaperPlant",
     "Derivatives",
     "Made",
     "Many",

@@ -7,7 +7,8 @@ with the equations of motion one evaluation at a time, which come from the model
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,6 @@ from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.functions.library import Library
 from cutjoint.compile.machine.backends import backend
 from cutjoint.compile.machine.kernel import MotionPrograms
-from cutjoint.mechanism import Posture
 from cutjoint.mechanism.rotations import quaternion_of
 from cutjoint.simulation import ConstrainedPlant, ReducedPlant
 from cutjoint.simulation.plant import Advanced, Observation, State
@@ -27,6 +27,23 @@ from cutjoint.simulation.plant import Advanced, Observation, State
 RELATIVE, ABSOLUTE = 1e-10, 1e-12
 """Tolerance of a step."""
 METHOD = f"Dormand-Prince 5(4) in machine code, tolerances {RELATIVE:g} and {ABSOLUTE:g}"
+OPEN = 1e-13
+"""Loops that are open by no more than this, in lengths of the robot, are left as they are."""
+
+
+class Stretched(NamedTuple):
+    """What became of a robot: positions, velocities, work of the efforts and what friction took [J], what the loops
+    were open by before they were closed and are now, shape (2, rows), what else is asked for of the state, evaluations,
+    and the step to go on with [s]."""
+
+    q: Array
+    v: Array
+    work: float
+    lost: float
+    residual: Array
+    more: Array
+    evaluations: int
+    ahead: float
 
 
 class Stretches:
@@ -50,40 +67,107 @@ class Stretches:
         self._advance = backend(options.backend).advance(self.motion, RELATIVE, ABSOLUTE, STRAIN_LIMIT)
         self._values = values
 
-    def __call__(
-        self, q: Array, v: Array, effort: Array, span: float, ahead: float
-    ) -> tuple[Array, Array, tuple[float, float], Array, int, float] | None:
-        """Positions and velocities after `span` [s], the work of efforts and what friction took [J], what the loops
-        were open by before they were closed and are now, shape (2, rows), evaluations, and the step to go on with [s];
-        None where that cannot be trusted."""
+    def __call__(self, q: Array, v: Array, effort: Array, span: float, ahead: float) -> Stretched | None:
+        """From positions and velocities over `span` [s], with steps of about `ahead` [s] at first; None where that
+        cannot be trusted."""
         n, rows = self.motion.positions, self.motion.rows
         state, given = np.concatenate((q, v, (0.0, 0.0))), np.concatenate((effort, self._values))
-        residual, step = np.zeros((2, rows)), np.array([ahead])
-        calls = self._advance(state, given, residual, step, span)
+        found, step = np.zeros(2 * rows + self.motion.more), np.array([ahead])
+        calls = self._advance(state, given, found, step, span)
         # a sum is finite only if all its terms are
-        if calls < 0 or not np.isfinite(np.add.reduce(state) + np.add.reduce(residual[1])):
+        if calls < 0 or not np.isfinite(np.add.reduce(state) + np.add.reduce(found[rows:])):
             return None
-        work, lost = state[-2:].tolist()
-        return state[:n], state[n:-2], (work, lost), residual, calls, float(step[0])
+        residual, more = found[: 2 * rows].reshape(2, rows), found[2 * rows :]
+        return Stretched(state[:n], state[n:-2], *state[-2:].tolist(), residual, more, calls, float(step[0]))
 
 
-class CompiledPlant(ReducedPlant):
-    """A compiled robot in its actuated coordinates.
+class CompiledChainPlant(ConstrainedPlant):
+    """A compiled chain: between samples in its actuated coordinates where these tell its motion, else in all joints.
 
     Raises:
-        CutjointError: its actuators do not determine its motion, it has no tool, or it cannot be compiled.
+        CutjointError: it has no tool, or cannot be compiled.
     """
 
     method = METHOD
 
-    def __init__(self, robot: Compiled) -> None:
-        self.robot = robot
-        self._library = robot.library()
-        values = np.array(list(robot.parameters.values()))
-        self._values = values
-        self._stretches = Stretches(self._library, "motion", values, settled=True)
-        self._lengths = robot.source.closure.is_length if isinstance(robot, CompiledChain) else np.zeros(0, dtype=bool)
+    def __init__(self, robot: CompiledChain) -> None:
+        super().__init__(robot.plain)
+        self.robot, self._library = robot, robot.library()
+        self._values = np.array(list(robot.parameters.values()))
+        self._reduced = robot.source.determined and not robot.source.idle
+        motion = "motion" if self._reduced else "full_motion"
+        self._stretches = Stretches(self._library, motion, self._values, settled=self._reduced)
+        self._lengths, self._open = robot.source.closure.is_length, OPEN * robot.source.row_scale
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.robot,)
+
+    @property
+    def name(self) -> str:
+        """For messages and tables."""
+        return self.robot.name
+
+    def acceleration(self, state: State, effort: Array, push: Array | None = None) -> Array:
+        """Of all joints, shape (nv,)."""
+        full = self.chain.full_effort(effort)
+        return self.robot.full_acceleration(state.q, state.v, full if push is None else full + push)
+
+    def advance(self, state: State, effort: Array, span: float, ahead: float) -> Advanced | None:
+        """See `Advancing.advance`."""
+        if self._reduced:
+            done = self._stretches(state.q, state.v[self.actuated], effort, span, ahead)
+            if done is None:
+                return None
+            after, gap = State(done.q, done.more), self._gap(done.residual[0])[0]
+        else:
+            done = self._stretches(state.q, state.v, self.chain.full_effort(effort), span, ahead)
+            if done is None:
+                return None
+            after, gap = State(done.q, done.v), self._gap(done.more)[0]
+            if (np.abs(done.more) > self._open).any():
+                after, gap = self.settled(after)
+        return Advanced(after, done.work, done.lost, gap, done.evaluations, done.ahead)
+
+    def _gap(self, residual: Array) -> tuple[float, float]:
+        size, lengths = np.abs(residual), self._lengths
+        return float(size[lengths].max(initial=0.0)), float(size[~lengths].max(initial=0.0))
+
+    def observe_all(self, states: Sequence[State]) -> list[Observation]:
+        """See `Advancing.observe_all`."""
+        if not (self._reduced and states):
+            return [self.observe(state) for state in states]
+        q, v = np.array([one.q for one in states]), np.array([one.v[self.actuated] for one in states])
+        closed, good = self._library.interpreted("step").batch(
+            [q, q[:, list(self.robot.source.actuated)], self._values]
+        )
+        rows = zip(states, looked(self._library, [q, v, self._values]), good, closed["residual"], strict=True)
+        return [
+            self.observe(state) if seen is None or not well else self._observation(state, seen, self._gap(residual))
+            for state, seen, well, residual in rows
+        ]
+
+    def _observation(self, state: State, seen: dict[str, Array], gap: tuple[float, float]) -> Observation:
+        q, v = self.measured(state)
+        return _observation(q, v, seen, gap, state.q, self._turns)
+
+
+class CompiledPaperPlant(ReducedPlant):
+    """A compiled published model.
+
+    Raises:
+        CutjointError: it cannot be compiled.
+    """
+
+    method = METHOD
+
+    def __init__(self, robot: CompiledPaper) -> None:
         super().__init__(robot)
+        self.robot, self._library = robot, robot.library()
+        self._values = np.array(list(robot.parameters.values()))
+        self._stretches = Stretches(self._library, "motion", self._values, settled=False)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.robot,)
 
     @property
     def name(self) -> str:
@@ -95,95 +179,53 @@ class CompiledPlant(ReducedPlant):
         at = state.posture
         if at is None or self.robot.library(at) is not self._library:
             return None
-        found = self._stretches(self.robot.positions(at), state.v, effort, span, ahead)
-        if found is None:
+        done = self._stretches(state.q, state.v, effort, span, ahead)
+        if done is None:
             return None
-        q, v, works, residual, calls, ahead = found
-        if isinstance(self.robot, CompiledChain):
-            before, after = (self._gap(one) for one in residual)
-            posture = Posture(q[list(self.robot.source.actuated)], q, after, at.layout)
-        else:
-            before, posture = (0.0, 0.0), self.robot.close(q, at, limits="ignore")
-        return Advanced(State(posture.q, v, posture), *works, before[0], calls, ahead)
-
-    def _gap(self, residual: Array) -> tuple[float, float]:
-        size, lengths = np.abs(residual), self._lengths
-        return float(size[lengths].max(initial=0.0)), float(size[~lengths].max(initial=0.0))
+        after = State(done.q, done.v, self.robot.close(done.q, at, limits="ignore"))
+        return Advanced(after, done.work, done.lost, 0.0, done.evaluations, done.ahead)
 
     def observe_all(self, states: Sequence[State]) -> list[Observation]:
         """See `Advancing.observe_all`."""
         postures = [state.posture for state in states]
         if not states or any(at is None or self.robot.library(at) is not self._library for at in postures):
             return [self.observe(state) for state in states]
-        q = np.array([self.robot.positions(at) for at in postures if at is not None])
-        v = np.array([state.v for state in states])
-        tools, good = self._library.interpreted("tool").batch([q, v, self._values])
-        energies, well = self._library.interpreted("energy").batch([q, v, self._values])
-        trusted = good & well
+        q, v = np.array([one.q for one in states]), np.array([one.v for one in states])
+        found = looked(self._library, [q, v, self._values])
         return [
-            self._observation(state, {name: x[k] for name, x in {**tools, **energies}.items()})
-            if trusted[k]
-            else self.observe(state)
-            for k, state in enumerate(states)
+            self.observe(state) if seen is None else self._observation(state, seen)
+            for state, seen in zip(states, found, strict=True)
         ]
 
-    def _observation(self, state: State, parts: dict[str, Array]) -> Observation:
-        at, twist = state.posture, parts["twist"]
+    def _observation(self, state: State, seen: dict[str, Array]) -> Observation:
+        at = state.posture
         assert at is not None, "see `observe_all`"
-        turned = (quaternion_of(parts["rotation"]), twist[3:]) if self._turns else ()
-        kinetic, potential = float(parts["kinetic"][0]), float(parts["potential"][0])
-        return Observation(at.q, state.v, parts["position"], twist[:3], kinetic, potential, at.gap, at.q_full, *turned)
+        return _observation(at.q, state.v, seen, at.gap, at.q_full, self._turns)
 
 
-class CompiledConstrainedPlant(ConstrainedPlant):
-    """A compiled chain in all joints of its tree, for any actuation.
-
-    Raises:
-        CutjointError: it has no tool, or cannot be compiled.
-    """
-
-    method = METHOD
-
-    def __init__(self, robot: CompiledChain) -> None:
-        super().__init__(robot.plain)
-        self.robot = robot
-        self._stretches = Stretches(
-            robot.library(), "full_motion", np.array(list(robot.parameters.values())), settled=False
-        )
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return type(self), (self.robot,)
-
-    @property
-    def name(self) -> str:
-        """For messages and tables."""
-        return f"{self.robot.name}, constrained"
-
-    def acceleration(self, state: State, effort: Array, push: Array | None = None) -> Array:
-        """Of all joints, shape (nv,)."""
-        full = self.chain.full_effort(effort)
-        return self.robot.full_acceleration(state.q, state.v, full if push is None else full + push)
-
-    def advance(self, state: State, effort: Array, span: float, ahead: float) -> Advanced | None:
-        """See `Advancing.advance`."""
-        found = self._stretches(state.q, state.v, self.chain.full_effort(effort), span, ahead)
-        if found is None:
-            return None
-        q, v, works, _, calls, ahead = found
-        settled, gap = self.settled(State(q, v))
-        return Advanced(settled, *works, gap, calls, ahead)
-
-    def observe_all(self, states: Sequence[State]) -> list[Observation]:
-        """See `Advancing.observe_all`."""
-        return [self.observe(state) for state in states]
+def looked(library: Library, arguments: Sequence[Array]) -> Iterator[dict[str, Array] | None]:
+    """Tool and energies of many states, row by row; None where they must not be trusted."""
+    tools, good = library.interpreted("tool").batch(arguments)
+    energies, well = library.interpreted("energy").batch(arguments)
+    for k, trusted in enumerate(good & well):
+        yield {name: x[k] for name, x in {**tools, **energies}.items()} if trusted else None
 
 
-def compiled_plant(robot: Compiled) -> CompiledPlant | CompiledConstrainedPlant:
-    """A compiled robot as a plant: in its actuated coordinates where these tell its motion, else in all joints.
+def _observation(
+    q: Array, v: Array, parts: dict[str, Array], gap: tuple[float, float], q_full: Array, turns: bool
+) -> Observation:
+    """What to record of a state; `parts` are of the functions for tool and energies."""
+    kinetic, potential = float(parts["kinetic"][0]), float(parts["potential"][0])
+    twist, turned = parts["twist"], np.array(quaternion_of(parts["rotation"])) if turns else None
+    return Observation(
+        q, v, parts["position"], twist[:3], kinetic, potential, gap, q_full, turned, twist[3:] if turns else None
+    )
+
+
+def compiled_plant(robot: Compiled) -> CompiledChainPlant | CompiledPaperPlant:
+    """A compiled robot as a plant.
 
     Raises:
         CutjointError: it has no tool, or cannot be compiled.
     """
-    if isinstance(robot, CompiledPaper) or (robot.source.determined and robot.idle_is_cyclic):
-        return CompiledPlant(robot)
-    return CompiledConstrainedPlant(robot)
+    return CompiledPaperPlant(robot) if isinstance(robot, CompiledPaper) else CompiledChainPlant(robot)

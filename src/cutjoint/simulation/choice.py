@@ -41,3 +41,18 @@ def _compiled(robot: Mechanism) -> Plant:
 
     made = robot if isinstance(robot, CompiledChain | CompiledPaper) else compiled(robot, quick=True)
     return compiled_plant(made)
+
+
+def quick(model: Mechanism) -> Mechanism:
+    """A model that a law or a reference asks at every sample: compiled where it can be."""
+    from cutjoint import compiled
+
+    if not isinstance(model, ClosedChain):
+        return model
+    try:
+        made = compiled(model, quick=True)
+        for what in ("step", "inverse", "tool"):
+            made.kernel(what)
+    except CutjointError:
+        return model
+    return made

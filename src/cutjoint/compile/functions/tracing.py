@@ -91,7 +91,7 @@ def motion(call: Call) -> Traced:
     v, effort, state = call["v"], call["effort"], call.state
     a, factor = accelerations(state, v, effort)
     powers: Results = {"power": [dot(effort, v)], "lost": [dot(state.friction(v), v)]}
-    return {"q_rate": state.position_rate(v), "a": a, **powers}, factor.strain
+    return {"q_rate": state.position_rate(v), "a": a, **powers, "v_full": state.full_velocity(v)}, factor.strain
 
 
 def full_motion(call: Call) -> Traced:
@@ -99,7 +99,7 @@ def full_motion(call: Call) -> Traced:
     v, effort, joints = call["v_full"], call["effort_full"], call.joints
     a, strain = joints.full_forward(v, effort)
     powers: Results = {"power": [dot(effort, v)], "lost": [joints.full_dissipation(v)]}
-    return {"q_rate": joints.full_rate(v), "a_full": a, **powers}, strain
+    return {"q_rate": joints.full_rate(v), "a_full": a, **powers, "residual": joints.whole.residuals}, strain
 
 
 def inverse(call: Call) -> Traced:

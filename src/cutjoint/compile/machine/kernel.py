@@ -117,7 +117,8 @@ class MotionPrograms:
     """Equations of motion for an integrator in machine code; see `cutjoint.compile.machine.llvm.advance`.
 
     Attributes:
-        rate: program of (positions, velocities, efforts, parameters): rates of the first two, powers, strain.
+        rate: program of (positions, velocities, efforts, parameters): rates of the first two, two powers, what else is
+            asked for of a state, strain.
         settle: program of (positions, target, parameters): positions after a Newton step onto the loops, what they were
             open by before, strain; None where there are no loops.
         actuated: where in the positions the target is.
@@ -138,9 +139,14 @@ class MotionPrograms:
         return self.rate.arguments[1][1]
 
     @property
-    def works(self) -> int:
-        """Integrals of powers."""
-        return self.rate.n_out - self.positions - self.velocities - 1
+    def integrated(self) -> int:
+        """Positions, velocities and works."""
+        return self.positions + self.velocities + 2
+
+    @property
+    def more(self) -> int:
+        """Numbers that are asked for of a state."""
+        return self.rate.n_out - self.integrated - 1
 
     @property
     def parameters(self) -> int:
@@ -176,5 +182,5 @@ class MotionPrograms:
 class Advance(Protocol):
     """An integrator in machine code."""
 
-    def __call__(self, state: Array, given: Array, residual: Array, step: Array, span: float) -> int:
+    def __call__(self, state: Array, given: Array, found: Array, step: Array, span: float) -> int:
         """Carry `state` on by `span` [s]; see `cutjoint.compile.machine.llvm.advance.AdvanceText`."""

@@ -77,6 +77,9 @@ class ChainState:
     def position_rate(self, v: Sequence[Number]) -> list[Number]:
         return configuration_rate(self.pose, self.reduction.rates(v))
 
+    def full_velocity(self, v: Sequence[Number]) -> list[Number]:
+        return from_rates(self.pose, self.reduction.rates(v))
+
     def mass(self) -> list[list[Number]]:
         return self.reduction.mass()
 

@@ -27,16 +27,17 @@ SHORTEST = 1e-9
 
 
 class AdvanceText:
-    """`int64 symbol(double *state, double *given, double *residual, double *h, double span, double relative, double
+    """`int64 symbol(double *state, double *given, double *found, double *h, double span, double relative, double
     absolute, double limit)`.
 
-    Carries `state` (positions, velocities, works) on by `span` under what is `given` (efforts, parameters) all the time,
-    with steps that begin with `h`, which is then what the next one should begin with.  Works ride along and do
-    not steer the steps.  Positions are put onto the loops at the end; `residual` is what they were open by before that,
-    and after.  Returns the number of evaluations; -1 where there is no step that may be trusted.
+    Carries `state` (positions, velocities, works) on by `span` under what is `given` (efforts, parameters) all the
+    time, with steps that begin with `h`, which is then what the next one should begin with.  Works ride along and do
+    not steer the steps.  Positions are put onto the loops at the end.  `found` is what the loops were open by before
+    that, and after, and what else is asked for of the last state.  Returns the number of evaluations; -1 where there is
+    no step that may be trusted.
 
-    Calls `rate(x, y)` with x = positions, velocities, given and y = rates of the state, strain; and, where there are
-    loops, `settle(x, y)` with x = positions, target, parameters and y = positions, residual, strain.
+    Calls `rate(x, y)` with x = positions, velocities, given and y = rates of the state, what is asked for, strain; and,
+    where there are loops, `settle(x, y)` with x = positions, target, parameters and y = positions, residual, strain.
     """
 
     def __init__(self, symbol: str, motion: MotionPrograms) -> None:
@@ -44,7 +45,7 @@ class AdvanceText:
         self.out = Writer()
         self.a = Lanes(self.out, 1)
         self.count = motion.positions + motion.velocities
-        self.all = self.count + motion.works
+        self.all = motion.integrated
 
     def text(self) -> str:
         """The whole function."""
@@ -53,7 +54,7 @@ class AdvanceText:
         self._judge()
         self._finish()
         head = (
-            "ptr %state, ptr %given, ptr %residual, ptr %h, double %span, double %relative, double %absolute, "
+            "ptr %state, ptr %given, ptr %found, ptr %h, double %span, double %relative, double %absolute, "
             "double %limit"
         )
         body = "\n".join(self.out.lines)
@@ -88,15 +89,15 @@ class AdvanceText:
         """Rates at the arguments into `slope`; returns the strain."""
         self.out.do(f"call void @rate(ptr {self.x}, ptr {self.y})")
         self.copy(self.all, self.y, slope)
-        return self.a.load(self.y, self.all)
+        return self.a.load(self.y, self.all + self.motion.more)
 
     # -- the function, block by block --------------------------------------------------------------------------------
 
     def _entry(self) -> None:
         """Room, and the slope at the start."""
-        out, a, count = self.out, self.a, self.count
+        out, a, count, motion = self.out, self.a, self.count, self.motion
         out.do("entry:")
-        self.x, self.y = a.room(count + self.motion.given), a.room(self.all + 1)
+        self.x, self.y = a.room(count + motion.given), a.room(motion.rate.n_out)
         self.slopes = [a.room(self.all) for _ in WEIGHTS]
         self.after = a.room(self.all)
         self.place, self.put = a.room(self.motion.settle_in), a.room(self.motion.settle_out)
@@ -173,6 +174,7 @@ class AdvanceText:
         out, a, motion = self.out, self.a, self.motion
         out.do("arrived:")
         a.store("%h", 0, "%ask.next")
+        self.copy(motion.more, a.at(self.y, self.all), a.at("%found", 2 * motion.rows))
         if motion.settled:
             parameters = a.at("%given", motion.given - motion.parameters)
             held = [a.load("%state", k) for k in motion.actuated]
@@ -182,7 +184,7 @@ class AdvanceText:
             for part in range(2):
                 self.copy(motion.positions, "%state", self.place)
                 out.do(f"call void @settle(ptr {self.place}, ptr {self.put})")
-                self.copy(motion.rows, a.at(self.put, motion.positions), a.at("%residual", part * motion.rows))
+                self.copy(motion.rows, a.at(self.put, motion.positions), a.at("%found", part * motion.rows))
                 if part == 0:
                     self.copy(motion.positions, self.put, "%state")
         out.do("ret i64 %calls.next")

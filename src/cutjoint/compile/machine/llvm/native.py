@@ -181,9 +181,9 @@ class NativeAdvance:
         self._call = ctypes.CFUNCTYPE(*kinds)(self._machine.address("advance"))
         self._settings = (relative, absolute, limit)
 
-    def __call__(self, state: Array, given: Array, residual: Array, step: Array, span: float) -> int:
+    def __call__(self, state: Array, given: Array, found: Array, step: Array, span: float) -> int:
         """See `Advance`."""
-        data = [x.ctypes.data for x in (state, given, residual, step)]
+        data = [x.ctypes.data for x in (state, given, found, step)]
         return int(self._call(*data, span, *self._settings))
 
 
