@@ -78,7 +78,8 @@ class Stretches:
         if calls < 0 or not np.isfinite(np.add.reduce(state) + np.add.reduce(found[rows:])):
             return None
         residual, more = found[: 2 * rows].reshape(2, rows), found[2 * rows :]
-        return Stretched(state[:n], state[n:-2], *state[-2:].tolist(), residual, more, calls, float(step[0]))
+        work, lost = state[-2:].tolist()
+        return Stretched(state[:n], state[n:-2], work, lost, residual, more, calls, float(step[0]))
 
 
 class CompiledChainPlant(ConstrainedPlant):
