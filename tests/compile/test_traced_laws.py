@@ -1,4 +1,4 @@
-"""Laws that branch: what NumPy gives on numbers, a traced law gives, at the kinks too; what cannot be traced says so."""
+"""Laws that branch: what NumPy gives on numbers, a traced law gives, at kinks too; what cannot be traced says so."""
 
 from __future__ import annotations
 
@@ -8,12 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cutjoint.compile import simulate_many
 from cutjoint.compile.expressions.graph import Graph
 from cutjoint.compile.expressions.program import interpret
 from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.machine.llvm.native import NativeKernel
 from cutjoint.compile.sources.traced_array import numbers, traced
 from cutjoint.errors import InputError
+from cutjoint.motion import Circle, Hold, Reference
+from cutjoint.papers.cpm.published import CIRCLE
+from cutjoint.simulation import ReducedPlant, RungeKutta4, run
 
 KINKS = np.array([-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0])
 TABLE = np.array([-1.5, -1.0, 0.0, 0.5, 2.0])
@@ -115,3 +119,40 @@ def _counted(q: Any) -> Any:
 def test_what_cannot_be_traced_is_refused_and_never_guessed(name: str) -> None:
     with pytest.raises((InputError, TypeError, ValueError, IndexError)):
         on_symbols(UNTRACED[name])
+
+
+def relay(t: float, desired: Any, q: Any, v: Any) -> Any:
+    """A stiff loop with dry friction made up for, a dead zone, a table of gains over time, and limits of its own."""
+    error = desired.q - q
+    stiff = np.interp(t, [0.0, 0.02, 0.05], [4000.0, 9000.0, 7000.0])
+    push = np.where(np.abs(error) > 1e-5, stiff * error, 0.0) + 300.0 * (desired.v - v)
+    return np.clip(push + 2.0 * np.sign(desired.v), -400.0, np.where(t < 0.03, 400.0, 250.0))
+
+
+@pytest.mark.parametrize("name", ["cpm", "paper cpm"])
+def test_many_runs_of_a_law_that_branches_are_single_runs_of_it(kit: Any, name: str) -> None:
+    robot = kit.machine(name)
+    reference = Reference(Circle(CIRCLE.centre, CIRCLE.radius, CIRCLE.omega), kit.model("paper cpm"), 0.05)
+    start = reference.at(0.0).q + np.array([[0.0, 0.0, 0.0], [1e-3, -1e-3, 2e-3]])
+    many = simulate_many(robot, relay, reference, rate=1000.0, start=start, every=1e-3)
+    for k, q in enumerate(start):
+        single = run(
+            ReducedPlant(kit.model(name)), relay, reference, integrator=RungeKutta4(1e-3), rate=1000.0, every=1e-3,
+            start=kit.model(name).close(q),
+        )  # fmt: skip
+        np.testing.assert_allclose(many.q[k], single.q, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(many.effort[k], single.effort, rtol=0, atol=1e-8)
+
+
+def test_a_law_that_cannot_be_traced_says_so_and_runs_between_steps(kit: Any) -> None:
+    def bang(t: float, desired: Any, q: Any, v: Any) -> Any:
+        return np.array([1.0 if x > 0.0 else -1.0 for x in desired.q - q])
+
+    robot = kit.machine("fivebar")
+    reference = Reference(Hold.at_home(kit.model("fivebar"), 0.02), kit.model("fivebar"))
+    with pytest.raises(InputError, match=r"controller 'bang' cannot be compiled: .*no value"):
+        simulate_many(robot, bang, reference, rate=1000.0)
+    compiled_one = run(robot, bang, reference, rate=1000.0, every=1e-3)
+    plain = run(ReducedPlant(kit.model("fivebar")), bang, reference, rate=1000.0, every=1e-3)
+    assert "not_compiled" not in compiled_one.about
+    np.testing.assert_allclose(compiled_one.q, plain.q, rtol=0, atol=1e-11)

@@ -23,7 +23,7 @@ from cutjoint.compile.expressions.functions import maximum, minimum
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.sources.interface import TracedState
 from cutjoint.compile.sources.traced_array import Objects, numbers, traced
-from cutjoint.control import Law
+from cutjoint.control import Law, LawOfFunction
 from cutjoint.control.law import Gain
 from cutjoint.errors import InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Terms
@@ -208,12 +208,22 @@ def trace_law(
             raise InputError(f"controller '{law.name}' has no gain {name} to vary; it has {', '.join(known) or 'none'}")
     place, speed, own = traced(q), traced(v), traced(memory)
     try:
-        asked = objects(numbers(twin.effort(desired, place, speed, own)))
+        asked = objects(numbers(_answer(law, twin, desired, place, speed, own)))
+        if len(asked) != len(q):
+            raise InputError(f"it asks for {len(asked)} efforts; the robot has {len(q)} actuators")
         given = saturated(asked)
         rate = numbers(twin.memory_rate(desired, place, speed, traced(asked.tolist()), traced(given.tolist())))
-    except (TypeError, AttributeError, ValueError, IndexError) as error:
+    except (InputError, TypeError, AttributeError, ValueError, IndexError) as error:
         raise InputError(f"controller '{law.name}' cannot be compiled: {error}") from error
     return TracedAnswer(list(asked), list(given), rate)
+
+
+def _answer(law: Law, twin: _SymbolicLaw, desired: TracedDesired, q: Objects, v: Objects, memory: Objects) -> object:
+    """What a law asks for."""
+    if isinstance(law, LawOfFunction):
+        ask = cast(Callable[..., object], law.function)
+        return ask(desired.t, desired, q, v)
+    return twin.effort(desired, q, v, memory)
 
 
 def clipped(limits: Array | None) -> Callable[[Objects], Objects]:

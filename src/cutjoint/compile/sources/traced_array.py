@@ -122,7 +122,8 @@ class TracedArray(_Base):
         own = FUNCTIONS.get(func.__name__)
         if own is not None:
             return _traced(own(*args, **kwargs))
-        return super().__array_function__(func, types, args, kwargs)
+        found = super().__array_function__(func, types, args, kwargs)
+        return [_traced(one) for one in found] if isinstance(found, list | tuple) else _traced(found)
 
     def __getitem__(self, index: object) -> TracedArray:
         for one in index if isinstance(index, tuple) else (index,):
