@@ -224,6 +224,7 @@ class _Run:
         self.t, self.steps, self.records, self.creeps = 0.0, 0, 0, 0
         self.h, self.recorded = math.inf, 0.0
         self.slope: Array | None = None
+        self.at_once = coupled.plant if isinstance(coupled.plant, Advancing) else None
         self.itself: Advancing | None = None
         self.kept: list[Kept] = []
 
@@ -360,14 +361,13 @@ class _Run:
         desired = None if coupled.reference is None else coupled.desired(t)
         signals = coupled.signals(y) if "hardware" in self.about else None
         self.kept.append(Kept(t, state, desired, coupled.effort_at(t, state, y), coupled.works(y), signals))
-        if not isinstance(coupled.plant, Advancing):
+        if self.at_once is None:
             self.observe()
 
     def observe(self) -> None:
         """Fill the columns with what was kept; a plant that can, looks at many states at once."""
-        kept, plant = self.kept, self.coupled.plant
-        states = [one.state for one in kept]
-        seen = plant.observe_all(states) if isinstance(plant, Advancing) else map(plant.observe, states)
+        kept, states = self.kept, [one.state for one in self.kept]
+        seen = map(self.coupled.plant.observe, states) if self.at_once is None else self.at_once.observe_all(states)
         for one, observation in zip(kept, seen, strict=True):
             now = Instant(one.t, observation, one.desired, one.effort, one.works, one.signals)
             for name, observable in OBSERVABLES.items():

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.compile.expressions import functions as fn
-from cutjoint.compile.expressions.graph import Number
+from cutjoint.compile.expressions.graph import Expression, Number
 from cutjoint.errors import InputError
 
 Objects = npt.NDArray[np.object_]
@@ -123,7 +123,7 @@ class TracedArray(_Base):
         if own is not None:
             return _traced(own(*args, **kwargs))
         found = super().__array_function__(func, types, args, kwargs)
-        return [_traced(one) for one in found] if isinstance(found, list | tuple) else _traced(found)
+        return [_again(one) for one in found] if isinstance(found, list) else _again(found)
 
     def __getitem__(self, index: object) -> TracedArray:
         for one in index if isinstance(index, tuple) else (index,):
@@ -187,6 +187,12 @@ def traced(values: Sequence[Number]) -> TracedArray:
 def _traced(value: object) -> TracedArray:
     """Of an array of objects, or of one object."""
     return np.asarray(value, dtype=object).view(TracedArray)
+
+
+def _again(value: object) -> object:
+    """A result of NumPy's, traced if there are expressions in it."""
+    is_traced = isinstance(value, Expression) or (isinstance(value, np.ndarray) and value.dtype == object)
+    return _traced(value) if is_traced else value
 
 
 def _refuse(what: str) -> NoReturn:
