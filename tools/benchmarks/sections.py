@@ -12,6 +12,7 @@ from benchmarks import more_peers, motion_files, peers
 from benchmarks.ladder import ladder
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
 from benchmarks.task import KD, KP, SAMPLE, Task
+from benchmarks.whole_process import WAYS, seconds
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, compiled
@@ -286,6 +287,23 @@ def motions(size: Size) -> Section:
     return section
 
 
+def whole_process(size: Size) -> Section:
+    """`cutjoint simulate` from the shell, on the compiled plant and on the chain."""
+    section = Section(
+        "One second under control at 1 kHz, whole process",
+        ("robot", "compiled: clock", "CPU", "chain: clock", "CPU"),
+    )
+    for robot in WAYS if size.rounds > SMALL.rounds else ("fourbar",):
+        times: list[float] = []
+        for plant in ("compiled", "chain"):
+            clock, work, drift = seconds(robot, plant, size.rounds, min(size.span, 1.0))
+            section.differences[f"{robot}, {plant}: energy"] = drift
+            times += [clock, work]
+        section.rows.append((robot, *map(duration, times)))
+        section.ratios[f"{robot}: chain over compiled"] = times[2] / times[0]
+    return section
+
+
 SECTIONS = {
     "forward": forward_dynamics,
     "loop": work_precision,
@@ -293,4 +311,5 @@ SECTIONS = {
     "inverse": inverse_dynamics,
     "growth": growth,
     "motions": motions,
+    "process": whole_process,
 }
