@@ -13,6 +13,7 @@ from benchmarks.built import GENTLE, IDEAL, REAL, BuiltTask
 from benchmarks.ladder import ladder
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
 from benchmarks.task import KD, KP, SAMPLE, Task
+from benchmarks.whole_process import WAYS, seconds
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, compiled
@@ -214,8 +215,8 @@ def built_loops(size: Size) -> Section:
     """Many runs of the loop as it is built."""
     task = BuiltTask(size.span)
     section = Section(
-        f"{size.built} runs of {size.span:g} s at 1 ms, sampled, with friction, noise, quantisation and delays, CPU time "
-        "of all",
+        f"{size.built} runs of {size.span:g} s at 1 ms, sampled, with friction, noise, quantisation and delays, CPU "
+        "time of all",
         ("engine", "method", "CPU time", "of a step of a run"),
     )
     gains = {"kp": GENTLE * np.linspace(0.9 * KP, KP, size.built)}
@@ -343,6 +344,23 @@ def tolerances(size: Size) -> Section:
     return section
 
 
+def whole_process(size: Size) -> Section:
+    """`cutjoint simulate` from the shell, on the compiled plant and on the chain."""
+    section = Section(
+        "One second under control at 1 kHz, whole process",
+        ("robot", "compiled: clock", "CPU", "chain: clock", "CPU"),
+    )
+    for robot in WAYS if size.rounds > SMALL.rounds else ("fourbar",):
+        times: list[float] = []
+        for plant in ("compiled", "chain"):
+            clock, work, drift = seconds(robot, plant, size.rounds, min(size.span, 1.0))
+            section.differences[f"{robot}, {plant}: energy"] = drift
+            times += [clock, work]
+        section.rows.append((robot, *map(duration, times)))
+        section.ratios[f"{robot}: chain over compiled"] = times[2] / times[0]
+    return section
+
+
 SECTIONS = {
     "forward": forward_dynamics,
     "loop": work_precision,
@@ -352,4 +370,5 @@ SECTIONS = {
     "growth": growth,
     "motions": motions,
     "tolerances": tolerances,
+    "process": whole_process,
 }

@@ -26,7 +26,19 @@ if TYPE_CHECKING:
     from cutjoint.simulation.hardware import Hardware
 
 LONGEST_STEP = 1e-3
-SETTINGS = ("plant", "law", "gains", "trajectory", "locked", "loads", "integrator", "rate", "limits", "hardware")
+SETTINGS = (
+    "plant",
+    "not_compiled",
+    "law",
+    "gains",
+    "trajectory",
+    "locked",
+    "loads",
+    "integrator",
+    "rate",
+    "limits",
+    "hardware",
+)
 Robot = TypeVar("Robot", bound="Mechanism")
 
 
@@ -60,8 +72,12 @@ def command(
         ),
     ] = None,
     plant: Annotated[
-        str, typer.Option(metavar="chain|paper", help="The robot: all joints in Pinocchio, or the published model.")
-    ] = "chain",
+        str,
+        typer.Option(
+            metavar="compiled|chain|paper",
+            help="The robot: its chain compiled, where it can be; the chain in Pinocchio; or the published model.",
+        ),
+    ] = "compiled",
     model: Annotated[
         str | None,
         typer.Option(
@@ -97,7 +113,9 @@ def command(
     ] = None,
     step: Annotated[
         float | None,
-        typer.Option(metavar="S", help="Fixed steps, RK4; default with --rate 1 ms, else adaptive steps (DOP853)."),
+        typer.Option(
+            metavar="S", help="Fixed steps, RK4; default adaptive, with --rate in machine code where there is any."
+        ),
     ] = None,
     ignore_limits: Annotated[
         bool, typer.Option("--ignore-limits", help="Go on where a joint passes its limits; else the run stops there.")
@@ -127,7 +145,7 @@ def command(
     )
     robots = _robots(robot, variant, plant, model, payload)
     if reactions is not None:
-        check_reactions(reactions, robots.plant)
+        check_reactions(reactions, robots.robot)
     joints: JointLimits = "ignore" if ignore_limits else "respect"
     if free or efforts is not None:
         law = _unled(robots, controller, trajectory, efforts, lock or (), named_gains(gains, gain or ()))
@@ -139,7 +157,7 @@ def command(
         duration = 1.0 if reference is None else reference.duration
     try:
         result = _run(
-            (robots.plant, law, reference),
+            (robots.moving, law, reference),
             duration,
             machine or (rate, limit),
             every,
@@ -156,7 +174,7 @@ def command(
     figures = _figures(result)
     if save is not None:
         figures["saved"] = str(write(result, save))
-    carried = None if reactions is None else written(reactions, result, robots.plant)
+    carried = None if reactions is None else written(reactions, result, robots.robot)
     if carried is not None:
         figures |= {"reactions": str(reactions), "reaction_peaks": peaks_of(carried)}
     if json:
@@ -170,26 +188,34 @@ def command(
 class Robots(NamedTuple):
     """What moves, the chain of the same robot, and what the controller believes."""
 
-    plant: Plant
+    moving: Plant | Mechanism
     chain: ClosedChain
     inside: Mechanism
+
+    @property
+    def robot(self) -> Mechanism:
+        """What moves, without its plant."""
+        moving = self.moving
+        return moving if isinstance(moving, Mechanism) else moving.mechanism
 
 
 def _robots(robot: str, variant: str | None, plant: str, model: str | None, payload: float) -> Robots:
     from cutjoint.errors import UnknownNameError
     from cutjoint.robots import PUBLISHED, load, published
-    from cutjoint.simulation import ConstrainedPlant, ReducedPlant
+    from cutjoint.simulation import ConstrainedPlant
+    from cutjoint.simulation.choice import quick
 
-    for option, side in (("plant", plant), ("model", model)):
-        if side not in (None, "chain", "paper"):
-            raise UnknownNameError(option, str(side), ("chain", "paper"))
+    for option, side, known in (("plant", plant, ("compiled", "chain", "paper")), ("model", model, ("chain", "paper"))):
+        if side is not None and side not in known:
+            raise UnknownNameError(option, side, known)
     chain = load(robot, variant)
     name = chain.description.name
     believes = model or ("paper" if name in PUBLISHED else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain
-    if plant == "paper":
-        return Robots(ReducedPlant(_loaded(published(name), payload)), chain, inside)
-    return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
+    if plant == "chain":
+        return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
+    moving: Mechanism = _loaded(published(name) if plant == "paper" else chain, payload)
+    return Robots(moving, chain, quick(inside))
 
 
 def _law(robots: Robots, controller: str, gains: Mapping[str, str]) -> Law:
@@ -218,7 +244,7 @@ def _unled(
         return _law(robots, controller or "none", gains)
     if controller is not None or gains:
         raise InputError("with --efforts there is no controller; leave out --controller and gains")
-    return efforts_from_csv(efforts, robots.plant.mechanism.actuators, lock)
+    return efforts_from_csv(efforts, robots.chain.actuators, lock)
 
 
 def _reference(robots: Robots, trajectory: str, duration: float | None, joints: JointLimits) -> Reference:
@@ -232,7 +258,7 @@ def _loaded(robot: Robot, payload: float) -> Robot:
 
 
 def _run(
-    what: tuple[Plant, Law, Reference | None],
+    what: tuple[Plant | Mechanism, Law, Reference | None],
     duration: float | None,
     machine: Hardware | tuple[float | None, str | None],
     every: float | None,
@@ -246,16 +272,16 @@ def _run(
 
     from cutjoint.simulation import Adaptive, RungeKutta4, run
 
-    plant, law, _ = what
+    moving, law, _ = what
     span = getattr(law, "duration", None) if duration is None else duration
-    method: Integrator = Adaptive(1e-8, 1e-10)
     hardware = None if isinstance(machine, tuple) else machine
     rate, limit = machine if isinstance(machine, tuple) else (None, None)
-    steady = rate is not None or (hardware is not None and hardware.drive.backlash is None)
-    if step is not None or steady:
-        method = RungeKutta4(LONGEST_STEP if step is None else step)
+    sampled = rate is not None or (hardware is not None and hardware.drive.backlash is None)
+    method: Integrator | None = RungeKutta4(step) if step is not None else None
+    if method is None and not sampled:
+        method = Adaptive(1e-8, 1e-10)
     with Progress(transient=True) as bar:
-        task = bar.add_task(f"{plant.name}, {law.name}", total=span)
+        task = bar.add_task(f"{moving.name}, {law.name}", total=span)
         return run(
             *what,
             integrator=method,
@@ -319,6 +345,7 @@ def _show(result: Result, figures: dict[str, object]) -> None:
         ("gains", gains),
         ("control", rate),
         *((f"  {name}", words) for name, words in built.told(result.about.get("hardware", {})) if name != "clock"),
+        *([("not compiled", str(figures["not_compiled"]))] if "not_compiled" in figures else ()),
         ("integrator", f"{figures['integrator']}: {figures['steps']} steps, {figures['evaluations']} evaluations"),
         *(_error_rows(figures) if result.followed else ()),
         *([("locked", ", ".join(result.about["locked"]))] if "locked" in result.about else ()),
