@@ -8,31 +8,32 @@ from typing import TYPE_CHECKING
 from cutjoint.commands.output import TerminalTable
 
 if TYPE_CHECKING:
-    from cutjoint.simulation import Plant, ReactionHistory, Result
+    from cutjoint.mechanism import Mechanism
+    from cutjoint.simulation import ReactionHistory, Result
 
 
-def check_reactions(file: Path, plant: Plant) -> None:
+def check_reactions(file: Path, robot: Mechanism) -> None:
     """Before a long run: whether there will be reactions to write.
 
     Raises:
-        InputError: not a place for a CSV file, or the plant is a published model, which has no joints of its own.
+        InputError: not a place for a CSV file, or the robot is a published model, which has no joints of its own.
     """
     from cutjoint.chain import ClosedChain
     from cutjoint.errors import InputError
     from cutjoint.simulation.reactions import check_csv
 
     check_csv(file)
-    if not isinstance(plant.mechanism, ClosedChain):
-        raise InputError(f"{plant.name} is a published model, without joints that carry anything; use --plant chain")
+    if not isinstance(robot, ClosedChain):
+        raise InputError(f"{robot.name} is a published model, without joints that carry anything; use --plant chain")
 
 
-def written(file: Path, result: Result, plant: Plant) -> ReactionHistory:
+def written(file: Path, result: Result, robot: Mechanism) -> ReactionHistory:
     """Reactions of a run, in a CSV file too."""
     from cutjoint.chain import ClosedChain
     from cutjoint.simulation import reactions_of
 
-    assert isinstance(plant.mechanism, ClosedChain)
-    found = reactions_of(result, plant.mechanism)
+    assert isinstance(robot, ClosedChain)
+    found = reactions_of(result, robot)
     found.save(file)
     return found
 

@@ -21,7 +21,7 @@ from cutjoint.plugins import guarded
 from cutjoint.simulation.hardware.electronics import Electronics, Signals
 from cutjoint.simulation.locks import Locks
 from cutjoint.simulation.observables import Works
-from cutjoint.simulation.plant import Plant, State
+from cutjoint.simulation.plant import Advanced, Plant, State
 from cutjoint.simulation.pushing import Pushing
 from cutjoint.simulation.stiction import Stiction
 from cutjoint.simulation.undesired import Undesired
@@ -231,6 +231,25 @@ class Coupled:
         if hardware is not None and hardware.equations.fitted.at_motor:
             return rotors[: rotors.size // 2], rotors[rotors.size // 2 :]
         return self.plant.measured(self.origin)
+
+    def held(self) -> Array | None:
+        """Effort until the next instant of the hardware, shape (n,); None where it changes with the motion."""
+        return self.electronics.held if self.electronics is not None and self.holds else None
+
+    @property
+    def holds(self) -> bool:
+        """Whether efforts only change at instants of the hardware."""
+        return self.electronics is not None and self.electronics.holds and self.pushing is None and not self.locks.names
+
+    def put(self, done: Advanced) -> None:
+        """Take what became of the plant, which integrated itself."""
+        self.origin, self.evaluations = done.state, self.evaluations + done.evaluations
+        self.strayed = max(self.strayed, done.strayed)
+        rest = self.y[2 * self._nv :].copy()
+        rest[-1] += done.work
+        if self.plant.dissipates:
+            rest[self._rotors.stop - 2 * self._nv] += done.lost
+        self.y = np.concatenate([self.plant.chart(done.state), done.state.v, rest])
 
     def accept(self, y: Array) -> bool:
         """Take `y` as the new state, put back on its loops.  True where dy/dt did not change by that.
