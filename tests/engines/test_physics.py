@@ -42,7 +42,7 @@ def physical(name: str, seed: int, scale: float = 1.0) -> RobotDescription:
 
 
 @pytest.mark.parametrize("seed", few(range(5), 0))
-@pytest.mark.parametrize("name", few(["fourbar", "fivebar", "stewart"], "fourbar", "fivebar"))
+@pytest.mark.parametrize("name", few(["fourbar", "fivebar", "stewart"], "fourbar"))
 def test_mujoco_agrees(name: str, seed: int) -> None:
     chain = ClosedChain(physical(name, seed))
     compare_with_mujoco(chain, list(sample_states(chain, 10, seed))).require()
@@ -105,7 +105,7 @@ def test_a_part_in_a_million_is_noticed(
     assert not rows[NOTICED[key]].passes
 
 
-@pytest.mark.parametrize("scale", few([1e-3, 1e3], 1e3))
+@pytest.mark.parametrize("scale", few([1e-3, 1e3]))
 def test_of_any_size(scale: float) -> None:
     chain = ClosedChain(physical("fourbar", 7, scale))
     compare_with_mujoco(chain, list(sample_states(chain, 5, 0))).require()
