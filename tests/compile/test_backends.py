@@ -35,6 +35,9 @@ def program(*, fused: bool) -> Program:
         1.0 / x[5],
         -x[0],
         3.25,
+        functions.floor(3.0 * x[0]) + functions.nearest(3.0 * x[1]) + functions.nearest(-2.0 * x[2]),
+        functions.pick(functions.at_most(x[0], x[1]), functions.sqrt(abs(x[4])), -x[3]),
+        functions.where_less(x[1], x[0], functions.floor(-x[3]), 0.5) + functions.where_less(-x[1], -x[2], x[3], x[4]),
     ]
     made = assemble(graph, "everything", {"a": x[:2], "b": x[2:]}, {"y": results[:4], "z": results[4:]}, fused=fused)
     met = {Op(code) for code in made.op.tolist()}

@@ -261,6 +261,11 @@ class ClosedChain(Sealed):
         return self._k.potential_energy(self._postures.placed(at).q)
 
     @property
+    def sticking(self) -> Mapping[int, float]:
+        """Velocities of the tree whose friction holds what rests, and by how much: index -> [N] or [N m]."""
+        return self._k.physics.sticking
+
+    @property
     def dissipates(self) -> bool:
         """Whether joints or cuts have dampers, friction, springs, stops or bushings, which may take work."""
         return self._k.physics.acts
@@ -322,7 +327,11 @@ class ClosedChain(Sealed):
         Raises:
             InputError: no tool, or not a mass.
         """
-        return ClosedChain(self.description.with_payload(mass), self._home_name)
+        return self.rebuilt(self.description.with_payload(mass))
+
+    def rebuilt(self, description: RobotDescription) -> ClosedChain:
+        """A chain of another description of this robot, with the same home; errors as of a new one."""
+        return ClosedChain(description, self._home_name)
 
     def compile(self) -> CompiledChain:
         """This robot as straight-line machine code; `cutjoint.compiled` has the options.

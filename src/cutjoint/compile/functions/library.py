@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import isfinite, prod
 
 import numpy as np
@@ -45,11 +45,12 @@ class Options:
     """How to compile.
 
     Attributes:
-        parameters: inertial parameters that stay arguments (see `ChainSource`, `PaperSource`).
+        parameters: what stays an argument (see `ChainSource`, `PaperSource`).
         fast: let the compiler reassociate sums (fast-math): a little quicker, other digits in the last places.
         cached: use the cache folder.
         report: called with every function that was made.
         backend: what makes machine code of the instructions, a name of `cutjoint.compile.machine.backends`.
+        ranges: of parameters of a chain, see `ChainSource`.
 
     Raises:
         UnknownNameError: no such back end.
@@ -60,6 +61,7 @@ class Options:
     cached: bool = True
     report: Callable[[Made], None] | None = None
     backend: str = "llvm"
+    ranges: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         backend(self.backend)  # raises: there is none of that name

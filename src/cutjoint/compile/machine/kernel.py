@@ -109,3 +109,66 @@ class Runs(Protocol):
 
     def loop(self, lanes: int) -> RunLoop:
         """The loop over groups of so many runs: 1, or `lanes` of them."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Equations of motion for an integrator in machine code; see `cutjoint.compile.machine.llvm.advance`.
+
+    Attributes:
+        rate: program of (positions, velocities, efforts, parameters): rates of the first two, power, strain.
+        settle: program of (positions, target, parameters): positions after a Newton step onto the loops, what they were
+            open by before, strain; None where there are no loops.
+        actuated: where in the positions the target is.
+    """
+
+    rate: Program
+    settle: Program | None
+    actuated: tuple[int, ...]
+
+    @property
+    def positions(self) -> int:
+        """Position variables."""
+        return self.rate.arguments[0][1]
+
+    @property
+    def velocities(self) -> int:
+        """Velocities."""
+        return self.rate.arguments[1][1]
+
+    @property
+    def parameters(self) -> int:
+        """Parameters that are arguments."""
+        return self.rate.arguments[-1][1]
+
+    @property
+    def given(self) -> int:
+        """Efforts and parameters."""
+        return self.rate.arguments[2][1] + self.parameters
+
+    @property
+    def settled(self) -> bool:
+        """Whether there are loops."""
+        return self.settle is not None
+
+    @property
+    def rows(self) -> int:
+        """Equations of the loops."""
+        return 0 if self.settle is None else self.settle.results[1][1]
+
+    @property
+    def settle_in(self) -> int:
+        """Numbers that `settle` takes."""
+        return 0 if self.settle is None else self.settle.n_in
+
+    @property
+    def settle_out(self) -> int:
+        """Numbers that `settle` gives."""
+        return 0 if self.settle is None else self.settle.n_out
+
+
+class Advance(Protocol):
+    """An integrator in machine code."""
+
+    def __call__(self, state: Array, given: Array, residual: Array, step: Array, span: float) -> int:
+        """Carry `state` on by `span` [s]; see `cutjoint.compile.machine.llvm.advance.AdvanceText`."""
