@@ -1,7 +1,7 @@
 """Simulation: plants, integrators, the loop that runs them, and the result."""
 
 from cutjoint.simulation.constrained import ConstrainedPlant
-from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator, RungeKutta4
+from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator, Midpoint, RungeKutta4
 from cutjoint.simulation.loop import run
 from cutjoint.simulation.minimal import MinimalPlant
 from cutjoint.simulation.plant import Observation, Plant, ReducedPlant, State
@@ -13,6 +13,7 @@ __all__ = [
     "ConstrainedPlant",
     "DormandPrince",
     "Integrator",
+    "Midpoint",
     "MinimalPlant",
     "Observation",
     "Plant",
