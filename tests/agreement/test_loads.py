@@ -3,6 +3,7 @@ mounting, with all its motors, with some, and with none."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,11 @@ from kit.loaded import minimal_of, outside, random_loads
 from kit.mechanisms import MECHANISMS
 from kit.postures import moving, random_posture, scale_of
 from kit.quickly import few
+from oracles.fivebar import FiveBar
 
+import cutjoint
+from cutjoint import Load
+from cutjoint.chain import ClosedChain
 from cutjoint.errors import ActuationError, SingularError
 
 ACCURACY = 1e-10
@@ -165,3 +170,28 @@ def test_a_floating_fourbar_needs_more_motors_for_other_motions(tmp_path: Path) 
     minimal = chain.minimal()
     with pytest.raises(ActuationError, match="degrees of freedom"):
         minimal.efforts(chain.home, np.zeros(minimal.n), np.ones(minimal.n))
+
+
+def test_an_underactuated_fivebar_is_the_one_derived_by_hand() -> None:
+    """The five-bar with its left motor alone, in both shoulders: terms, accelerations and efforts in closed form, a
+    force at the tool by the derivative of where that is."""
+    whole, other = cutjoint.load("fivebar"), FiveBar()
+    chain = ClosedChain(replace(whole.description, actuators=("left_shoulder",)))
+    minimal, rng = chain.minimal("right_shoulder"), np.random.default_rng(26)
+    for _ in range(20):
+        at = minimal.moved(chain.home, rng.uniform(-0.2, 0.2, 2))
+        q, v, force = whole.posture(at).q, rng.normal(size=2), rng.normal(size=3) * (1.0, 1.0, 0.0)
+        mass, coriolis, gravity = other.terms(q, v)
+        found = minimal.terms(at, v)
+        for one, two in ((found.mass, mass), (found.coriolis, coriolis), (found.gravity, gravity)):
+            assert np.abs(one - two).max() < ACCURACY * np.abs(two).max()
+        step = 1e-5
+        slopes = [(other.tool(q + step * e) - other.tool(q - step * e)) / (2.0 * step) for e in np.eye(2)]
+        pushed = np.array(slopes) @ force
+        load = Load(force)
+        assert np.abs(minimal.load_effort(at, load) - pushed).max() < 1e-8
+        torque = np.array([rng.normal(), 0.0])
+        wanted = other.forward_dynamics(q, v, torque + minimal.load_effort(at, load))
+        a = minimal.forward_dynamics(at, v, torque[:1], load)
+        assert np.abs(a - wanted).max() < ACCURACY * np.abs(wanted).max()
+        assert minimal.efforts(at, v, a, load).effort == pytest.approx(torque[:1], abs=1e-9 * np.abs(wanted).max())
