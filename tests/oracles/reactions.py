@@ -66,7 +66,7 @@ class Reactions:
         if not (self.stiffness and self.null.shape[1]):
             return found
         weights, values, vectors = self._weights, *np.linalg.eigh(self.null.T @ self._weights @ self.null)
-        heavy = values > 1e-10 * values.max(initial=0.0)
+        heavy = values > 1e-13 * np.abs(weights).max(initial=0.0)
         decided = self.null @ vectors[:, heavy]
         found = found - decided @ ((decided.T @ weights @ found) / values[heavy])
         left_open = self.null @ vectors[:, ~heavy]
@@ -79,7 +79,8 @@ class Reactions:
         for name, values in self.stiffness.items():
             own, k = self.own[name], np.asarray(values, dtype=float)
             if name not in self.rows:
-                weights[own, own] = 1.0 / k
+                gear = next(gear for gear in self.p.oracle.robot.couplings if gear.name == name)
+                weights[own, own] = 1.0 / (k * self.p._unit(gear.joint) ** 2)
                 continue
             k = k * np.r_[1.0, 1.0, 1.0, [length**2] * 3] if k.ndim == 0 else k
             axes = self._axes(name)

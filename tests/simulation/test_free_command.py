@@ -78,7 +78,7 @@ def test_any_robot_falls(robot: str) -> None:
 
 
 def test_the_published_model_falls_too() -> None:
-    assert figures("cpm", "--free", "--plant", "paper", *QUICK)["plant"] == "cpm (Lagrange), reduced"
+    assert figures("cpm", "--free", "--plant", "paper", *QUICK)["plant"] == "cpm (Lagrange), compiled"
 
 
 def test_brakes_hold_and_are_shown(folder: Path) -> None:

@@ -181,7 +181,7 @@ class Batch:
         """Values of the parameters: one row for all, or one row each."""
         names = self._mechanism.options.parameters
         own = np.array([self._mechanism.parameters[name] for name in names], dtype=np.float64)
-        columns = self._mechanism.columns(given) if given else {}
+        columns = self._mechanism.arrays(given) if given else {}
         sizes = {len(one) for one in columns.values() if one.ndim == 1}
         rows = count if count is not None else next(iter(sizes), None)
         wrong = [name for name, one in columns.items() if one.ndim > 1 or (one.ndim and one.shape != (rows,))]

@@ -30,6 +30,7 @@ def compiled(  # type: ignore[overload-overlap]  # minimal coordinates are no me
     cached: bool = ...,
     report: Callable[[Made], None] | None = ...,
     backend: str = ...,
+    quick: bool = ...,
 ) -> CompiledMinimal: ...
 @overload
 def compiled(
@@ -41,6 +42,7 @@ def compiled(
     cached: bool = ...,
     report: Callable[[Made], None] | None = ...,
     backend: str = ...,
+    quick: bool = ...,
 ) -> Compiled: ...
 def compiled(
     model: object,
@@ -51,6 +53,7 @@ def compiled(
     cached: bool = True,
     report: Callable[[Made], None] | None = None,
     backend: str = "llvm",
+    quick: bool = False,
 ) -> Compiled | CompiledMinimal:
     """A closed chain, its minimal coordinates, or a published model, compiled.
 
@@ -65,12 +68,13 @@ def compiled(
         cached: use the cache folder.
         report: called with every function that was made.
         backend: what makes machine code of the instructions, a name of `cutjoint.compile.machine.backends`.
+        quick: machine code that is made in a third of the time, and a third as quick; the digits are the same.
 
     Raises:
         InputError: none of these, ranges that are none, or parameters of minimal coordinates.
         UnknownNameError: parameters that the model does not have, or no such back end.
     """
-    options = Options(tuple(parameters), fast, cached, report, backend, dict(ranges or {}))
+    options = Options(tuple(parameters), fast, cached, report, backend, dict(ranges or {}), quick)
     if isinstance(model, ClosedFormModel):
         if ranges:
             raise InputError("ranges are for the parameters of closed chains; a published model needs none")

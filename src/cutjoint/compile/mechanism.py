@@ -106,6 +106,11 @@ class Parametrised(Sealed, Generic[Model_co]):
         return dict(zip(self.options.parameters, self._values.tolist(), strict=True))
 
     @property
+    def nominal(self) -> dict[str, float]:
+        """Their values in the model itself."""
+        return dict(zip(self.options.parameters, self._nominal.tolist(), strict=True))
+
+    @property
     def plain(self) -> Model_co:
         """The model that is not compiled, with the present parameters."""
         if np.array_equal(self._values, self._nominal):
@@ -143,6 +148,17 @@ class Parametrised(Sealed, Generic[Model_co]):
         other._lock = threading.RLock()
         other._values = readonly(values)
         return other
+
+    def arrays(self, values: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
+        """Values of parameters for many states or runs, an array each.
+
+        Raises:
+            InputError: one of them is not an argument, or not finite numbers.
+        """
+        try:
+            return self.columns(values)
+        except UnknownNameError as error:
+            raise InputError(f"'{error.name}' is not an argument: {error}; name it when compiling") from error
 
     def columns(self, values: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
         """Values of parameters by name as an array each, checked.
@@ -239,7 +255,7 @@ class CompiledMechanism(Parametrised[Model_co]):
 
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """See `Mechanism.dissipation`."""
-        return float(self.terms(at, v).friction @ np.asarray(v, dtype=np.float64))
+        return float(self.terms(at, v).friction @ np.asarray(v, dtype=np.float64)) if self.dissipates else 0.0
 
     def load_effort(self, at: Posture, loads: Loads) -> Array:
         """See `Mechanism.load_effort`."""

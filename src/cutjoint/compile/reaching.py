@@ -129,10 +129,11 @@ class ChainReaching:
         return walked(q, step)
 
     def many(self, q: Array, targets: Sequence[Target], threads: int) -> tuple[Array, npt.NDArray[np.bool_]]:
-        """Configurations with the tool at N targets, walked from closed ones, shape (N, positions); also returns which
-        have all that is asked for."""
+        """Configurations (N, positions) with the tool at N targets, walked from closed ones, one for all or a row each;
+        also returns which have all that is asked for."""
         goals = np.array([goal_of(one.pose, self._origin) for one in targets]).reshape(-1, 12)
-        found, good = self.walk(q, goals, threads)
+        start = np.array(np.broadcast_to(q, (len(goals), q.shape[-1])))
+        found, good = self.walk(start, goals, threads)
         parts, _ = self._step.batch([found, goals, self._parameters], threads)
         for row in np.flatnonzero(good).tolist():
             target = targets[row]

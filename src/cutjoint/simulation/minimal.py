@@ -7,6 +7,7 @@ exponential one of their joints, so that the order of the integrator is the orde
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
@@ -33,6 +34,8 @@ class Coordinates(Protocol):
     idle_is_cyclic: bool
 
     def moved(self, at: Posture, change: npt.ArrayLike) -> Posture: ...
+    def tangent(self, at: Posture) -> Array: ...
+    def drift(self, at: Posture, v: npt.ArrayLike) -> Array: ...
     def full_velocity(self, at: Posture, v: npt.ArrayLike) -> Array: ...
     def effort_map(self, at: Posture) -> Array: ...
     def accelerated(self, at: Posture, v: npt.ArrayLike, force: npt.ArrayLike) -> Array: ...
@@ -163,6 +166,16 @@ class MinimalPlant:
                 free=report.idle,
             )
         return self.minimal.load_effort(at, loads)
+
+    @property
+    def sticking(self) -> Mapping[int, float]:
+        """See `Plant.sticking`."""
+        return self.chain.sticking
+
+    def joint_rows(self, state: State, joints: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+        """See `Plant.joint_rows`."""
+        at = _closed(state)
+        return self.minimal.tangent(at)[joints], self.minimal.drift(at, state.v)[joints]
 
     @property
     def dissipates(self) -> bool:

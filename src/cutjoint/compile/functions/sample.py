@@ -137,6 +137,11 @@ class RobotSample:
         return v_full
 
     @property
+    def lost_full(self) -> Array:
+        """Power that friction takes at `v_full`, shape (1,)."""
+        raise NotImplementedError
+
+    @property
     def goal(self) -> Array:
         """Place in the model and rotation that the tool shall have, shape (12,)."""
         raise NotImplementedError
