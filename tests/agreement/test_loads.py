@@ -3,6 +3,7 @@ mounting, with all its motors, with some, and with none."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,16 @@ from kit import judge
 from kit.blueprint import random_mounting
 from kit.built import built
 from kit.by_joint import by_joint, coordinates, full, placed
+from kit.lively import lively
 from kit.loaded import minimal_of, outside, random_loads
 from kit.mechanisms import MECHANISMS
 from kit.postures import moving, random_posture, scale_of
 from kit.quickly import few
+from oracles.fivebar import FiveBar
 
+import cutjoint
+from cutjoint import Load
+from cutjoint.chain import ClosedChain
 from cutjoint.errors import ActuationError, SingularError
 
 ACCURACY = 1e-10
@@ -25,7 +31,7 @@ SIZES = [(1.0, 1.0), (1e-3, 1e-3), (1e3, 1e3), (1e-3, 1e3)]
 QUICK = ("floating_fourbar", "hexapod", "spherical_3rrr", "ball_rod_ankle", "geared_fivebar")
 
 
-def weight_of(length: float, density: float, chain) -> float:
+def weight_of(chain: ClosedChain) -> float:
     """A force of the size of the robot's weight [N]."""
     return 9.81 * sum(link.inertial.mass for link in chain.description.links if link.inertial is not None)
 
@@ -38,7 +44,7 @@ def test_accelerations_of_all_joints_under_loads(name: str, size: tuple[float, f
     chain, oracle = built(mechanism.plan, tmp_path, random_mounting(rng), *size)
     at = random_posture(chain, oracle, rng, mobility=mechanism.mobility)
     p = placed(chain, oracle, at.q_full)
-    weight, rate = weight_of(*size, chain), np.sqrt(9.81 / chain.length)
+    weight, rate = weight_of(chain), np.sqrt(9.81 / chain.length)
     v = rate * moving(chain, p, rng.normal(size=p.mobility))
     effort = weight * chain.length / scale_of(chain, oracle) * rng.normal(size=chain.nv)
     loads = random_loads(chain, rng, weight)
@@ -82,7 +88,7 @@ def test_minimal_coordinates(name: str, motors: str, size: tuple[float, float], 
         assert motors == "all"
         assert p.locked.shape[1] > 0, "the oracle sees a motion with the actuators locked, too"
         return
-    weight, rate, scale = weight_of(*size, chain), np.sqrt(9.81 / chain.length), scale_of(chain, oracle)
+    weight, rate, scale = weight_of(chain), np.sqrt(9.81 / chain.length), scale_of(chain, oracle)
     own = scale[minimal.v_index]
     v = rate * own * rng.normal(size=minimal.n)
     v_full = minimal.full_velocity(at, v)
@@ -165,3 +171,66 @@ def test_a_floating_fourbar_needs_more_motors_for_other_motions(tmp_path: Path) 
     minimal = chain.minimal()
     with pytest.raises(ActuationError, match="degrees of freedom"):
         minimal.efforts(chain.home, np.zeros(minimal.n), np.ones(minimal.n))
+
+
+def test_an_underactuated_fivebar_is_the_one_derived_by_hand() -> None:
+    """The five-bar with its left motor alone, in both shoulders: terms, accelerations and efforts in closed form, a
+    force at the tool by the derivative of where that is."""
+    whole, other = cutjoint.load("fivebar"), FiveBar()
+    chain = ClosedChain(replace(whole.description, actuators=("left_shoulder",)))
+    minimal, rng = chain.minimal("right_shoulder"), np.random.default_rng(26)
+    for _ in range(20):
+        at = minimal.moved(chain.home, rng.uniform(-0.2, 0.2, 2))
+        q, v, force = whole.posture(at).q, rng.normal(size=2), rng.normal(size=3) * (1.0, 1.0, 0.0)
+        mass, coriolis, gravity = other.terms(q, v)
+        found = minimal.terms(at, v)
+        for one, two in ((found.mass, mass), (found.coriolis, coriolis), (found.gravity, gravity)):
+            assert np.abs(one - two).max() < ACCURACY * np.abs(two).max()
+        step = 1e-5
+        slopes = [(other.tool(q + step * e) - other.tool(q - step * e)) / (2.0 * step) for e in np.eye(2)]
+        pushed = np.array(slopes) @ force
+        load = Load(force)
+        assert np.abs(minimal.load_effort(at, load) - pushed).max() < 1e-8
+        torque = np.array([rng.normal(), 0.0])
+        wanted = other.forward_dynamics(q, v, torque + minimal.load_effort(at, load))
+        a = minimal.forward_dynamics(at, v, torque[:1], load)
+        assert np.abs(a - wanted).max() < ACCURACY * np.abs(wanted).max()
+        assert minimal.efforts(at, v, a, load).effort == pytest.approx(torque[:1], abs=1e-9 * np.abs(wanted).max())
+
+
+REGULAR = [name for name in ROUND if name != "upu_3_equal"]
+"""Those that have postures which are not singular around home."""
+
+
+@pytest.mark.parametrize("name", few(REGULAR, "floating_fourbar", "geared_fivebar"))
+def test_springs_friction_and_rotors_in_minimal_coordinates(name: str, tmp_path: Path) -> None:
+    """Everything that joints, cuts and bushings do by themselves, under loads: as in full coordinates, and the power
+    that goes in is the rate of the energy and what friction takes."""
+    rng = np.random.default_rng([27, *name.encode()])
+    mechanism = MECHANISMS[name](rng)
+    mechanism.plan.actuators = mechanism.plan.actuators[:1]
+    plain, oracle = built(mechanism.plan, tmp_path, random_mounting(rng))
+    chain = ClosedChain(lively(plain.description, rng))
+    minimal = minimal_of(chain)
+    at = chain.posture(random_posture(plain, oracle, rng, 0.2, mobility=mechanism.mobility))
+    scale = scale_of(chain, oracle)
+    own, rate = scale[minimal.v_index], np.sqrt(9.81 / chain.length)
+    weight = weight_of(chain)
+    v, loads = rate * own * rng.normal(size=minimal.n), random_loads(chain, rng, weight)
+    effort = weight * chain.length / chain.actuated_velocity(scale) * rng.normal(size=chain.n)
+    full_v = minimal.full_velocity(at, v)
+    wanted = chain.full_forward_dynamics(at, full_v, chain.full_effort(effort), loads).acceleration
+    a = minimal.forward_dynamics(at, v, effort, loads)
+    size = max(float(np.abs(wanted / scale).max()), rate**2)
+    assert np.abs(a / own - minimal.of(wanted) / own).max() < ACCURACY * size
+    assert np.abs((minimal.tangent(at) @ a + minimal.drift(at, v) - wanted) / scale).max() < ACCURACY * size
+    step = 1e-5 / rate
+    energies = []
+    for sign in (1.0, -1.0):
+        there = minimal.moved(at, sign * step * v)
+        # in the axes of a body that turns, the velocity that goes on evenly stays as it is
+        energies.append(minimal.kinetic_energy(there, v + sign * step * a) + minimal.potential_energy(there))
+    power = (minimal.effort_map(at) @ effort + minimal.load_effort(at, loads) - minimal.terms(at, v).friction) @ v
+    terms = minimal.terms(at, v)
+    turned = np.abs(v) @ (np.abs(terms.mass @ a) + np.abs(terms.bias) + np.abs(terms.springs))
+    assert (energies[0] - energies[1]) / (2.0 * step) == pytest.approx(power, abs=1e-6 * turned)

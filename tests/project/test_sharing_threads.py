@@ -13,7 +13,7 @@ import pytest
 import cutjoint
 from cutjoint.arrays import readonly
 from cutjoint.control import LAWS, law
-from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.mechanism import JointPhysics, Load, Mechanism, Posture
 from cutjoint.motion import Circle, Desired, Reference
 from cutjoint.motion import reference as reference_module
 from cutjoint.papers.cpm import CpmModel, CpmRotaryModel
@@ -40,6 +40,7 @@ def call(model: Any, name: str, p: np.ndarray, at: Posture) -> Any:
     """A method with arguments by their names, or a property."""
     given = {"at": at, "near": at, "q": at.q, "p": p, "target": p, "v": V, "a": A, "effort": TAU, "mass": 0.1}
     given |= {"parameters": model.parameters, "fn": NUMBERS}
+    given |= {"loads": Load([1.0, -2.0, 3.0], [0.1, 0.0, 0.2]), "physics": JointPhysics(damping=0.1, friction=0.2)}
     found = getattr(model, name)
     if not callable(found):
         return found

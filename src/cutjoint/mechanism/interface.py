@@ -33,6 +33,7 @@ def are_respected(limits: JointLimits) -> bool:
     return limits == "respect"
 
 
+# long: the interface itself
 @runtime_checkable
 class Mechanism(Protocol):
     """A closed robot in its n actuated coordinates.

@@ -25,6 +25,7 @@ from cutjoint.mechanism.rotations import quaternion_of
 from cutjoint.simulation.plant import Observation, State, tool_turns
 
 
+# long: what every `Plant` has, a few lines a method
 class ConstrainedPlant:
     """The robot in all joints of its tree, by `pin.constraintDynamics`.
 

@@ -45,6 +45,7 @@ class Coordinates(Protocol):
     def tool(self, at: Posture) -> Tool: ...
 
 
+# long: what every `Plant` has, a few lines a method
 class MinimalPlant:
     """A robot in its minimal coordinates.
 
