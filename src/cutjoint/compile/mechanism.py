@@ -175,6 +175,7 @@ class Parametrised(Sealed, Generic[Model_co]):
         return found
 
 
+# long: a method a quantity of a mechanism
 class CompiledMechanism(Parametrised[Model_co]):
     """What compiled chains and compiled published models have in common; a `Mechanism`."""
 
