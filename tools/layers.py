@@ -82,13 +82,16 @@ OWNERS: Mapping[str, frozenset[str]] = {
     "IPython": frozenset({"viewer"}),
     "matplotlib": frozenset({"report"}),
     "llvmlite": frozenset({"compile"}),
+    "pyarrow": frozenset({"compile"}),
     "mujoco": frozenset({"engines"}),
     "typer": frozenset({"cli", "commands"}),
     "rich": frozenset({"cli", "commands"}),
 }
 
 # What is too heavy to be loaded by a program that only starts.
-HEAVY = frozenset({"pinocchio", "scipy", "matplotlib", "meshcat", "llvmlite", "mujoco", "trimesh", "yourdfpy", "lxml"})
+HEAVY = frozenset(
+    {"pinocchio", "scipy", "matplotlib", "meshcat", "llvmlite", "pyarrow", "mujoco", "trimesh", "yourdfpy", "lxml"}
+)
 STARTS: Mapping[str, str] = {
     "import cutjoint": "import cutjoint",
     "cutjoint --help": (

@@ -16,7 +16,7 @@ from cutjoint.compile.expressions.operations import Op
 from cutjoint.compile.expressions.program import Program, interpret
 from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.machine.backends import BACKENDS, Backend
-from cutjoint.compile.machine.kernel import Kernel, Sizes
+from cutjoint.compile.machine.kernel import Kernel, LoopParts, Sizes, Stages
 from cutjoint.control import PD
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.motion import Hold, Reference
@@ -100,4 +100,4 @@ def test_what_a_back_end_lacks_is_said(kit: Any) -> None:
     with pytest.raises(InputError, match="address"):
         print(kernel.address)
     with pytest.raises(InputError, match="many runs"):
-        ROWS["interpreted"].runs(kernel.program, None, Sizes(1, 1, 1, 1, 0), fast=False)
+        ROWS["interpreted"].runs(LoopParts(kernel.program, None, Stages((), (1,), 1), Sizes(1, 1, 1, 1, 0)), fast=False)

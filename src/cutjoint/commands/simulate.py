@@ -9,21 +9,24 @@ import numpy as np
 import numpy.typing as npt
 import typer
 
-from cutjoint.commands import options
+from cutjoint.commands import built, options
+from cutjoint.commands.loads import loads_of
 from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, named_gains, numbers, trajectory_of, with_gains
 from cutjoint.commands.output import TerminalTable, console, print_json
+from cutjoint.commands.reaction_peaks import check_reactions, peaks_of, show_peaks, written
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from cutjoint.chain import ClosedChain
     from cutjoint.control import Law
-    from cutjoint.mechanism import JointLimits, Mechanism
+    from cutjoint.mechanism import JointLimits, Load, Mechanism
     from cutjoint.motion import Reference
     from cutjoint.simulation import Integrator, Plant, Result
+    from cutjoint.simulation.hardware import Hardware
 
 LONGEST_STEP = 1e-3
-SETTINGS = ("plant", "law", "gains", "trajectory", "locked", "integrator", "rate", "limits")
+SETTINGS = ("plant", "law", "gains", "trajectory", "locked", "loads", "integrator", "rate", "limits", "hardware")
 Robot = TypeVar("Robot", bound="Mechanism")
 
 
@@ -49,6 +52,13 @@ def command(
         list[str] | None,
         typer.Option(metavar="ACTUATOR", help="A brake holds this actuator where it starts; may be repeated."),
     ] = None,
+    load: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LINK:FX,FY,FZ[,MX,MY,MZ]",
+            help="Force [N] and moment [N m] from outside, world axes, such as tool:0,0,-10; may be repeated.",
+        ),
+    ] = None,
     plant: Annotated[
         str, typer.Option(metavar="chain|paper", help="The robot: all joints in Pinocchio, or the published model.")
     ] = "chain",
@@ -69,6 +79,15 @@ def command(
     limit: Annotated[
         str | None, typer.Option(metavar="N", help="Largest effort of the actuators: 120, or 1,2,3 [N] or [N m].")
     ] = None,
+    hardware: built.File = None,
+    delay: built.Delay = None,
+    command_delay: built.CommandDelay = None,
+    jitter: built.Jitter = None,
+    tick: built.Tick = None,
+    resolution: built.Resolution = None,
+    noise: built.Noise = None,
+    filter: built.Filter = None,
+    seed: built.Seed = None,
     payload: Annotated[float, typer.Option(metavar="KG", help="Mass at the tool, unknown to the controller.")] = 0.0,
     duration: Annotated[
         float | None, typer.Option(metavar="S", help="Default that of the trajectory or the efforts; with --free 1 s.")
@@ -84,6 +103,10 @@ def command(
         bool, typer.Option("--ignore-limits", help="Go on where a joint passes its limits; else the run stops there.")
     ] = False,
     save: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result: .npz (to play) or .csv.")] = None,
+    reactions: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.csv", help="Write force and moment in every joint and cut; the peaks are shown."),
+    ] = None,
     json: options.Json = False,
     **gains: str | None,
 ) -> None:
@@ -99,7 +122,12 @@ def command(
 
     if save is not None:
         check_target(save)
+    machine = built.hardware_of_options(
+        built.Built(hardware, delay, command_delay, jitter, tick, resolution, noise, filter, seed), rate, limit
+    )
     robots = _robots(robot, variant, plant, model, payload)
+    if reactions is not None:
+        check_reactions(reactions, robots.plant)
     joints: JointLimits = "ignore" if ignore_limits else "respect"
     if free or efforts is not None:
         law = _unled(robots, controller, trajectory, efforts, lock or (), named_gains(gains, gain or ()))
@@ -111,7 +139,14 @@ def command(
         duration = 1.0 if reference is None else reference.duration
     try:
         result = _run(
-            (robots.plant, law, reference), duration, rate, limit, every, step, lock=lock or (), joint_limits=joints
+            (robots.plant, law, reference),
+            duration,
+            machine or (rate, limit),
+            every,
+            step,
+            lock=lock or (),
+            joint_limits=joints,
+            loads=loads_of(load) if load else None,
         )
     except SimulationError as error:
         if save is not None:
@@ -121,10 +156,15 @@ def command(
     figures = _figures(result)
     if save is not None:
         figures["saved"] = str(write(result, save))
+    carried = None if reactions is None else written(reactions, result, robots.plant)
+    if carried is not None:
+        figures |= {"reactions": str(reactions), "reaction_peaks": peaks_of(carried)}
     if json:
         print_json(figures)
     else:
         _show(result, figures)
+        if carried is not None:
+            show_peaks(carried)
 
 
 class Robots(NamedTuple):
@@ -194,13 +234,13 @@ def _loaded(robot: Robot, payload: float) -> Robot:
 def _run(
     what: tuple[Plant, Law, Reference | None],
     duration: float | None,
-    rate: float | None,
-    limit: str | None,
+    machine: Hardware | tuple[float | None, str | None],
     every: float | None,
     step: float | None,
     *,
     lock: Sequence[str],
     joint_limits: JointLimits,
+    loads: Sequence[Load] | None,
 ) -> Result:
     from rich.progress import Progress
 
@@ -209,7 +249,10 @@ def _run(
     plant, law, _ = what
     span = getattr(law, "duration", None) if duration is None else duration
     method: Integrator = Adaptive(1e-8, 1e-10)
-    if step is not None or rate is not None:
+    hardware = None if isinstance(machine, tuple) else machine
+    rate, limit = machine if isinstance(machine, tuple) else (None, None)
+    steady = rate is not None or (hardware is not None and hardware.drive.backlash is None)
+    if step is not None or steady:
         method = RungeKutta4(LONGEST_STEP if step is None else step)
     with Progress(transient=True) as bar:
         task = bar.add_task(f"{plant.name}, {law.name}", total=span)
@@ -219,9 +262,11 @@ def _run(
             duration=duration,
             rate=rate,
             limits=None if limit is None else numbers("--limit", limit),
+            hardware=hardware,
             every=max(LONGEST_STEP, step or 0.0) if every is None else every,
             lock=lock,
             joint_limits=joint_limits,
+            loads=loads,
             progress=lambda t: bar.update(task, completed=t),
         )
 
@@ -273,9 +318,11 @@ def _show(result: Result, figures: dict[str, object]) -> None:
     rows = [
         ("gains", gains),
         ("control", rate),
+        *((f"  {name}", words) for name, words in built.told(result.about.get("hardware", {})) if name != "clock"),
         ("integrator", f"{figures['integrator']}: {figures['steps']} steps, {figures['evaluations']} evaluations"),
         *(_error_rows(figures) if result.followed else ()),
         *([("locked", ", ".join(result.about["locked"]))] if "locked" in result.about else ()),
+        *([("work of loads", f"{result.load_work[-1]:.3g} J")] if "load_work" in result.columns else ()),
         ("peak effort", ", ".join(f"{name} {peak:.4g} {unit}" for name, unit, peak in _peaks(result))),
         ("loops", f"closed to {figures['loop_gap_m']:.1e} m, {figures['loop_gap_rad']:.1e} rad"),
         ("", f"steps strayed by up to {figures['loop_gap_before_projection_m']:.1e} m before they were put back"),

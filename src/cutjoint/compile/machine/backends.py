@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.machine.kernel import Kernel, Runs, Sizes
+from cutjoint.compile.machine.kernel import Kernel, LoopParts, Runs
 from cutjoint.compile.machine.llvm.native import NativeKernel, NativeRuns, host
 from cutjoint.errors import InputError, UnknownNameError
 
 
-def _no_runs(rate: Program, settle: Program | None, sizes: Sizes, *, fast: bool = False) -> Runs:
+def _no_runs(parts: LoopParts, *, fast: bool = False) -> Runs:
     raise InputError("this back end does not simulate many runs in one loop; compile the plant with backend='llvm'")
 
 

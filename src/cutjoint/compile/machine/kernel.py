@@ -81,14 +81,90 @@ class Kernel:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Numbers of a run: state, columns of the reference table, per-run arguments, watched values, residuals."""
+    """Numbers of a run."""
 
     state: int
     columns: int
+    """Of the reference table."""
     given: int
+    """Arguments that are each run's own."""
     watched: int
+    """Values whose largest and whose mean square are kept."""
     settled: int
     """Leading part of the state that the settling function rewrites; 0 where there is none."""
+    memory: int = 0
+    """What only events change; 0 at the start."""
+    noise: int = 0
+    """Random numbers that an event reads."""
+    shown: tuple[int, ...] = ()
+    """Places of the memory that are recorded."""
+
+    @property
+    def changing(self) -> int:
+        """Where the memory begins in the arguments: behind state, reference row and own arguments."""
+        return self.state + self.columns + self.given
+
+    @property
+    def width(self) -> int:
+        """Numbers of a record: state, watched values, what is shown of the memory."""
+        return self.state + self.watched + len(self.shown)
+
+    @property
+    def totals(self) -> int:
+        """Numbers that are kept of a run."""
+        return 2 * self.watched + 2
+
+
+@dataclass(frozen=True, eq=False)
+class Event:
+    """What happens at an instant: a program of (state, reference row, own arguments, memory, noise).
+
+    Attributes:
+        program: what it computes.
+        targets: the places in these arguments that its results go to.
+        draws: whether it reads noise, each time the next row of it.
+    """
+
+    program: Program
+    targets: tuple[int, ...]
+    draws: bool = False
+
+
+@dataclass(frozen=True)
+class Stages:
+    """An explicit Runge-Kutta method each of whose slopes starts from the last one alone.
+
+    Attributes:
+        nodes: where in the step the second and the further slopes are taken: 1/2 or 1.
+        weights: of all slopes, whole numbers.
+        divisor: of the weighted sum.
+    """
+
+    nodes: tuple[float, ...]
+    weights: tuple[int, ...]
+    divisor: int
+
+
+@dataclass(frozen=True, eq=False)
+class LoopParts:
+    """A loop over runs, in parts.
+
+    Attributes:
+        rate: program of the rates of the state, of what is watched, and of the strain.
+        settle: program of the Newton step onto the loops, where there are any.
+        stages: the integrator.
+        sizes: the numbers of a run.
+        begin: what happens before the first step, with the first row of noise, which is then drawn again.
+        events: what changes the memory between steps, in this order where several fall due; with them the reference is
+            read at whole steps only, without them at half steps too.
+    """
+
+    rate: Program
+    settle: Program | None
+    stages: Stages
+    sizes: Sizes
+    begin: Event | None = None
+    events: tuple[Event, ...] = ()
 
 
 RunLoop: TypeAlias = Callable[[int, int, int, int, float, float, int], None]

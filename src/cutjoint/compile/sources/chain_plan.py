@@ -181,7 +181,7 @@ class ChainPlan(ChainTree):
         plan = choose(self._survey, self.wide_cloud, self.actuated_rates)
         if self.idle is None:
             return plan
-        n = self.chain.n
+        n = self.n
         if plan.independent[:n] != self.actuated_rates or len(plan.independent) != n + self.idle:
             raise CompileError(
                 f"no fixed order of elimination keeps the actuators of {self.name} around its home posture: it is "
@@ -213,7 +213,7 @@ class ChainPlan(ChainTree):
     def _with_idle(self, plan: Plan) -> Plan:
         """A plan with what the cloud tells of its idle freedoms."""
         jacobians = np.array([self._survey.system(x)[0] for x in self.wide_cloud])
-        moves = supports(jacobians, plan, self.chain.n)
+        moves = supports(jacobians, plan, self.n)
         rough = replace(plan, idle=Idle(moves, (), (), ()))
         graph = Graph()
         q, p = graph.symbols(self.positions), graph.symbols(len(self.parameters))

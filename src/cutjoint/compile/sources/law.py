@@ -14,7 +14,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, cast
+from typing import NamedTuple, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -64,7 +64,7 @@ class TracedDesired:
             made = self._graph.symbols(size)
             self.symbols += made
             self.fillers.append(filler)
-            self._known[key] = _objects(made)
+            self._known[key] = objects(made)
         return self._known[key]
 
     def posture_of(self, model: object) -> _Place:
@@ -94,10 +94,10 @@ class TracedModel:
             return _DesiredTerms(self._model, self._desired)
         state = self._measured()
         gravity_now = state.gravity()
-        still: Objects = _objects([0.0] * n)
-        moving = still if v is None else _objects(state.coriolis(list(v)))
-        rows = _objects([x for row in state.mass() for x in row]).reshape(n, n)
-        return _MeasuredTerms(rows, moving, _objects(gravity_now))
+        still: Objects = objects([0.0] * n)
+        moving = still if v is None else objects(state.coriolis(list(v)))
+        rows = objects([x for row in state.mass() for x in row]).reshape(n, n)
+        return _MeasuredTerms(rows, moving, objects(gravity_now))
 
     def inverse_dynamics(self, at: _Place, v: Objects, a: Objects) -> Objects:
         """Effort."""
@@ -113,7 +113,7 @@ class TracedModel:
                 lambda one: model.inverse_dynamics(one.posture_of(model), one.v, one.a),
                 id(model),
             )
-        return _objects(self._measured().inverse(list(v), list(a)))
+        return objects(self._measured().inverse(list(v), list(a)))
 
     def _measured(self) -> TracedState:
         if self._state is None:
@@ -165,26 +165,35 @@ class _SymbolicLaw(Protocol):
     def memory_rate(self, desired: TracedDesired, q: Objects, v: Objects, asked: Objects, given: Objects) -> object: ...
 
 
+class TracedAnswer(NamedTuple):
+    """What a law answers: the effort that it asks for, the same after saturation, length n each, and the rate of its
+    memory."""
+
+    asked: list[Number]
+    given: list[Number]
+    memory_rate: list[Number]
+
+
 def trace_law(
     law: Law,
     desired: TracedDesired,
-    state: TracedState,
-    v: Sequence[Expression],
+    q: Sequence[Number],
+    v: Sequence[Number],
     memory: Sequence[Expression],
     gains: Mapping[str, Sequence[Expression]],
-    limits: Array | None,
+    saturated: Callable[[Objects], Objects],
     measured: Callable[[Mechanism], TracedState | None],
-) -> tuple[list[Number], list[Number]]:
-    """Run a law on symbols: its effort after saturation, length n, and the rate of its memory.
+) -> TracedAnswer:
+    """Run a law on symbols.
 
     Args:
         law: the law.
         desired: the reference.
-        state, v: the plant's state.
+        q, v: actuated coordinates and velocities as they are measured.
         memory: the law's own.
         gains: gains that are arguments, one number an actuator each; the others are constants.
-        limits: largest effort, or None.
-        measured: that state as a model of the law sees it, or None where the model cannot follow it.
+        saturated: efforts that are asked for -> those within their limits.
+        measured: the measured state as a model of the law sees it, or None where the model cannot follow it.
 
     Raises:
         InputError: the law does something that cannot be traced, or has no such gain.
@@ -199,27 +208,33 @@ def trace_law(
     for name in gains:
         if name not in known:
             raise InputError(f"controller '{law.name}' has no gain {name} to vary; it has {', '.join(known) or 'none'}")
-    q, speed, own = _objects(state.actuated), _objects(v), _objects(memory)
+    place, speed, own = objects(q), objects(v), objects(memory)
     try:
-        asked = np.asarray(twin.effort(desired, q, speed, own), dtype=object)
-        given = asked
-        if limits is not None:
-            clipped = [maximum(-top, minimum(float(top), x)) for x, top in zip(asked, limits, strict=True)]
-            given = _objects(clipped)
-        rate = np.asarray(twin.memory_rate(desired, q, speed, asked, given), dtype=object)
+        asked = np.asarray(twin.effort(desired, place, speed, own), dtype=object)
+        given = saturated(asked)
+        rate = np.asarray(twin.memory_rate(desired, place, speed, asked, given), dtype=object)
     except (TypeError, AttributeError, ValueError) as error:
         raise InputError(f"controller '{law.name}' cannot be compiled: {error}") from error
-    return list(given), list(rate)
+    return TracedAnswer(list(asked), list(given), list(rate))
+
+
+def clipped(limits: Array | None) -> Callable[[Objects], Objects]:
+    """Saturation at the largest |efforts| `limits`, shape (n,), or none."""
+    if limits is None:
+        return lambda asked: asked
+    top = limits.tolist()
+    return lambda asked: objects([maximum(-most, minimum(most, x)) for x, most in zip(asked, top, strict=True)])
 
 
 def _gain(symbols: Sequence[Expression] | None, gain: Gain) -> Gain | Callable[[Objects], Objects]:
     if symbols is None:
         return gain
-    row = _objects(symbols)
+    row = objects(symbols)
     return lambda error: row * error
 
 
-def _objects(values: Sequence[Number]) -> Objects:
+def objects(values: Sequence[Number]) -> Objects:
+    """Expressions and numbers as an array."""
     made = np.empty(len(values), dtype=object)
     made[:] = list(values)
     return made

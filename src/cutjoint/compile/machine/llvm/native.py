@@ -17,7 +17,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.machine.kernel import Kernel, Motion, RunLoop, Sizes
+from cutjoint.compile.machine.kernel import Kernel, LoopParts, Motion, RunLoop
 from cutjoint.compile.machine.llvm.advance import AdvanceText
 from cutjoint.compile.machine.llvm.run_loop import RunLoopText
 from cutjoint.compile.machine.llvm.text import FlatFunction, declarations, row_loop
@@ -184,14 +184,17 @@ class NativeRuns:
     """See `Runs`.
 
     Args:
-        rate, settle: the programs of the loop; nothing is settled where `settle` is None.
-        sizes: their numbers.
+        parts: the programs of the loop, and its numbers.
         fast: sums may be reassociated.
     """
 
-    def __init__(self, rate: Program, settle: Program | None, sizes: Sizes, *, fast: bool = False) -> None:
-        self._programs = {"rate": rate} if settle is None else {"rate": rate, "settle": settle}
-        self._sizes, self._fast = sizes, fast
+    def __init__(self, parts: LoopParts, *, fast: bool = False) -> None:
+        self._programs = {"rate": parts.rate, **{f"event{k}": one.program for k, one in enumerate(parts.events)}}
+        if parts.settle is not None:
+            self._programs["settle"] = parts.settle
+        if parts.begin is not None:
+            self._programs["begin"] = parts.begin.program
+        self._parts, self._fast = parts, fast
         self._lock = threading.Lock()
         self._loops: dict[int, tuple[Machine, RunLoop]] = {}
 
@@ -202,8 +205,8 @@ class NativeRuns:
     def loop(self, lanes: int) -> RunLoop:
         with self._lock:
             if lanes not in self._loops:
-                parts = [_flat(program, name, lanes, self._fast) for name, program in self._programs.items()]
-                machine = Machine(*parts, RunLoopText("runs", self._sizes, lanes).text())
+                flat = [_flat(program, name, lanes, self._fast) for name, program in self._programs.items()]
+                machine = Machine(*flat, RunLoopText("runs", self._parts, lanes).text())
                 self._loops[lanes] = machine, _RUNS(machine.address("runs"))
             return self._loops[lanes][1]
 
