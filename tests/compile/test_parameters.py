@@ -171,6 +171,19 @@ def test_a_hundred_samples_of_every_robot(name: str) -> None:
         check(chain, free_paths(chain, rng, 14), rng, 50)
 
 
+def test_what_is_handed_inwards_and_what_is_not() -> None:
+    """A link whose inertia varies, its centre off the plane too, and one that is regrouped as far as its joint is."""
+    robot = load_description("fivebar")
+    names = ["joints.right_elbow.origin.x", "links.left_distal.mass", "links.left_distal.com"]
+    names += ["links.left_distal.inertia", "links.left_proximal.com", "left_proximal", "payload"]
+    names.remove("payload" if robot.tool is None else "left_proximal")
+    ranges = {"links.left_distal.com.y": (0.02, 0.1), "links.left_distal.com.z": (0.02, 0.1)}
+    chain, rng = ClosedChain(robot), np.random.default_rng(11)
+    machine = compiled(chain, parameters=names, ranges=ranges, cached=False)
+    for _ in range(3):
+        assert max(differences(machine, drawn(machine, rng), rng).values()) < 1e-10
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("name", [name for name in MECHANISMS if name not in UNFIT])
