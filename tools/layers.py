@@ -38,7 +38,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "motion": MODEL | {"plugins"},
     "control": MODEL | {"motion", "plugins"},
     "crosscheck": MODEL,
-    "simulation": CHAIN | {"motion", "control", "plugins"},
+    "simulation": CHAIN | {"motion", "control", "plugins", PACKAGE},  # simulation.choice asks for compiled plants
     "compile": RUN | {"papers"},
     "viewer": RUN,
     "engines": CHAIN | {"crosscheck"},
@@ -82,13 +82,16 @@ OWNERS: Mapping[str, frozenset[str]] = {
     "IPython": frozenset({"viewer"}),
     "matplotlib": frozenset({"report"}),
     "llvmlite": frozenset({"compile"}),
+    "pyarrow": frozenset({"compile"}),
     "mujoco": frozenset({"engines"}),
     "typer": frozenset({"cli", "commands"}),
     "rich": frozenset({"cli", "commands"}),
 }
 
 # What is too heavy to be loaded by a program that only starts.
-HEAVY = frozenset({"pinocchio", "scipy", "matplotlib", "meshcat", "llvmlite", "mujoco", "trimesh", "yourdfpy", "lxml"})
+HEAVY = frozenset(
+    {"pinocchio", "scipy", "matplotlib", "meshcat", "llvmlite", "pyarrow", "mujoco", "trimesh", "yourdfpy", "lxml"}
+)
 STARTS: Mapping[str, str] = {
     "import cutjoint": "import cutjoint",
     "cutjoint --help": (

@@ -16,7 +16,7 @@ from cutjoint.compile.expressions.operations import Op
 from cutjoint.compile.expressions.program import Program, interpret
 from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.machine.backends import BACKENDS, Backend
-from cutjoint.compile.machine.kernel import Kernel, Sizes
+from cutjoint.compile.machine.kernel import Kernel, LoopParts, Sizes, Stages
 from cutjoint.control import PD
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.motion import Hold, Reference
@@ -35,6 +35,9 @@ def program(*, fused: bool) -> Program:
         1.0 / x[5],
         -x[0],
         3.25,
+        functions.floor(3.0 * x[0]) + functions.nearest(3.0 * x[1]) + functions.nearest(-2.0 * x[2]),
+        functions.pick(functions.at_most(x[0], x[1]), functions.sqrt(abs(x[4])), -x[3]),
+        functions.where_less(x[1], x[0], functions.floor(-x[3]), 0.5) + functions.where_less(-x[1], -x[2], x[3], x[4]),
     ]
     made = assemble(graph, "everything", {"a": x[:2], "b": x[2:]}, {"y": results[:4], "z": results[4:]}, fused=fused)
     met = {Op(code) for code in made.op.tolist()}
@@ -97,4 +100,4 @@ def test_what_a_back_end_lacks_is_said(kit: Any) -> None:
     with pytest.raises(InputError, match="address"):
         print(kernel.address)
     with pytest.raises(InputError, match="many runs"):
-        ROWS["interpreted"].runs(kernel.program, None, Sizes(1, 1, 1, 1, 0), fast=False)
+        ROWS["interpreted"].runs(LoopParts(kernel.program, None, Stages((), (1,), 1), Sizes(1, 1, 1, 1, 0)), fast=False)

@@ -164,6 +164,9 @@ def kernel_of_everything() -> NativeKernel:
         x[4] / x[5] + x[3] / x[5],
         -x[0],
         3.25,
+        fn.floor(3.0 * x[0]) + fn.nearest(-3.0 * x[1]),
+        fn.pick(fn.at_most(x[0], x[1]), x[2], -x[3]),
+        fn.where_less(x[1], x[0], x[3], x[4]),
     ]
     program = assemble(graph, "everything", {"a": x[:2], "b": x[2:]}, {"y": results})
     used = {Op(int(code)) for code in program.op}
@@ -224,3 +227,61 @@ def test_sine_and_cosine_to_the_last_digits() -> None:
     beyond = np.array([[2 * LARGEST], [-1e300], [np.inf], [np.nan], [1e5], [0.5], [1.0], [2.0]])
     assert np.isnan(kernel.batch([beyond])[0][:5]).all()
     assert np.isnan(kernel(np.array([np.inf]))).all()
+
+
+NUMBERS = st.one_of(st.sampled_from([-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 2.5]), st.floats(-3, 3))
+
+
+@given(st.lists(NUMBERS, min_size=4, max_size=4))
+def test_operations_that_jump_do_so_where_they_should(x: list[float]) -> None:
+    def jumps(a: Any, b: Any, c: Any, d: Any) -> list[Any]:
+        turned = functions.where_less(-a, -b, -c, -d)
+        return [
+            functions.floor(a),
+            functions.floor(-a),
+            functions.nearest(b),
+            functions.nearest(-b),
+            functions.less(a, b),
+            functions.at_most(a, b),
+            functions.pick(functions.at_most(b, a), c, d),
+            turned + functions.where_less(a, 0.5, 1.0, c),
+            functions.pick(b, -c, d),
+        ]
+
+    graph = Graph()
+    symbols = graph.symbols(4)
+    traced = jumps(*symbols)
+    program = assemble(graph, "f", {"x": symbols}, {"y": traced})
+    program.validate()
+    a, b, c, d = x
+    wanted = [math.floor(a), math.floor(-a), round(b), round(-b), a < b, a <= b, c if b <= a else d]
+    wanted += [(-c if b < a else -d) + (1.0 if a < 0.5 else c), -c if b else d]
+    assert [float(y) for y in interpret(program, x)] == wanted == jumps(*x)
+    folded = Graph()
+    assert [
+        folded.constant_of(folded.reference(y)) for y in jumps(*(Expression(folded, folded.constant(y)) for y in x))
+    ] == wanted
+    # between the jumps: the slope of what is picked, nothing of what is constant
+    slopes = tangent(graph, traced, {symbols[2].ref: 1.0})
+    found = [float(y) for y in interpret(assemble(graph, "g", {"x": symbols}, {"y": slopes}), x)]
+    assert found == [0] * 6 + [float(b <= a), -float(b < a) + float(not a < 0.5), -float(b != 0.0)]
+
+
+def test_what_is_not_picked_may_be_not_a_number() -> None:
+    graph = Graph()
+    (x,) = graph.symbols(1)
+    root = functions.pick(functions.less(0.0, x), functions.sqrt(x), 1.0)
+    program = assemble(graph, "f", {"x": [x]}, {"y": [root], "slope": tangent(graph, [root], {x.ref: 1.0})})
+    for kernel in (NativeKernel(program), NativeKernel(program, fast=True)):
+        assert kernel(np.array([4.0])).tolist() == [2.0, 0.25]
+        assert kernel(np.array([-4.0])).tolist() == [1.0, 0.0]
+
+
+@given(st.lists(st.floats(-3, 3), min_size=2, max_size=2, unique=True), st.floats(-1, 1))
+def test_kinks_have_the_slope_of_their_side(x: list[float], rate: float) -> None:
+    graph = Graph()
+    a, b = graph.symbols(2)
+    slopes = tangent(graph, [minimum(a, b), maximum(a, b), abs(a)], {a.ref: 1.0, b.ref: rate})
+    found = [float(y) for y in interpret(assemble(graph, "f", {"x": [a, b]}, {"y": slopes}), x)]
+    assert found[:2] == ([1.0, rate] if x[0] < x[1] else [rate, 1.0])
+    assert found[2] == (-1.0 if x[0] < 0.0 else 1.0)

@@ -195,7 +195,7 @@ def test_a_run_beyond_the_limbs_does_not_spoil_the_others(kit: Any, reference: R
 
 
 def test_a_strained_run_is_done_by_the_model(kit: Any, reference: Reference, monkeypatch: pytest.MonkeyPatch) -> None:
-    from cutjoint.compile import many as module
+    from cutjoint.compile.many import blocks as module
 
     monkeypatch.setattr(module, "STRAIN_LIMIT", 0.5)
     found = simulate_many(kit.machine("paper cpm"), PD(12691.0, 436.0), reference, every=0.05)

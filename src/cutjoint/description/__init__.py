@@ -20,6 +20,8 @@ from cutjoint.description.model import (
     Shape,
     Variant,
 )
+from cutjoint.description.paths import paths
+from cutjoint.description.values import value, with_values
 
 __all__ = [
     "Bushing",
@@ -41,6 +43,9 @@ __all__ = [
     "check",
     "check_description",
     "load_description",
+    "paths",
     "read_checked",
+    "value",
+    "with_values",
     "write",
 ]

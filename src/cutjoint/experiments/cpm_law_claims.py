@@ -13,8 +13,9 @@ import numpy as np
 from cutjoint.compile import CompiledPaper
 from cutjoint.compile.expressions.graph import Graph
 from cutjoint.compile.expressions.operations import Op
-from cutjoint.compile.many_loop import measured_state
-from cutjoint.compile.sources.law import TracedDesired, trace_law
+from cutjoint.compile.many.tracing import measured_state
+from cutjoint.compile.sources.interface import TracedState
+from cutjoint.compile.sources.law import TracedDesired, clipped, trace_law
 from cutjoint.compile.sources.paper import PaperModel
 from cutjoint.control import Law
 from cutjoint.experiments import cpm, cpm_laws
@@ -22,6 +23,7 @@ from cutjoint.experiments.cpm_claims import TITLES, Found, run_of
 from cutjoint.experiments.cpm_laws import Damping, Held, Response, UpdateRate
 from cutjoint.experiments.pool import Key, Task
 from cutjoint.experiments.tables import Claim, Verdict
+from cutjoint.mechanism import Mechanism
 from cutjoint.papers.cpm import CpmModel
 from cutjoint.simulation import Result
 
@@ -276,6 +278,10 @@ def operations(law: Law, model: PaperModel) -> int:
     measured, v = state[:-n], state[-n:]
     traced = plant.source.state(graph, measured, [])
     desired = TracedDesired(graph, n, model)
-    effort, _ = trace_law(law, desired, traced, v, [], {}, None, lambda one: measured_state(one, plant, traced, graph))
-    needed = graph.ancestors([graph.reference(one) for one in effort])
+
+    def seen_by(one: Mechanism) -> TracedState | None:
+        return measured_state(one, plant, traced, graph, traced.actuated)
+
+    answer = trace_law(law, desired, traced.actuated, v, [], {}, clipped(None), seen_by)
+    needed = graph.ancestors([graph.reference(one) for one in answer.given])
     return sum(graph.op[node] not in (Op.CONST, Op.INPUT) for node in needed)

@@ -1,10 +1,11 @@
 """Simulation: plants, integrators, the loop that runs them, and the result."""
 
 from cutjoint.simulation.constrained import ConstrainedPlant
-from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator, RungeKutta4
+from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator, Midpoint, RungeKutta4
 from cutjoint.simulation.loop import run
 from cutjoint.simulation.minimal import MinimalPlant
 from cutjoint.simulation.plant import Observation, Plant, ReducedPlant, State
+from cutjoint.simulation.reactions import ReactionHistory, reactions_of
 from cutjoint.simulation.result import Result, Rmse, load, save
 
 __all__ = [
@@ -12,15 +13,18 @@ __all__ = [
     "ConstrainedPlant",
     "DormandPrince",
     "Integrator",
+    "Midpoint",
     "MinimalPlant",
     "Observation",
     "Plant",
+    "ReactionHistory",
     "ReducedPlant",
     "Result",
     "Rmse",
     "RungeKutta4",
     "State",
     "load",
+    "reactions_of",
     "run",
     "save",
 ]

@@ -22,7 +22,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.equations.cloud import run
-from cutjoint.compile.equations.dynamics import Motion, mass_matrix, velocities
+from cutjoint.compile.equations.dynamics import Motion, inertia_between
 from cutjoint.compile.equations.elimination_order import Idle, Plan
 from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.reduction import MassFactor, Reduction
@@ -86,9 +86,9 @@ def idle_masses(
     """What `weighed` asks, from the expressions, on every posture of a cloud; `scale` makes rates dimensionless."""
     nv, count = pose.tree.nv, len(reduction.plan.idle.support) if reduction.plan.idle else 0
     columns = [[row[k] for row in reduction.tangent] for k in range(reduction.n - count, reduction.n)]
-    mass = mass_matrix(pose, [velocities(pose, column) for column in columns])
-    units = [velocities(pose, [1.0 if i == rate else 0.0 for i in range(nv)]) for rate in range(nv)]
-    own = [mass_matrix(pose, [unit])[0][0] for unit in units]
+    mass = inertia_between(pose, columns)
+    units = [[1.0 if i == rate else 0.0 for i in range(nv)] for rate in range(nv)]
+    own = [inertia_between(pose, [unit])[0][0] for unit in units]
     results = {"mass": [x for row in mass for x in row], "idle": [x for column in columns for x in column], "own": own}
     program = assemble(graph, "idle", {"q": q}, results)
     groups = [list(range(step.u, step.u + step.kind.rates)) for step in pose.tree.steps[1:]]
@@ -129,7 +129,7 @@ class Carried(Reduction):
         columns = [[row[k] for row in whole.tangent] for k in range(whole.n)]
         driven, self._idle = columns[:n], columns[n:]
         heavy = [self._idle[k] for k in idle.heavy]
-        mass = mass_matrix(self.pose, [velocities(self.pose, column) for column in [*heavy, *driven]])
+        mass = inertia_between(self.pose, [*heavy, *driven])
         count = len(heavy)
         self._factor_heavy = MassFactor([row[:count] for row in mass[:count]], self.strain, idle.sizes)
         self.strain = self._factor_heavy.strain
@@ -145,8 +145,8 @@ class Carried(Reduction):
 
     def _momentum(self, column: Sequence[Number]) -> list[Number]:
         """Momentum that a motion gives the heavy idle freedoms."""
-        motions = [velocities(self.pose, one) for one in [*(self._idle[k] for k in self.idle.heavy), column]]
-        return [row[-1] for row in mass_matrix(self.pose, motions)[:-1]]
+        motions = [*(self._idle[k] for k in self.idle.heavy), column]
+        return [row[-1] for row in inertia_between(self.pose, motions)[:-1]]
 
     def _without_momentum(self, column: Sequence[Number], momentum: Sequence[Number]) -> list[Number]:
         """A motion and as much of the heavy idle ones as cancels the momentum."""
@@ -170,16 +170,23 @@ class Carried(Reduction):
         return dot([w * a for w, a in zip(self._scale, x, strict=True)], y)
 
     def undriven(
-        self, u: Sequence[Number], motion: Motion, drift: Sequence[Number], offset: Sequence[Number]
+        self,
+        u: Sequence[Number],
+        motion: Motion,
+        drift: Sequence[Number],
+        offset: Sequence[Number],
+        passive: Sequence[Number],
     ) -> list[Number]:
-        """Derivatives of the rates at constant actuated rates, where no force drives the idle freedoms.
+        """Derivatives of the rates at constant actuated rates, where no motor drives the idle freedoms.
 
         Args:
             u, motion: rates and velocities.
             drift: some derivatives that the loops allow.
             offset: what the dimensionless accelerations are beside the derivatives of the rates.
+            passive: forces that overcome springs and friction, (nv,).
         """
-        forces = self.whole.effort(u, motion, drift)[self.n :]
+        held = self.whole.reduced(passive)
+        forces = [x + y for x, y in zip(self.whole.effort(u, motion, drift), held, strict=True)][self.n :]
         pushed = self._without_momentum(drift, [forces[k] for k in self.idle.heavy])
         return self._least(pushed, offset)
 

@@ -48,7 +48,12 @@ class Loops:
     def __init__(self, tree: JointTree, cuts: Sequence[BoundCut], couplings: Sequence[BoundCoupling] = ()) -> None:
         self.couplings = tuple(couplings)
         self.cuts = tuple(
-            (cut.type.equations, tree.frame(cut.joint_a, cut.placement_a), tree.frame(cut.joint_b, cut.placement_b))
+            (
+                cut.name,
+                cut.type.equations,
+                tree.frame(cut.joint_a, cut.placement_a),
+                tree.frame(cut.joint_b, cut.placement_b),
+            )
             for cut in cuts
         )
         self.count = sum(cut.type.rows for cut in cuts) + len(self.couplings)
@@ -56,20 +61,29 @@ class Loops:
     def rows(self, pose: TreePose, motion: Motion | None = None, bias: Motion | None = None) -> list[ConstraintRow]:
         """All rows; the drift is zero without `motion` and `bias` (velocities, and accelerations at constant rates)."""
         found: list[ConstraintRow] = []
-        for equations, a, b in self.cuts:
-            relative = _Relative(pose, _End(pose, a), _End(pose, b), motion, bias)
+        for name, equations, a, b in self.cuts:
+            ends = CutEnd(pose, pose.frame(f"cuts.{name}.a", a)), CutEnd(pose, pose.frame(f"cuts.{name}.b", b))
+            relative = Relative(pose, *ends, motion, bias)
             for equation in equations:
                 for coefficients, drift, residual in WRITTEN[equation.kind](relative, equation):
                     kept = {u: c for u, c in coefficients.items() if not is_zero(c)}
                     found.append(ConstraintRow(kept, drift, residual, equation.is_length))
         for one in self.couplings:
-            residual = dot(one.weights, [pose.q[index] for index in one.q_index]) + one.constant
-            weights: dict[int, Number] = dict(zip(one.v_index, one.weights, strict=True))
+            factors, constant = _coupled(pose, one)
+            residual = dot(factors, [pose.q[index] for index in one.q_index]) + constant
+            weights: dict[int, Number] = dict(zip(one.v_index, factors, strict=True))
             found.append(ConstraintRow(weights, 0.0, residual, one.is_length))
         return found
 
 
-class _End:
+def _coupled(pose: TreePose, one: BoundCoupling) -> tuple[tuple[Number, ...], Number]:
+    """Weights and constant of a coupling; the second weight is minus its ratio, the constant minus its offset."""
+    ratio, offset = (pose.given.get(f"couplings.{one.name}.{part}") for part in ("ratio", "offset"))
+    weights = one.weights if ratio is None else (one.weights[0], -ratio)
+    return weights, one.constant if offset is None else -offset
+
+
+class CutEnd:
     """One frame of a cut: its axes, and per rate the velocity of its origin and its angular velocity."""
 
     def __init__(self, pose: TreePose, frame: tuple[int, Matrix, Vector]) -> None:
@@ -81,7 +95,7 @@ class _End:
         self.angular = {u: angular for u, _, angular in columns}
 
 
-class _Relative:
+class Relative:
     """Frame B of a cut as frame A sees it, in world axes.
 
     Attributes:
@@ -93,7 +107,9 @@ class _Relative:
         swing, spin: relative angular velocity, and relative angular acceleration at constant rates.
     """
 
-    def __init__(self, pose: TreePose, a: _End, b: _End, motion: Motion | None, bias: Motion | None) -> None:
+    def __init__(
+        self, pose: TreePose, a: CutEnd, b: CutEnd, motion: Motion | None = None, bias: Motion | None = None
+    ) -> None:
         self.a, self.b = a, b
         self.apart = _apart(pose, a, b)
         self.velocity = _difference(b.velocity, a.velocity)
@@ -117,7 +133,7 @@ def _difference(on_b: dict[int, Vector], on_a: dict[int, Vector]) -> dict[int, V
     return {u: sub(on_b.get(u, ZERO), on_a.get(u, ZERO)) for u in sorted({*on_a, *on_b})}
 
 
-def _apart(pose: TreePose, a: _End, b: _End) -> Vector:
+def _apart(pose: TreePose, a: CutEnd, b: CutEnd) -> Vector:
     """From the origin of frame A to that of frame B.  The common part of the two paths cancels symbolically."""
     up_a, up_b = pose.tree.path(a.step), pose.tree.path(b.step)
     shared = set(up_a) & set(up_b)
@@ -131,7 +147,7 @@ def _apart(pose: TreePose, a: _End, b: _End) -> Vector:
     return total
 
 
-def _point(motion: Motion, bias: Motion, end: _End) -> Vector:
+def _point(motion: Motion, bias: Motion, end: CutEnd) -> Vector:
     """Acceleration of a frame's origin at constant rates."""
     w = motion.angular[end.step]
     return add(bias.at(end.step, end.arm), cross(w, cross(w, end.arm)))
@@ -143,11 +159,11 @@ Written = tuple[dict[int, Number], Number, Number]
 """A row: its coefficients, drift and residual."""
 
 
-def _point_rows(at: _Relative, equation: Equation) -> list[Written]:
+def _point_rows(at: Relative, equation: Equation) -> list[Written]:
     return [({u: one[k] for u, one in at.velocity.items()}, at.pull[k], at.apart[k]) for k in range(3)]
 
 
-def _slide_rows(at: _Relative, equation: Equation) -> list[Written]:
+def _slide_rows(at: Relative, equation: Equation) -> list[Written]:
     x = column(at.a.axes, equation.axes[0])
     normal = cross(at.apart, x)
     coefficients = {u: dot(x, one) - dot(normal, at.a.angular.get(u, ZERO)) for u, one in at.velocity.items()}
@@ -157,14 +173,14 @@ def _slide_rows(at: _Relative, equation: Equation) -> list[Written]:
     return [(coefficients, drift, dot(x, at.apart))]
 
 
-def _lock_rows(at: _Relative, equation: Equation) -> list[Written]:
+def _lock_rows(at: Relative, equation: Equation) -> list[Written]:
     lock = ZERO
     for k in range(3):
         lock = add(lock, cross(column(at.a.axes, k), column(at.b.axes, k)))
     return [({u: one[k] for u, one in at.angular.items()}, at.spin[k], 0.5 * lock[k]) for k in range(3)]
 
 
-def _hinge_rows(at: _Relative, equation: Equation) -> list[Written]:
+def _hinge_rows(at: Relative, equation: Equation) -> list[Written]:
     x, y, fixed = across(at.a.axes)
     lean = cross(column(at.a.axes, 2), column(at.b.axes, 2))
     rows: list[Written] = []
@@ -176,7 +192,7 @@ def _hinge_rows(at: _Relative, equation: Equation) -> list[Written]:
     return rows
 
 
-def _dot_rows(at: _Relative, equation: Equation) -> list[Written]:
+def _dot_rows(at: Relative, equation: Equation) -> list[Written]:
     x, y = column(at.a.axes, equation.axes[0]), column(at.b.axes, equation.axes[1])
     normal = cross(y, x)
     drift = dot(normal, at.spin)
@@ -185,7 +201,7 @@ def _dot_rows(at: _Relative, equation: Equation) -> list[Written]:
     return [(at.turning(normal), drift, dot(x, y))]
 
 
-WRITTEN: Mapping[Kind, Callable[[_Relative, Equation], list[Written]]] = {
+WRITTEN: Mapping[Kind, Callable[[Relative, Equation], list[Written]]] = {
     Kind.POINT: _point_rows,
     Kind.SLIDE: _slide_rows,
     Kind.LOCK: _lock_rows,

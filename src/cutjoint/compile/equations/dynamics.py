@@ -149,15 +149,26 @@ def mass_matrix(pose: TreePose, columns: Sequence[Motion]) -> list[list[Number]]
     return result
 
 
+def inertia_between(pose: TreePose, columns: Sequence[Sequence[Number]]) -> list[list[Number]]:
+    """Mass matrix of motions, each a list of all rates (nv), the rotors included; symmetric."""
+    result = mass_matrix(pose, [velocities(pose, column) for column in columns])
+    for rate, weight in pose.rotors.items():
+        for i, one in enumerate(columns):
+            for j in range(i, len(columns)):
+                result[i][j] = result[i][j] + weight * one[rate] * columns[j][rate]
+                result[j][i] = result[i][j]
+    return result
+
+
 def potential_energy(pose: TreePose, origin: Vector = ZERO) -> Number:
     """Potential energy of gravity [J], zero at the world's origin; the tree stands at `origin` in the world."""
-    total: Number = -dot(pose.tree.gravity, pose.tree.anchored)
+    total: Number = -dot(pose.gravity, pose.tree.anchored)
     for body in pose.bodies:
         first = add(scale(body.mass, pose.origin(body.step)), pose.lever(body.step, body.moment))
-        total = total - dot(pose.tree.gravity, first)
+        total = total - dot(pose.gravity, first)
     for point in pose.points:
         place = add(pose.origin(point.step), pose.lever(point.step, point.lever))
-        total = total - point.mass * dot(pose.tree.gravity, place)
+        total = total - point.mass * dot(pose.gravity, place)
     if any(origin):
-        total = total - dot(pose.tree.gravity, origin) * pose.mass
+        total = total - dot(pose.gravity, origin) * pose.mass
     return total

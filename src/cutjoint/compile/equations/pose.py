@@ -5,42 +5,67 @@ World axes leave zeros for a planar limb where rotated axes would leave rotated 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from cutjoint.compile.equations.inertia import BodyInertia, PointMass
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.expressions.graph import Number
 from cutjoint.compile.expressions.vectors import IDENTITY, ZERO, Matrix, Vector, add, cross, dot, product, turn
 
+PlacedFrame = tuple[int, Matrix, Vector]
+"""A frame: the step that carries it, its rotation and its lever there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arguments:
+    """What of a robot is an argument of the function that is traced; all else is constant.
+
+    Attributes:
+        numbers: path into the description (`cutjoint.description.paths`) -> its value.
+        bodies, points: bodies with inertias, and masses, that are expressions.
+        placed: step -> its rotation and translation in its parent, where these are expressions.
+        frames: `tool`, `cuts.NAME.a`, `cuts.NAME.b` -> that frame, where its place is an expression.
+        rotors: rate -> what the rotor behind it weighs there, [kg m2] or [kg], expression or not.
+    """
+
+    numbers: Mapping[str, Number] = field(default_factory=dict)
+    bodies: tuple[BodyInertia, ...] = ()
+    points: tuple[PointMass, ...] = ()
+    placed: Mapping[int, tuple[Matrix, Vector]] = field(default_factory=dict)
+    frames: Mapping[str, PlacedFrame] = field(default_factory=dict)
+    rotors: Mapping[int, Number] = field(default_factory=dict)
+
 
 class TreePose:
     """Placements of all steps for a configuration `q` (expressions, Pinocchio's layout).
 
     Attributes:
+        given: path into the description -> its value, for the numbers that are arguments.
         bodies, points: those of the tree, and further ones whose masses are expressions.
+        rotors: rate -> what the rotor behind it weighs there, [kg m2] or [kg].
+        gravity: acceleration of gravity [m/s2].
         rotation: of every step, in world axes.
         placed: rotation before the step's own motion.
         offset: from the parent's origin to the step's, in world axes.
         directions: what the rates of every step are along or about, in world axes.
     """
 
-    def __init__(
-        self,
-        tree: JointTree,
-        q: Sequence[Number],
-        bodies: Sequence[BodyInertia] = (),
-        points: Sequence[PointMass] = (),
-    ) -> None:
-        self.tree, self.q = tree, tuple(q)
-        self.bodies, self.points = (*tree.bodies, *bodies), tuple(points)
+    def __init__(self, tree: JointTree, q: Sequence[Number], arguments: Arguments | None = None) -> None:
+        own = Arguments() if arguments is None else arguments
+        self.tree, self.q, self.given, self._frames = tree, tuple(q), own.numbers, own.frames
+        self.bodies, self.points, self.rotors = (*tree.bodies, *own.bodies), own.points, own.rotors
+        x, y, z = (self.given.get(f"gravity.{axis}", g) for axis, g in zip("xyz", tree.gravity, strict=True))
+        self.gravity: Vector = (x, y, z)
         self.rotation: list[Matrix] = [IDENTITY]
         self.placed: list[Matrix] = [IDENTITY]
         self.offset: list[Vector] = [ZERO]
         self.directions: list[tuple[Vector, ...]] = [()]
-        for step in tree.steps[1:]:
+        for k, step in enumerate(tree.steps[1:], start=1):
             carrier = self.rotation[step.parent]
-            placed = product(carrier, step.rotation)
-            rotation, offset = step.displaced(placed, turn(carrier, step.translation), self.q)
+            own_rotation, translation = own.placed.get(k, (step.rotation, step.translation))
+            placed = product(carrier, own_rotation)
+            rotation, offset = step.displaced(placed, turn(carrier, translation), self.q)
             self.placed.append(placed)
             self.rotation.append(rotation)
             self.offset.append(offset)
@@ -55,6 +80,10 @@ class TreePose:
         for point in self.points:
             total = total + point.mass
         return total
+
+    def frame(self, name: str, constant: PlacedFrame) -> PlacedFrame:
+        """A frame by its name in `Arguments.frames`, or the constant one where it is no argument."""
+        return self._frames.get(name, constant)
 
     def origin(self, step: int) -> Vector:
         """Origin of a step in the world."""

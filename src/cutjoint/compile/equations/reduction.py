@@ -2,8 +2,8 @@
 
     u = T v                  rates of the tree from the n independent ones, by sparse elimination in a fixed order
     du = T a + s             their derivatives; s is what the loops demand at constant v
-    M = T' M_tree T          from the kinetic energy of every body in the columns of T
-    effort = T' f            f from recursive Newton-Euler on the tree
+    M = T' M_tree T          from the kinetic energy of every body, and of the rotors, in the columns of T
+    effort = T' f            f from recursive Newton-Euler on the tree, and the rotors
 
 To the strain of the elimination comes that of the mass matrix, for the digits that are lost in it.
 """
@@ -12,8 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from cutjoint.compile.equations.coordinates import turning_axes
 from cutjoint.compile.equations.cut_rows import Loops
-from cutjoint.compile.equations.dynamics import Motion, accelerations, generalised_forces, mass_matrix, velocities
+from cutjoint.compile.equations.dynamics import Motion, accelerations, generalised_forces, inertia_between, velocities
 from cutjoint.compile.equations.elimination import Elimination
 from cutjoint.compile.equations.elimination_order import Plan
 from cutjoint.compile.equations.pose import TreePose
@@ -66,13 +67,18 @@ class Reduction(Elimination):
 
     def mass(self) -> list[list[Number]]:
         """T' M T, shape (n, n)."""
-        columns = [velocities(self.pose, [self.tangent[i][k] for i in range(self.pose.tree.nv)]) for k in range(self.n)]
-        return mass_matrix(self.pose, columns)
+        nv = self.pose.tree.nv
+        return inertia_between(self.pose, [[self.tangent[i][k] for i in range(nv)] for k in range(self.n)])
 
     def effort(self, u: Sequence[Number], motion: Motion, du: Sequence[Number], *, weight: bool = True) -> list[Number]:
         """Effort in the independent rates for the rates `u` and their derivatives `du`, length n."""
-        base = scale(-1.0, self.pose.tree.gravity) if weight else ZERO
+        base = scale(-1.0, self.pose.gravity) if weight else ZERO
         forces = generalised_forces(self.pose, motion, accelerations(self.pose, u, motion, du, base))
+        if self.pose.rotors:
+            # a rotor's momentum is along the axes of its joint, as Pinocchio has them, and turns with these
+            turned = turning_axes(self.pose, u, motion)
+            for rate, inertia in self.pose.rotors.items():
+                forces[rate] = forces[rate] + inertia * (du[rate] + turned[rate])
         return self.reduced(forces)
 
     def gravity(self) -> list[Number]:

@@ -10,7 +10,9 @@ from collections.abc import Mapping, Sequence
 
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.expressions.operations import Op
-from cutjoint.errors import InputError
+
+STEPS = (Op.FLOOR, Op.NEAREST, Op.LESS, Op.AT_MOST)
+"""What is constant between its jumps; the derivative does not see these."""
 
 
 def tangent(graph: Graph, outputs: Sequence[Number], seed: Mapping[int, Number]) -> list[Expression]:
@@ -38,9 +40,10 @@ def tangent(graph: Graph, outputs: Sequence[Number], seed: Mapping[int, Number])
         op, a, b = graph.op[node], graph.a[node], graph.b[node]
         da = of(a) if op.arity > 0 else zero
         db = of(b) if op.arity > 1 else zero
-        if da == zero and db == zero:
-            continue
-        rate[node] = _rule(graph, op, node, a, b, da, db)
+        if op is Op.PICK:
+            rate[node] = graph.pick(a, db, of(graph.c[node]))
+        elif op not in STEPS and (da != zero or db != zero):
+            rate[node] = _rule(graph, op, node, a, b, da, db)
     return [Expression(graph, of(ref)) for ref in references]
 
 
@@ -67,4 +70,10 @@ def _rule(g: Graph, op: Op, node: int, a: int, b: int, da: int, db: int) -> int:
         case Op.ACOS:
             one = g.constant(1.0)
             return -g.div(da, g.function(Op.SQRT, g.mul(g.add(one, -a), g.add(one, a))))
-    raise InputError(f"{op.name} has no derivative; it may only be used to monitor quality")
+        case Op.ABS:
+            return g.pick(g.function(Op.LESS, a, g.constant(0.0)), -da, da)
+        case Op.MIN:
+            return g.pick(g.function(Op.LESS, a, b), da, db)
+        case Op.MAX:
+            return g.pick(g.function(Op.LESS, a, b), db, da)
+    raise AssertionError(op)

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from cutjoint.compile.expressions.graph import FOLDED, Expression, Number
+from cutjoint.compile.expressions.graph import Expression, Number
+from cutjoint.compile.expressions.nodes import FOLDED
 from cutjoint.compile.expressions.operations import Op
 
 
@@ -32,3 +33,17 @@ atan2 = partial(_apply, Op.ATAN2)
 absolute = partial(_apply, Op.ABS)
 minimum = partial(_apply, Op.MIN)
 maximum = partial(_apply, Op.MAX)
+floor = partial(_apply, Op.FLOOR)
+nearest = partial(_apply, Op.NEAREST)
+"""The nearest whole number; of two that are as near, the even one (as `numpy.rint`)."""
+less = partial(_apply, Op.LESS)
+"""(a, b) -> 1 where a < b, else 0."""
+at_most = partial(_apply, Op.AT_MOST)
+"""(a, b) -> 1 where a <= b, else 0."""
+pick = partial(_apply, Op.PICK)
+"""(test, x, y) -> x where `test` is not 0, else y; the one that is not picked may be anything."""
+
+
+def where_less(a: Number, b: Number, x: Number, y: Number) -> Number:
+    """x where a < b, else y."""
+    return pick(less(a, b), x, y)

@@ -47,3 +47,12 @@ class Op(IntEnum):
     """a b - c"""
     FNMA = 18, 3
     """c - a b"""
+    FLOOR = 19, 1
+    NEAREST = 20, 1
+    """the nearest whole number, of two the even one"""
+    LESS = 21
+    """1 where a < b, else 0, also where one of them is not a number"""
+    AT_MOST = 22
+    """1 where a <= b, else 0, also where one of them is not a number"""
+    PICK = 23, 3
+    """b where a is not 0, else c; what is not picked may be not a number"""

@@ -18,7 +18,7 @@ from cutjoint.arrays import Array
 from cutjoint.compile.expressions.operations import Op
 from cutjoint.errors import CompileError
 
-MAGIC = b"cutjoint program 1\n"
+MAGIC = b"cutjoint program 2\n"
 Indices = npt.NDArray[np.int32]
 
 
@@ -171,6 +171,11 @@ MEANING: Mapping[Op, Callable[..., Array]] = {
     Op.FMA: lambda x, y, z: x * y + z,
     Op.FMS: lambda x, y, z: x * y - z,
     Op.FNMA: lambda x, y, z: z - x * y,
+    Op.FLOOR: np.floor,
+    Op.NEAREST: np.rint,
+    Op.LESS: lambda x, y: np.where(x < y, 1.0, 0.0),
+    Op.AT_MOST: lambda x, y: np.where(x <= y, 1.0, 0.0),
+    Op.PICK: lambda x, y, z: np.choose(np.equal(x, 0.0), (y, z)),
 }
 """Operation -> what it computes, in NumPy."""
 

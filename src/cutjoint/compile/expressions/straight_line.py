@@ -88,7 +88,7 @@ class _Line:
         inverse = self._shared.get(node)
         if inverse is not None and abs(inverse) != node:
             return (graph.a[node], inverse)
-        return (graph.a[node], graph.b[node])[: graph.op[node].arity]
+        return graph.operands(node)
 
     def _live(self, outputs: Sequence[int]) -> list[int]:
         done: set[int] = set()

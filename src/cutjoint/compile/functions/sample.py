@@ -13,17 +13,17 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import pinocchio as pin
 
 from cutjoint.arrays import Array
-from cutjoint.chain.rank import null_space
-from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.mechanism import Mechanism, Pose, Posture, Terms, Tool
+from cutjoint.mechanism.rotations import vector_of
 
 DIFFERENCE = 1e-5
 """Step of differences, in the robot's units."""
-ASIDE = 1e-6
-"""How far away the goal of a step of Newton's method is, in the robot's units."""
+FURTHER = 1e-4
+"""Step of differences in parameters, in their units: robots are built anew for them."""
+MOST_BUILT = 6
+"""For more parameters than these, robots are not built anew only to compare derivatives."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +83,10 @@ class RobotSample:
         """The equation of motion here."""
         return self.model.terms(self.at, self.v)
 
+    def terms_at(self, at: Posture, v: Array) -> Terms:
+        """The equation of motion elsewhere."""
+        return self.model.terms(at, v)
+
     @cached_property
     def tool(self) -> Tool:
         """The tool."""
@@ -97,6 +101,21 @@ class RobotSample:
     def effort(self) -> Array:
         """What gives the acceleration `a`."""
         return effort_for(self.terms, self.a)
+
+    @property
+    def jacobian(self) -> Array:
+        """Frame Jacobian of the tool, shape (6, n)."""
+        return self.tool.frame_jacobian
+
+    @cached_property
+    def wrench(self) -> Array:
+        """Force and moment on the tool, as strong as the motors, shape (6,)."""
+        return np.asarray(self.energy * np.array([0.3, -0.5, 0.7, 0.2, 0.6, -0.4]) / self.axes["t"])
+
+    @property
+    def push(self) -> Array:
+        """Effort that does what `wrench` does."""
+        return np.asarray(self.jacobian.T @ self.wrench)
 
     @cached_property
     def tangent(self) -> Array:
@@ -113,6 +132,15 @@ class RobotSample:
         """Acceleration of all joints that `effort_full` gives, shape (nv,)."""
         raise NotImplementedError
 
+    def q_rate(self, v_full: Array) -> Array:
+        """Rates of the position variables at a velocity of all joints."""
+        return v_full
+
+    @property
+    def lost_full(self) -> Array:
+        """Power that friction takes at `v_full`, shape (1,)."""
+        raise NotImplementedError
+
     @property
     def goal(self) -> Array:
         """Place in the model and rotation that the tool shall have, shape (12,)."""
@@ -121,6 +149,10 @@ class RobotSample:
     @property
     def towards(self) -> Mapping[str, Array]:
         """A step of Newton's method to `goal`."""
+        raise NotImplementedError
+
+    def known_slopes(self, what: str) -> Mapping[str, Array]:
+        """Derivatives in the parameters, of the tool or of the effort, where they can be told."""
         raise NotImplementedError
 
     def aside(self, k: int, step: float) -> Posture:
@@ -134,6 +166,21 @@ class RobotSample:
         """Of the weights that may cancel in the gravity vector, an energy [J]."""
         return float(np.abs(self.units.coordinate * self.terms.gravity).max())
 
+    @cached_property
+    def held(self) -> float:
+        """Of the springs that may cancel, an energy [J]."""
+        return float(np.abs(self.units.coordinate * self.terms.springs).max())
+
+    @cached_property
+    def rubbed(self) -> float:
+        """Of friction and dampers."""
+        return float(np.abs(self.units.coordinate * self.terms.friction).max())
+
+    @property
+    def smooth(self) -> bool:
+        """Whether differences tell the slopes: no friction changes its sign and no stop is met within them."""
+        return True
+
     @property
     def speed(self) -> float:
         """The fastest motion that `v` makes."""
@@ -143,7 +190,8 @@ class RobotSample:
     def energy(self) -> float:
         """Of an effort."""
         unit, terms = self.units.coordinate, self.terms
-        return float(np.abs(unit * (terms.mass @ self.a)).max() + np.abs(unit * terms.coriolis).max()) + self.weight
+        moving = float(np.abs(unit * (terms.mass @ self.a)).max() + np.abs(unit * terms.coriolis).max())
+        return moving + self.weight + self.held + self.rubbed
 
     @cached_property
     def inertia(self) -> Array:
@@ -163,69 +211,6 @@ class RobotSample:
         return float((np.abs(self.inertia) @ rate).max() * rate.max())
 
 
-class ChainSample(RobotSample):
-    """A closed chain at one state, of which all joints are known; `source` is what is traced."""
-
-    def __init__(self, source: ChainSource, units: RobotUnits, at: Posture, chance: np.random.Generator) -> None:
-        super().__init__(source.chain, units, at, chance)
-        self.source, self.chain, self.q, scale = source, source.chain, at.q_full, source.rate_scale
-        self.far = float(np.abs(np.array(source.origin) / units.length).max()) + 1.0
-        self.spin = units.rate if source.idle else 0.0
-        self.axes.update(x=source.position_scale, u=scale)
-        self.mass = sum(float(inertia.mass) for inertia in list(source.model.inertias)[1:])
-        motions = null_space(source.scaled_jacobian(self.q))
-        self.v_full = np.asarray(units.rate * scale * (motions @ chance.normal(size=motions.shape[1])))
-        energy = self.mass * units.length**2 * units.rate**2
-        self.effort_full = np.asarray(energy / scale * chance.normal(size=source.nv))
-
-    @cached_property
-    def tangent(self) -> Array:
-        return self.chain.tangent(self.at)
-
-    @property
-    def drift(self) -> Array:
-        return self.chain.drift(self.at, self.v)
-
-    @property
-    def a_full(self) -> Array:
-        return self.chain.full_forward_dynamics(self.at, self.v_full, self.effort_full).acceleration
-
-    @cached_property
-    def wanted(self) -> Pose:
-        """Where the tool shall be: a little aside; with idle freedoms, which the steps need not share, where it is."""
-        aside = 0.0 if self.source.idle else ASIDE / self.units.rate
-        twist = aside * self.tool.twist
-        return self.tool.pose.moved(twist[:3], twist[3:])
-
-    @property
-    def goal(self) -> Array:
-        return goal_of(self.wanted, self.chain.origin)
-
-    @property
-    def towards(self) -> Mapping[str, Array]:
-        source, task, tool, unit = self.source, self.chain.task, self.tool, self.units.coordinate
-        condition = task.towards(self.wanted, task.rows)
-        missed = condition.error(tool.position, tool.rotation)
-        jacobian = condition.matrix(tool.rotation) @ tool.frame_jacobian
-        scale = self.axes["t"][list(task.rows)]
-        change = np.linalg.lstsq(jacobian * unit / scale[:, None], -missed / scale, rcond=None)[0]
-        q_next = np.asarray(pin.integrate(source.model, self.q, self.tangent @ (unit * change)))
-        return {
-            "q_next": q_next,
-            "place": tool.position - self.chain.origin,
-            "rotation": tool.rotation,
-            "size": np.array([np.abs((q_next - self.q) / source.position_scale).max()]),
-            "gap": np.array([np.abs(missed / scale).max()]),
-        }
-
-    def aside(self, k: int, step: float) -> Posture:
-        return self.chain.assemble(pin.integrate(self.source.model, self.q, step * self.tangent[:, k]))
-
-    @cached_property
-    def weight(self) -> float:
-        return self.mass * float(np.linalg.norm(self.source.model.gravity.linear)) * self.units.length
-
-
 def goal_of(pose: Pose, origin: Array) -> Array:
     """A pose for compiled functions: place in a model that stands at `origin`, and rotation, shape (12,)."""
     goal = np.empty(12)
@@ -233,19 +218,27 @@ def goal_of(pose: Pose, origin: Array) -> Array:
     return goal
 
 
+def twist_of(frame: Array, rotation: Array) -> Array:
+    """Place, and small turn since `rotation`, of a frame (3, 4), shape (6,)."""
+    return np.concatenate([frame[:, 3], vector_of(frame[:, :3] @ rotation.T)])
+
+
 def effort_for(terms: Terms, a: Array) -> Array:
     """Effort that gives an acceleration."""
-    return np.asarray(terms.mass @ a + terms.coriolis + terms.gravity)
+    return np.asarray(terms.mass @ a + terms.bias)
 
 
 def acceleration_by(terms: Terms, effort: Array) -> Array:
     """Acceleration that an effort gives."""
-    return np.asarray(np.linalg.solve(terms.mass, effort - terms.coriolis - terms.gravity))
+    return np.asarray(np.linalg.solve(terms.mass, effort - terms.bias))
 
 
 def slopes(sample: RobotSample, value: Callable[[Terms], Array]) -> dict[str, Array]:
-    """Derivatives of a value of the equation of motion, by central differences along the tangent of the loops."""
-    ask, at, v, units = sample.model.terms, sample.at, sample.v, sample.units
+    """Derivatives of a value of the equation of motion, by central differences along the tangent of the loops; none
+    where these do not tell."""
+    if not sample.smooth:
+        return {}
+    ask, at, v, units = sample.terms_at, sample.at, sample.v, sample.units
     by_q, by_v = [], []
     for k, unit in enumerate(units.coordinate):
         step = float(DIFFERENCE * unit)

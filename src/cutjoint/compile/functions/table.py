@@ -36,10 +36,11 @@ class ResultPart:
 
     Attributes:
         name: of it.
-        shape: sizes separated by commas: numbers, or `n`, `nv`, `positions`, `rows` (of the loops) of the model.
+        shape: sizes separated by commas: numbers, or `n`, `nv`, `positions`, `rows` (of the loops) or
+            `parameters` of the model.
         units: an axis each, in which it is compared: `q`, `v` of an actuated coordinate and velocity, `1/q`, `1/v` of
             what is conjugate to them, `u` of a joint's rate, `x` of a position variable, `m` length, `t` of the tool's
-            twist, `J` energy, `1` none.
+            twist, `J` energy, `r` of the loops' equations, `1/p` of what is per parameter, `1` none.
         size: of the terms it is the sum of, in those units; it is compared against that or its own, what is larger.
         tolerance: relative.
         periodic: whether whole turns of angles make no difference.
@@ -102,6 +103,7 @@ class Function:
 _EFFORT = ResultPart("effort", "n", "1/q", lambda s: s.energy)
 _A = ResultPart("a", "n", "q", lambda s: s.acceleration)
 _RIGID = ("q", "v", "parameters")
+_DYNAMICS = (Need.ACTUATED, Need.SMOOTH)
 
 FUNCTIONS: dict[str, Function] = {
     row.name: row
@@ -113,6 +115,29 @@ FUNCTIONS: dict[str, Function] = {
             (_A,),
             tracing.forward,
             lambda s: {"a": s.a},
+            _DYNAMICS,
+        ),
+        Function(
+            "motion",
+            "rates of position variables and velocities under an effort, its power and that of friction, which is what "
+            "an integrator needs, and velocities of all joints",
+            ("q", "v", "effort", "parameters"),
+            (
+                ResultPart("q_rate", "positions", "x", lambda s: s.speed, SLOPE),
+                _A,
+                ResultPart("power", "1", "J", lambda s: float(np.abs(s.effort * s.v).sum())),
+                ResultPart("lost", "1", "J", lambda s: s.rubbed * s.speed),
+                ResultPart("v_full", "nv", "u", lambda s: s.speed),
+            ),
+            tracing.motion,
+            lambda s: {
+                "q_rate": s.q_rate(s.tangent @ s.v),
+                "a": s.a,
+                "power": np.array([s.effort @ s.v]),
+                "lost": np.array([s.terms.friction @ s.v]),
+                "v_full": s.tangent @ s.v,
+            },
+            _DYNAMICS,
         ),
         Function(
             "inverse",
@@ -121,18 +146,43 @@ FUNCTIONS: dict[str, Function] = {
             (_EFFORT,),
             tracing.inverse,
             lambda s: {"effort": s.effort},
+            _DYNAMICS,
+        ),
+        Function(
+            "forward_loaded",
+            "acceleration that an effort and a wrench at the tool give (world axes), and its derivative by the wrench",
+            ("q", "v", "effort", "wrench", "parameters"),
+            (_A, ResultPart("by_wrench", "n,6", "q,t")),
+            tracing.forward_loaded,
+            lambda s: {
+                "a": acceleration_by(s.terms, s.effort + s.push),
+                "by_wrench": np.linalg.inv(s.terms.mass) @ s.jacobian.T,
+            },
+            (*_DYNAMICS, Need.TOOL),
+        ),
+        Function(
+            "inverse_loaded",
+            "effort that gives an acceleration against a wrench at the tool (world axes), and its derivative by it",
+            ("q", "v", "a", "wrench", "parameters"),
+            (_EFFORT, ResultPart("by_wrench", "n,6", "1/q,t")),
+            tracing.inverse_loaded,
+            lambda s: {"effort": s.effort - s.push, "by_wrench": -s.jacobian.T},
+            (*_DYNAMICS, Need.TOOL),
         ),
         Function(
             "terms",
-            "mass matrix, Coriolis vector, gravity",
+            "mass matrix, Coriolis vector, gravity, springs, friction",
             _RIGID,
             (
                 ResultPart("mass", "n,n", "1/q,1/q"),
                 ResultPart("coriolis", "n", "1/q", lambda s: s.moving),
                 ResultPart("gravity", "n", "1/q", lambda s: s.weight),
+                ResultPart("springs", "n", "1/q", lambda s: s.held),
+                ResultPart("friction", "n", "1/q", lambda s: s.rubbed),
             ),
             tracing.terms,
-            lambda s: {"mass": s.terms.mass, "coriolis": s.terms.coriolis, "gravity": s.terms.gravity},
+            lambda s: vars(s.terms),
+            _DYNAMICS,
         ),
         Function(
             "tool",
@@ -153,7 +203,7 @@ FUNCTIONS: dict[str, Function] = {
             "energy",
             "kinetic and potential energy",
             _RIGID,
-            (ResultPart("kinetic", "1", "J"), ResultPart("potential", "1", "J", lambda s: s.far * s.weight)),
+            (ResultPart("kinetic", "1", "J"), ResultPart("potential", "1", "J", lambda s: s.far * s.weight + s.held)),
             tracing.energy,
             lambda s: {
                 "kinetic": np.array([0.5 * s.v @ s.terms.mass @ s.v]),
@@ -167,6 +217,15 @@ FUNCTIONS: dict[str, Function] = {
             (ResultPart("q_next", "positions", "x", lambda s: 1.0), ResultPart("residual", "rows")),
             tracing.step,
             lambda s: {"q_next": s.q},
+        ),
+        Function(
+            "residual",
+            "what the loops are open by",
+            ("q", "parameters"),
+            (ResultPart("residual", "rows", "r", lambda s: 1.0),),
+            tracing.residual,
+            lambda s: {"residual": np.zeros(len(s.axes["r"]))},
+            (Need.JOINTS, Need.ACTUATED),
         ),
         Function(
             "reach_step",
@@ -198,6 +257,7 @@ FUNCTIONS: dict[str, Function] = {
             ),
             tracing.inverse_derivatives,
             lambda s: {"effort": s.effort, **slopes(s, lambda now: effort_for(now, s.a)), "by_a": s.terms.mass},
+            _DYNAMICS,
         ),
         Function(
             "forward_derivatives",
@@ -215,6 +275,25 @@ FUNCTIONS: dict[str, Function] = {
                 **slopes(s, lambda now: acceleration_by(now, s.effort)),
                 "by_effort": np.asarray(np.linalg.inv(s.terms.mass)),
             },
+            _DYNAMICS,
+        ),
+        Function(
+            "tool_by_parameters",
+            "how the tool moves (place, then rotation vector) with every parameter, actuators held and loops closed",
+            ("q", "parameters"),
+            (ResultPart("by_parameters", "6,parameters", "t,1/p", lambda s: 1.0, SLOPE),),
+            tracing.tool_by_parameters,
+            lambda s: s.known_slopes("tool_by_parameters"),
+            (Need.JOINTS, Need.ACTUATED, Need.TOOL, Need.PARAMETERS),
+        ),
+        Function(
+            "inverse_by_parameters",
+            "how the effort for an acceleration changes with every parameter, actuated coordinates held, loops closed",
+            ("q", "v", "a", "parameters"),
+            (ResultPart("by_parameters", "n,parameters", "1/q,1/p", lambda s: s.energy, SLOPE),),
+            tracing.inverse_by_parameters,
+            lambda s: s.known_slopes("inverse_by_parameters"),
+            (Need.JOINTS, Need.ACTUATED, Need.PARAMETERS),
         ),
         Function(
             "tangent",
@@ -232,7 +311,7 @@ FUNCTIONS: dict[str, Function] = {
             (ResultPart("drift", "nv", "u", lambda s: max(s.speed, s.spin) ** 2),),
             tracing.drift,
             lambda s: {"drift": s.drift},
-            (Need.JOINTS, Need.ACTUATED),
+            (Need.JOINTS, *_DYNAMICS),
         ),
         Function(
             "full_forward",
@@ -241,7 +320,28 @@ FUNCTIONS: dict[str, Function] = {
             (ResultPart("a_full", "nv", "u", lambda s: s.units.rate**2),),
             tracing.full_forward,
             lambda s: {"a_full": s.a_full},
-            (Need.JOINTS, Need.IDLE_MASS),
+            (Need.JOINTS, Need.IDLE_MASS, Need.SMOOTH),
+        ),
+        Function(
+            "full_motion",
+            "rates of position variables and of the velocities of all joints under forces on them, their power and "
+            "that of friction, and what the loops are open by",
+            ("q", "v_full", "effort_full", "parameters"),
+            (
+                ResultPart("q_rate", "positions", "x", lambda s: s.units.rate, SLOPE),
+                ResultPart("a_full", "nv", "u", lambda s: s.units.rate**2),
+                ResultPart("power", "1", "J", lambda s: float(np.abs(s.effort_full * s.v_full).sum())),
+                ResultPart("lost", "1", "J"),
+                ResultPart("residual", "rows"),
+            ),
+            tracing.full_motion,
+            lambda s: {
+                "q_rate": s.q_rate(s.v_full),
+                "a_full": s.a_full,
+                "power": np.array([s.effort_full @ s.v_full]),
+                "lost": s.lost_full,
+            },
+            (Need.JOINTS, Need.IDLE_MASS, Need.SMOOTH),
         ),
         Function(
             "reach",

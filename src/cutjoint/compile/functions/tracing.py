@@ -8,6 +8,7 @@ from typing import TypeAlias
 from cutjoint.compile.equations.reduction import MassFactor
 from cutjoint.compile.expressions.derivative import tangent as along
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
+from cutjoint.compile.expressions.vectors import ZERO, Vector, add, cross, dot, scale
 from cutjoint.compile.sources.chain import ChainState
 from cutjoint.compile.sources.interface import Source, TracedState, size
 from cutjoint.compile.sources.paper import PaperSource
@@ -26,11 +27,12 @@ ARGUMENTS = {
     "goal": "12",
     "v_full": "nv",
     "effort_full": "nv",
+    "wrench": "6",
     "parameters": "parameters",
 }
 """Every argument that a compiled function may have, and its size: position variables; actuated velocity, acceleration,
 effort and coordinates; tool position; place of the tool in the model, and its rotation; velocity of and force on all
-joints; inertial parameters."""
+joints; force and moment on the tool; what else is an argument."""
 
 
 class Call:
@@ -38,7 +40,7 @@ class Call:
 
     Args:
         source: the model.
-        names: of the arguments: positions first, inertial parameters last.
+        names: of the arguments: positions first, parameters last.
     """
 
     state: TracedState
@@ -84,16 +86,55 @@ def forward(call: Call) -> Traced:
     return {"a": a}, factor.strain
 
 
+def motion(call: Call) -> Traced:
+    """Rates of positions, velocities and works."""
+    v, effort, state = call["v"], call["effort"], call.state
+    a, factor = accelerations(state, v, effort)
+    powers: Results = {"power": [dot(effort, v)], "lost": [dot(state.friction(v), v)]}
+    return {"q_rate": state.position_rate(v), "a": a, **powers, "v_full": state.full_velocity(v)}, factor.strain
+
+
+def full_motion(call: Call) -> Traced:
+    """Rates of positions, velocities of all joints, and works."""
+    v, effort, joints = call["v_full"], call["effort_full"], call.joints
+    a, strain = joints.full_forward(v, effort)
+    powers: Results = {"power": [dot(effort, v)], "lost": [joints.full_dissipation(v)]}
+    return {"q_rate": joints.full_rate(v), "a_full": a, **powers, "residual": joints.whole.residuals}, strain
+
+
 def inverse(call: Call) -> Traced:
     """M a + bias."""
     return {"effort": call.state.inverse(call["v"], call["a"])}, call.state.strain
 
 
+def _of_wrench(call: Call) -> tuple[list[Number], list[list[Number]]]:
+    """J' w of a wrench at the tool, and J' as rows of (6)."""
+    jacobian = call.state.tool([0.0] * call.source.n).jacobian
+    transposed = [list(row) for row in zip(*jacobian, strict=True)]
+    return [dot(row, call["wrench"]) for row in transposed], transposed
+
+
+def forward_loaded(call: Call) -> Traced:
+    """M a = effort + J' wrench - bias, solved; the derivative by the wrench is that of a linear system."""
+    push, transposed = _of_wrench(call)
+    a, factor = accelerations(call.state, call["v"], [x + y for x, y in zip(call["effort"], push, strict=True)])
+    by_wrench = [factor.solve(list(column)) for column in zip(*transposed, strict=True)]
+    return {"a": a, "by_wrench": _transposed(by_wrench)}, factor.strain
+
+
+def inverse_loaded(call: Call) -> Traced:
+    """M a + bias - J' wrench."""
+    push, transposed = _of_wrench(call)
+    effort = [x - y for x, y in zip(call.state.inverse(call["v"], call["a"]), push, strict=True)]
+    return {"effort": effort, "by_wrench": [-x for row in transposed for x in row]}, call.state.strain
+
+
 def terms(call: Call) -> Traced:
-    """M, Coriolis vector, gravity."""
+    """M, Coriolis vector, gravity, springs, friction."""
     state = call.state
     coriolis = state.coriolis(call["v"])
-    return {"mass": _flat(state.mass()), "coriolis": coriolis, "gravity": state.gravity()}, state.strain
+    results: Results = {"mass": _flat(state.mass()), "coriolis": coriolis, "gravity": state.gravity()}
+    return {**results, "springs": state.springs(), "friction": state.friction(call["v"])}, state.strain
 
 
 def tool(call: Call) -> Traced:
@@ -153,6 +194,34 @@ def forward_derivatives(call: Call) -> Traced:
     by_effort = [factor.solve(list(column)) for column in unit]
     results: Results = {"a": a, "by_q": _transposed(by_q), "by_v": _transposed(by_v)}
     return {**results, "by_effort": _transposed(by_effort)}, factor.strain
+
+
+def residual(call: Call) -> Traced:
+    """What the loops are open by."""
+    return {"residual": call.joints.whole.residuals}, 1.0
+
+
+def tool_by_parameters(call: Call) -> Traced:
+    """The tool's place and axes, differentiated; what turns the axes is half the sum of e x de."""
+    state = call.joints
+    traced = state.tool([0.0] * call.source.n)
+    axes = [list(axis) for axis in zip(*traced.rotation, strict=True)]
+    columns = []
+    for seed in state.directions_of_parameters():
+        changed = along(call.graph, [*traced.position, *(x for axis in axes for x in axis)], seed)
+        turned: Vector = ZERO
+        for k, (x, y, z) in enumerate(axes):
+            dx, dy, dz = changed[3 + 3 * k : 6 + 3 * k]
+            turned = add(turned, scale(0.5, cross((x, y, z), (dx, dy, dz))))
+        columns.append([*changed[:3], *turned])
+    return {"by_parameters": _transposed(columns)}, call.state.strain
+
+
+def inverse_by_parameters(call: Call) -> Traced:
+    """The expressions of the inverse dynamics, differentiated."""
+    effort = call.state.inverse(call["v"], call["a"])
+    columns = [along(call.graph, effort, seed) for seed in call.joints.directions_of_parameters()]
+    return {"by_parameters": _transposed(columns)}, call.state.strain
 
 
 def tangent(call: Call) -> Traced:

@@ -65,7 +65,8 @@ def scheduled(program: Program) -> Program:
     place[order] = np.arange(count, dtype=np.int32)
     place[-1] = -1
     operands = program.operands[order]
-    moved = np.where((program.op[order] == Op.INPUT)[:, None], operands, place[operands])
+    is_input = (program.op[order] == Op.INPUT)[:, None]
+    moved = np.where(is_input, operands, place[np.where(is_input, -1, operands)])
     return replace(
         program,
         op=program.op[order],

@@ -21,16 +21,17 @@ from cutjoint.compile.equations.coordinates import (
 from cutjoint.compile.equations.dynamics import Motion, accelerations, potential_energy, velocities
 from cutjoint.compile.equations.elimination import Elimination
 from cutjoint.compile.equations.led import Led, LedLoops
-from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.reduction import MassFactor, Reduction
 from cutjoint.compile.equations.tree import motion_subspace
 from cutjoint.compile.expressions import vectors
+from cutjoint.compile.expressions.derivative import tangent as along
 from cutjoint.compile.expressions.functions import absolute, maximum
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain_plan import ChainPlan
-from cutjoint.compile.sources.interface import PAYLOAD, Need, TracedTool
+from cutjoint.compile.sources.interface import Need, TracedTool
 from cutjoint.errors import ActuationError, CompileError, CutjointError, InputError
+from cutjoint.mechanism.physics import NO_PHYSICS
 
 
 class TracedStep(NamedTuple):
@@ -58,13 +59,18 @@ class TracedStep(NamedTuple):
 class ChainState:
     """A `TracedState` of a closed chain, and what only chains have."""
 
-    def __init__(self, source: ChainPlan, graph: Graph, q: Sequence[Expression], pose: TreePose) -> None:
-        self.source, self.graph, self.q = source, graph, list(q)
-        self.pose = pose
+    def __init__(
+        self, source: ChainPlan, graph: Graph, q: Sequence[Expression], parameters: Sequence[Expression]
+    ) -> None:
+        self.source, self.graph, self.q, self.parameters = source, graph, list(q), list(parameters)
+        self.pose = pose = source.pose(q, parameters)
         self.whole = Reduction(pose, source.loops, source.plan)
         idle = source.plan.idle
         self.reduction = self.whole if idle is None else Carried(self.whole, idle, source.rate_scale)
+        self.physics = source.physics.at(pose)
         self.strain: Number = self.reduction.strain
+        if self.physics.acting:
+            self.strain = maximum(self.strain, self.physics.strain)
 
     @property
     def actuated(self) -> list[Number]:
@@ -72,6 +78,9 @@ class ChainState:
 
     def position_rate(self, v: Sequence[Number]) -> list[Number]:
         return configuration_rate(self.pose, self.reduction.rates(v))
+
+    def full_velocity(self, v: Sequence[Number]) -> list[Number]:
+        return from_rates(self.pose, self.reduction.rates(v))
 
     def mass(self) -> list[list[Number]]:
         return self.reduction.mass()
@@ -83,14 +92,28 @@ class ChainState:
         u, motion, drift = self.moving(v)
         return self.reduction.effort(u, motion, drift, weight=False)
 
+    def springs(self) -> list[Number]:
+        return self.reduction.reduced(self.physics.springs())
+
+    def friction(self, v: Sequence[Number]) -> list[Number]:
+        return self.reduction.reduced(self.physics.friction(self.reduction.rates(v)))
+
     def bias(self, v: Sequence[Number]) -> list[Number]:
         u, motion, drift = self.moving(v)
-        return self.reduction.effort(u, motion, drift)
+        return self._with_passive(self.reduction.effort(u, motion, drift), u)
 
     def inverse(self, v: Sequence[Number], a: Sequence[Number]) -> list[Number]:
         u, motion, drift = self.moving(v)
         du = [x + y for x, y in zip(self.reduction.rates(a), drift, strict=True)]
-        return self.reduction.effort(u, motion, du)
+        return self._with_passive(self.reduction.effort(u, motion, du), u)
+
+    def _passive(self, u: list[Number]) -> list[Number]:
+        """Effort along the rates of the tree that overcomes springs and friction."""
+        return [x + y for x, y in zip(self.physics.springs(), self.physics.friction(u), strict=True)]
+
+    def _with_passive(self, effort: Sequence[Number], u: list[Number]) -> list[Number]:
+        """An effort in the independent rates, and what springs and friction need there."""
+        return [x + y for x, y in zip(effort, self.reduction.reduced(self._passive(u)), strict=True)]
 
     def moving(self, v: Sequence[Number]) -> tuple[list[Number], Motion, list[Number]]:
         """Rates, velocities and drift."""
@@ -99,10 +122,10 @@ class ChainState:
         return u, motion, self.reduction.drift(u, motion)
 
     def potential(self) -> Number:
-        return potential_energy(self.pose, self.source.origin)
+        return potential_energy(self.pose, self.source.origin) + self.physics.potential()
 
     def tool(self, v: Sequence[Number]) -> TracedTool:
-        step, own, lever = self.source.tool_frame
+        step, own, lever = self.pose.frame("tool", self.source.tool_frame)
         arm = self.pose.lever(step, lever)
         position = vectors.add(self.source.origin, vectors.add(self.pose.origin(step), arm))
         rotation = vectors.product(self.pose.rotation[step], own)
@@ -127,6 +150,16 @@ class ChainState:
         if target is not None:
             change = [x - y for x, y in zip(target, self.actuated, strict=True)]
         return moved(self.pose, self.reduction.correction(change)), self.reduction.residuals
+
+    def directions_of_parameters(self) -> list[dict[int, Number]]:
+        """Seeds that move along each parameter: the loops stay closed, actuators and idle rates are held."""
+        found = []
+        for parameter in self.parameters:
+            seed: dict[int, Number] = {abs(parameter.ref): 1.0}
+            u = self.whole.held_closed(along(self.graph, self.whole.residuals, seed))
+            rate = configuration_rate(self.pose, u)
+            found.append(seed | {abs(x.ref): dx for x, dx in zip(self.q, rate, strict=True)})
+        return found
 
     def towards(self, goal: Sequence[Number]) -> TracedStep:
         """One Newton step to closed loops and the tool at `goal` (place (3) in the model, rotation (9)), the idle rates
@@ -162,8 +195,18 @@ class ChainState:
         """d with a_full = T a + d in Pinocchio's accelerations, length nv."""
         u, motion, drift = self.moving(v)
         if isinstance(self.reduction, Carried):
-            drift = self.reduction.undriven(u, motion, drift, turning_axes(self.pose, u, motion))
+            turned = turning_axes(self.pose, u, motion)
+            drift = self.reduction.undriven(u, motion, drift, turned, self._passive(u))
         return from_rate_derivatives(self.pose, u, motion, drift)
+
+    def full_rate(self, v_full: Sequence[Number]) -> list[Number]:
+        """Rates of the position variables."""
+        return configuration_rate(self.pose, to_rates(self.pose, v_full))
+
+    def full_dissipation(self, v_full: Sequence[Number]) -> Number:
+        """Power that dampers and friction take."""
+        u = to_rates(self.pose, v_full)
+        return vectors.dot(self.physics.friction(u), u)
 
     def full_forward(self, v_full: Sequence[Number], effort_full: Sequence[Number]) -> tuple[list[Number], Number]:
         """Acceleration of all joints for a velocity that respects the loops and forces on all joints; and the
@@ -173,7 +216,8 @@ class ChainState:
         whole = self.whole
         drift = whole.drift(u, motion)
         push = whole.reduced(to_rates(self.pose, effort_full))
-        held = whole.effort(u, motion, drift)
+        rest = whole.reduced(self._passive(u))
+        held = [x + y for x, y in zip(whole.effort(u, motion, drift), rest, strict=True)]
         factor = MassFactor(whole.mass(), whole.strain)
         a = factor.solve([x - y for x, y in zip(push, held, strict=True)])
         du = [x + y for x, y in zip(whole.rates(a), drift, strict=True)]
@@ -185,16 +229,18 @@ class ChainSource(ChainPlan):
 
     Args:
         chain: any closed chain; it need not be determined by its actuators.
-        parameters: what stays an argument of the compiled functions: `payload` [kg], a point mass at the tool point, or
-            names of links, whose mass [kg] is then the argument (centre and shape of the inertia stay).
+        parameters: what stays an argument of the compiled functions, see `cutjoint.compile.sources.parameters`.
+        ranges: of parameters, for which the order of elimination shall be good; default a neighbourhood of the chain's
+            own values.
 
     Raises:
-        InputError: a payload without a tool, or a link without mass.
-        UnknownNameError: no such link.
+        InputError: a payload without a tool, a link without mass, or a range that is none.
+        UnknownNameError: no such path or link.
     """
 
     def __reduce__(self) -> tuple[object, ...]:
-        return ChainSource, (self.chain, self.parameters)
+        ranges = dict(zip(self.parameters, zip(self.low.tolist(), self.high.tolist(), strict=True), strict=True))
+        return ChainSource, (self.chain, self.parameters, ranges)
 
     def lacks(self, need: Need) -> CutjointError | None:
         if need is Need.ACTUATED and not self.determined:
@@ -203,8 +249,15 @@ class ChainSource(ChainPlan):
             return InputError(f"{self.name} has no tool frame; name one under [tool] in its loops.toml")
         if need is Need.TASK and self.determined:
             return self._lacks_task()
+        if need is Need.PARAMETERS and not self.parameters:
+            return InputError(f"no number of {self.name} is an argument; name some: compiled(..., parameters=[...])")
         if need is Need.CLOSED_FORM:
             return InputError(f"{self.name} has no inverse kinematics in closed form")
+        if need is Need.SMOOTH and (names := self.physics.sticking(dict.fromkeys(self.parameters, np.nan))):
+            return CompileError(
+                f"the friction of {', '.join(names)} holds what rests (friction_speed = 0), and {self.name} jumps "
+                "there: its dynamics cannot be compiled. Give a friction_speed above 0, or run the chain itself"
+            )
         if need is Need.IDLE_MASS and self.weightless:
             return CompileError(
                 f"{self.name} has idle freedoms that move no mass, such as the spin of a rod without inertia about its "
@@ -214,7 +267,7 @@ class ChainSource(ChainPlan):
 
     def state(self, graph: Graph, q: Sequence[Expression], parameters: Sequence[Expression]) -> ChainState:
         """The state at the configuration `q` (Pinocchio's layout)."""
-        return ChainState(self, graph, q, self.pose(q, parameters))
+        return ChainState(self, graph, q, parameters)
 
     @once
     def content(self) -> str:
@@ -245,9 +298,28 @@ class ChainSource(ChainPlan):
             "tool": None if description.tool is None else [description.tool.link, _numbers(description.tool.placement)],
             "task": self._task(),
             "home": _numbers(self.chain.home.q_full),
-            "parameters": [[name, None if name == PAYLOAD else self._link(name)] for name in self.parameters],
+            "parameters": self.parameters,
         }
-        return json.dumps(parts)
+        if self.parameters:
+            parts["numbers"] = self.arguments.everything()
+            parts["ranges"] = [_numbers(self.low), _numbers(self.high)]
+        passive = self._passive_numbers()
+        return json.dumps({**parts, "passive": passive} if passive else parts)
+
+    def _passive_numbers(self) -> list[object]:
+        """Of every joint and cut that does something by itself, what it does, and between which stops."""
+        description = self.chain.description
+        found: list[object] = [
+            [one.name, vars(one.physics), one.limits.lower, one.limits.upper]
+            for one in description.joints
+            if one.physics != NO_PHYSICS
+        ]
+        for cut in description.cuts:
+            if cut.bushing is not None or cut.physics != NO_PHYSICS:
+                ends = [[frame.link, _numbers(frame.placement)] for frame in (cut.a, cut.b)]
+                bushing = None if cut.bushing is None else vars(cut.bushing)
+                found.append([cut.name, cut.type, *ends, vars(cut.physics), bushing])
+        return found
 
     def _task(self) -> list[object] | None:
         try:
@@ -255,12 +327,6 @@ class ChainSource(ChainPlan):
         except InputError:
             return None
         return [task.names, task.axes, _numbers(task.home.matrix)]
-
-    def _link(self, name: str) -> list[object]:
-        inertial = self.chain.description.link(name).inertial
-        assert inertial is not None
-        parts = (inertial.com, inertial.inertia, self.frame(name).placement.homogeneous)
-        return [inertial.mass, *map(_numbers, parts)]
 
     def _lacks_task(self) -> CutjointError | None:
         try:

@@ -31,6 +31,10 @@ class Need(Enum):
     """No idle freedom that moves no mass."""
     TASK = auto()
     """A task that says where the actuators are, and an order of elimination for it."""
+    SMOOTH = auto()
+    """No friction that jumps at rest (stiction)."""
+    PARAMETERS = auto()
+    """Parameters that are arguments."""
     CLOSED_FORM = auto()
     """Inverse kinematics in closed form."""
 
@@ -67,6 +71,9 @@ class TracedState(Protocol):
     def position_rate(self, v: Sequence[Number]) -> list[Number]:
         """Time derivative of the position variables."""
 
+    def full_velocity(self, v: Sequence[Number]) -> list[Number]:
+        """Velocities of all joints that the model has."""
+
     def mass(self) -> list[list[Number]]:
         """Mass matrix, (n, n)."""
 
@@ -76,14 +83,20 @@ class TracedState(Protocol):
     def coriolis(self, v: Sequence[Number]) -> list[Number]:
         """Coriolis vector."""
 
+    def springs(self) -> list[Number]:
+        """Effort that holds springs, bushings and stops."""
+
+    def friction(self, v: Sequence[Number]) -> list[Number]:
+        """Effort that overcomes dampers and dry friction."""
+
     def bias(self, v: Sequence[Number]) -> list[Number]:
-        """Coriolis vector plus gravity."""
+        """Effort that keeps the velocity: Coriolis vector, gravity, springs and friction."""
 
     def inverse(self, v: Sequence[Number], a: Sequence[Number]) -> list[Number]:
         """Effort for the acceleration `a`."""
 
     def potential(self) -> Number:
-        """Potential energy [J]."""
+        """Potential energy of gravity and springs [J]."""
 
     def tool(self, v: Sequence[Number]) -> TracedTool:
         """The tool."""
@@ -102,7 +115,7 @@ class Source(Protocol):
         positions: number of position variables.
         nv: number of velocities of all joints that the model has.
         rows: number of equations of its loops.
-        parameters: names of inertial parameters that stay arguments.
+        parameters: names of what stays an argument.
         content: all that the traced expressions depend on, as text; sources with the same text trace the same.
     """
 

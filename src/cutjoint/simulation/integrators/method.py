@@ -1,4 +1,4 @@
-"""What the loop needs of an integrator: one step at a time, with all state handed in and out; and RK4.
+"""What the loop needs of an integrator: one step at a time, with all state handed in and out.
 
 One-step methods only.  So the loop may put a state back onto its loops, change the chart of a rotation or change the
 effort between two steps, and nothing that the integrator remembers becomes wrong.
@@ -6,12 +6,11 @@ effort between two steps, and nothing that the integrator remembers becomes wron
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Protocol
 
-from cutjoint.arrays import Array, Values, positive
+from cutjoint.arrays import Array, Values
 from cutjoint.errors import CutjointError
 
 Field = Callable[[float, Array], Array]
@@ -63,34 +62,3 @@ class Integrator(Protocol):
         Raises:
             StepError: no step is small enough.
         """
-
-
-@dataclass(frozen=True)
-class RungeKutta4:
-    """The classical method of order 4; what `h` [s] does not divide is cut into equal, slightly shorter steps."""
-
-    h: float = 1e-3
-
-    def __post_init__(self) -> None:
-        positive("step", self.h, "s")
-
-    interpolates: ClassVar[bool] = False
-
-    @property
-    def name(self) -> str:
-        """Method and step."""
-        return f"RK4, step {self.h:g} s"
-
-    def first(self, field: Field, t: float, y: Array, slope: Array, span: float) -> float:
-        """Always h."""
-        return self.h
-
-    def step(self, field: Field, t: float, y: Array, slope: Array, h: float, end: float, span: float) -> Step:
-        """One step; see `Integrator.step`."""
-        parts = max(1, math.ceil((end - t) / self.h * (1.0 - 1e-9)))
-        h = (end - t) / parts
-        second = field(t + 0.5 * h, y + 0.5 * h * slope)
-        third = field(t + 0.5 * h, y + 0.5 * h * second)
-        fourth = field(t + h, y + h * third)
-        y_new = y + h / 6.0 * (slope + 2.0 * (second + third) + fourth)
-        return Step(end if parts == 1 else t + h, y_new, None, self.h)

@@ -17,10 +17,12 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.machine.kernel import Kernel, RunLoop, Sizes
+from cutjoint.compile.machine.kernel import Kernel, LoopParts, MotionPrograms, RunLoop
+from cutjoint.compile.machine.llvm.advance import AdvanceText
 from cutjoint.compile.machine.llvm.run_loop import RunLoopText
 from cutjoint.compile.machine.llvm.text import FlatFunction, declarations, row_loop
 from cutjoint.compile.once import once
+from cutjoint.errors import CompileError
 
 _LOCK = threading.Lock()
 """LLVM is used by one thread at a time."""
@@ -47,7 +49,12 @@ def host() -> Host:
 
 @cache
 def _host() -> Host:
-    import llvmlite.binding as llvm
+    try:
+        import llvmlite.binding as llvm
+    except ImportError as error:
+        raise CompileError(
+            "llvmlite, which makes machine code, is not installed; pip install 'cutjoint[compile]'"
+        ) from error
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
@@ -58,9 +65,14 @@ def _host() -> Host:
 
 
 class Machine:
-    """Machine code of functions in LLVM assembly; keeps it alive."""
+    """Machine code of functions in LLVM assembly; keeps it alive.
 
-    def __init__(self, *functions: str) -> None:
+    Args:
+        functions: in assembly.
+        quick: made in a third of the time, and a third as quick; the digits are the same.
+    """
+
+    def __init__(self, *functions: str, quick: bool = False) -> None:
         import llvmlite.binding as llvm
 
         start, processor = time.perf_counter(), host()
@@ -69,7 +81,7 @@ class Machine:
             module = llvm.parse_assembly(assembly)
             module.verify()
             target = llvm.Target.from_default_triple().create_target_machine(
-                cpu=processor.name, features=processor.features, opt=2, jit=True
+                cpu=processor.name, features=processor.features, opt=0 if quick else 2, jit=True
             )
             module.triple = target.triple
             module.data_layout = str(target.target_data)
@@ -91,10 +103,10 @@ class NativeKernel(Kernel):
         compile_time: seconds that LLVM took.
     """
 
-    def __init__(self, program: Program, *, fast: bool = False) -> None:
-        super().__init__(program, fast=fast)
+    def __init__(self, program: Program, *, fast: bool = False, quick: bool = False) -> None:
+        super().__init__(program, fast=fast, quick=quick)
         self.lanes = host().lanes
-        self._machine = self._compiled(1)
+        self._machine = self._compiled(1, quick)
         self.compile_time = self._machine.compile_time
         self._address = self._machine.address("flat")
         self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(self._address)
@@ -113,8 +125,9 @@ class NativeKernel(Kernel):
         self.compile_time += self._machine_lanes.compile_time
         return _LOOP(self._machine_lanes.address("rows"))
 
-    def _compiled(self, lanes: int) -> Machine:
-        return Machine(_flat(self.program, "flat", lanes, self.fast), row_loop(self.program, "rows", "flat", lanes))
+    def _compiled(self, lanes: int, quick: bool = False) -> Machine:
+        loop = row_loop(self.program, "rows", "flat", lanes)
+        return Machine(_flat(self.program, "flat", lanes, self.fast), loop, quick=quick)
 
     def __call__(self, *arguments: Array) -> Array:
         own = self._own
@@ -150,18 +163,45 @@ class NativeKernel(Kernel):
                 list(pool.map(run, edges[:-1], edges[1:]))
 
 
+class NativeAdvance:
+    """See `Advance`.
+
+    Args:
+        motion: the equations of motion.
+        relative, absolute: tolerance of a step.
+        limit: of the strain.
+    """
+
+    def __init__(self, motion: MotionPrograms, relative: float, absolute: float, limit: float) -> None:
+        programs = {"rate": motion.rate} if motion.settle is None else {"rate": motion.rate, "settle": motion.settle}
+        parts = [_flat(program, name, 1, False) for name, program in programs.items()]
+        self._machine = Machine(*parts, AdvanceText("advance", motion).text(), quick=True)
+        self.compile_time = self._machine.compile_time
+        kinds = [ctypes.c_int64, *[ctypes.c_void_p] * 4, *[ctypes.c_double] * 4]
+        self._call = ctypes.CFUNCTYPE(*kinds)(self._machine.address("advance"))
+        self._settings = (relative, absolute, limit)
+
+    def __call__(self, state: Array, given: Array, found: Array, step: Array, span: float) -> int:
+        """See `Advance`."""
+        data = [x.ctypes.data for x in (state, given, found, step)]
+        return int(self._call(*data, span, *self._settings))
+
+
 class NativeRuns:
     """See `Runs`.
 
     Args:
-        rate, settle: the programs of the loop; nothing is settled where `settle` is None.
-        sizes: their numbers.
+        parts: the programs of the loop, and its numbers.
         fast: sums may be reassociated.
     """
 
-    def __init__(self, rate: Program, settle: Program | None, sizes: Sizes, *, fast: bool = False) -> None:
-        self._programs = {"rate": rate} if settle is None else {"rate": rate, "settle": settle}
-        self._sizes, self._fast = sizes, fast
+    def __init__(self, parts: LoopParts, *, fast: bool = False) -> None:
+        self._programs = {"rate": parts.rate, **{f"event{k}": one.program for k, one in enumerate(parts.events)}}
+        if parts.settle is not None:
+            self._programs["settle"] = parts.settle
+        if parts.begin is not None:
+            self._programs["begin"] = parts.begin.program
+        self._parts, self._fast = parts, fast
         self._lock = threading.Lock()
         self._loops: dict[int, tuple[Machine, RunLoop]] = {}
 
@@ -172,8 +212,8 @@ class NativeRuns:
     def loop(self, lanes: int) -> RunLoop:
         with self._lock:
             if lanes not in self._loops:
-                parts = [_flat(program, name, lanes, self._fast) for name, program in self._programs.items()]
-                machine = Machine(*parts, RunLoopText("runs", self._sizes, lanes).text())
+                flat = [_flat(program, name, lanes, self._fast) for name, program in self._programs.items()]
+                machine = Machine(*flat, RunLoopText("runs", self._parts, lanes).text())
                 self._loops[lanes] = machine, _RUNS(machine.address("runs"))
             return self._loops[lanes][1]
 

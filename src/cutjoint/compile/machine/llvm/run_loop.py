@@ -1,25 +1,28 @@
-"""The loop of a simulation as LLVM assembly: classical Runge-Kutta of order four over many runs side by side.
+"""The loop of a simulation as LLVM assembly: an explicit Runge-Kutta method over many runs side by side.
 
 One group of runs (as many as the vector registers have lanes) goes through all its steps before the next group starts,
-so its state stays in the nearest cache and memory does not grow with the number of steps.
+so its state stays in the nearest cache and memory does not grow with the number of steps.  Between steps there may be
+events, such as the sample instants of a controller, in each run at instants of its own.
 """
 
 from __future__ import annotations
 
-from cutjoint.compile.machine.kernel import Sizes
+from cutjoint.compile.machine.kernel import Event, LoopParts
 from cutjoint.compile.machine.llvm.lanes import Lanes, Writer
 
 
 class RunLoopText:
     """`void symbol(int64 begin, int64 end, int64 steps, int64 every, double h, double limit, const int64 *table)`.
 
-    Calls `rate(x, y)` with x = state, row of the reference, per-run arguments and y = rates, watched values, strain;
-    and, if anything is settled, `settle(x, y)` with y = settled part, residual, strain.
+    Calls `rate(x, y)` with x = state, row of the reference, per-run arguments, memory and y = rates, watched values,
+    strain; if anything is settled, `settle(x, y)` with y = settled part, residual, strain; and `begin(x, y)` and
+    `eventK(x, y)` with x = all of that and noise, y = the new values of their targets.
 
-    The table holds addresses: states and per-run arguments (group, number, lane), reference rows (2 steps + 1,
-    columns), records (group, record, state + watched, lane), sums (group, 2 watched + 2, lane), and the number of
-    records.  Sums are the largest |w| and the integral of w^2 of every watched value, the first step whose strain was
-    beyond the limit (steps + 1: none), and the largest residual.
+    The table holds addresses: states and per-run arguments (group, number, lane), reference rows (steps + 1, or without
+    events 2 steps + 1; columns), records (group, record, width, lane), sums (group, totals, lane), the number of
+    records, and the addresses of each lane's due bytes (steps + 1; bit K: event K) and of its noise (one row more than
+    is drawn; noise), (group, lane) each.  Sums are the largest |w| and the sum of w^2 of every watched value, the first
+    step whose strain was beyond the limit (steps + 1: none), and the largest residual.
 
     It is written block by block.
 
@@ -29,11 +32,12 @@ class RunLoopText:
         sums: what is kept of a run.
     """
 
-    def __init__(self, symbol: str, sizes: Sizes, lanes: int) -> None:
-        self.symbol, self.sizes, self.lanes = symbol, sizes, lanes
+    def __init__(self, symbol: str, parts: LoopParts, lanes: int) -> None:
+        self.symbol, self.parts, self.sizes, self.lanes = symbol, parts, parts.sizes, lanes
         self.out = Writer()
         self.a = Lanes(self.out, lanes)
-        self.width, self.totals = sizes.state + sizes.watched, 2 * sizes.watched + 2
+        s = parts.sizes
+        self.noise = s.changing + s.memory
 
     def text(self) -> str:
         """The whole function."""
@@ -55,7 +59,11 @@ class RunLoopText:
     def larger(self, x: str, y: str) -> str:
         """The larger one; not a number if x is not."""
         test = self.out.emit(f"fcmp ugt {self.a.type} {x}, {y}")
-        return self.out.emit(f"select {self.a.boolean} {test}, {self.a.type} {x}, {self.a.type} {y}")
+        return self.choose(test, x, y)
+
+    def choose(self, mask: str, x: str, y: str) -> str:
+        """x where the mask is set, else y."""
+        return self.out.emit(f"select {self.a.boolean} {mask}, {self.a.type} {x}, {self.a.type} {y}")
 
     def row(self, index: str) -> None:
         """Put a row of the reference into the arguments."""
@@ -74,13 +82,92 @@ class RunLoopText:
         now = self.a.spread(self.out.emit("sitofp i64 %i to double"))
         earlier = self.out.emit(f"fcmp olt {self.a.type} {now}, {broken}")
         first = self.out.emit(f"and {self.a.boolean} {bad}, {earlier}")
-        chosen = self.out.emit(f"select {self.a.boolean} {first}, {self.a.type} {now}, {self.a.type} {broken}")
-        self.a.store(self.sums, 2 * self.sizes.watched, chosen)
+        self.a.store(self.sums, 2 * self.sizes.watched, self.choose(first, now, broken))
 
     def evaluate(self) -> None:
         """Rates at the arguments, judged."""
         self.out.do(f"call void @rate(ptr {self.x}, ptr {self.y})")
         self.judge(self.a.load(self.y, self.sizes.state + self.sizes.watched))
+
+    def settle(self) -> None:
+        """One Newton step onto the loops, from and to the arguments."""
+        s = self.sizes
+        self.out.do(f"call void @settle(ptr {self.x}, ptr {self.settled})")
+        self.copy(s.settled, self.settled, self.x)
+        residual = self.a.load(self.settled, s.settled)
+        self.a.store(self.sums, s.totals - 1, self.larger(residual, self.a.load(self.sums, s.totals - 1)))
+        self.judge(self.a.load(self.settled, s.settled + 1))
+
+    # -- events ------------------------------------------------------------------------------------------------------
+
+    def _events(self) -> None:
+        """All that falls due before this step."""
+        if not self.parts.events:
+            return
+        out, lanes = self.out, self.lanes
+        kind = "i8" if lanes == 1 else f"<{lanes} x i8>"
+        due = "poison"
+        for lane, pointer in enumerate(self.clocks):
+            one = out.emit(f"load i8, ptr {out.emit(f'getelementptr i8, ptr {pointer}, i64 %i')}, align 1")
+            due = one if lanes == 1 else out.emit(f"insertelement {kind} {due}, i8 {one}, i32 {lane}")
+        for k, event in enumerate(self.parts.events):
+            bit = str(1 << k) if lanes == 1 else "<" + ", ".join([f"i8 {1 << k}"] * lanes) + ">"
+            nothing = "0" if lanes == 1 else "zeroinitializer"
+            mask = out.emit(f"icmp ne {kind} {out.emit(f'and {kind} {due}, {bit}')}, {nothing}")
+            some = mask
+            if lanes > 1:
+                some = out.emit(f"icmp ne i{lanes} {out.emit(f'bitcast {self.a.boolean} {mask} to i{lanes}')}, 0")
+            out.do(f"br i1 {some}, label %happens{k}, label %happened{k}")
+            out.do(f"happens{k}:")
+            self._happens(f"event{k}", event, mask)
+            out.do(f"br label %happened{k}")
+            out.do(f"happened{k}:")
+
+    def _happens(self, symbol: str, event: Event, mask: str) -> None:
+        """An event in the lanes of a mask."""
+        out, a = self.out, self.a
+        if event.draws:
+            self._draw(mask)
+        out.do(f"call void @{symbol}(ptr {self.x}, ptr {self.y})")
+        for place, target in enumerate(event.targets):
+            a.store(self.x, target, self.choose(mask, a.load(self.y, place), a.load(self.x, target)))
+
+    def _draw(self, mask: str) -> None:
+        """The next row of noise of every lane; those of the mask go on to the row after it."""
+        out, a, noise = self.out, self.a, self.sizes.noise
+        values = ["poison"] * noise
+        for lane in range(self.lanes):
+            place = out.emit(f"getelementptr ptr, ptr {self.drawn}, i64 {lane}")
+            row = out.emit(f"load ptr, ptr {place}, align 8")
+            for k in range(noise):
+                at = out.emit(f"getelementptr double, ptr {row}, i64 {k}")
+                one = out.emit(f"load double, ptr {at}, align 8")
+                fill = f"insertelement {a.type} {values[k]}, double {one}, i32 {lane}"
+                values[k] = one if self.lanes == 1 else out.emit(fill)
+            now = mask if self.lanes == 1 else out.emit(f"extractelement {a.boolean} {mask}, i32 {lane}")
+            step = out.emit(f"select i1 {now}, i64 {noise}, i64 0")
+            out.do(f"store ptr {out.emit(f'getelementptr double, ptr {row}, i64 {step}')}, ptr {place}, align 8")
+        for k, value in enumerate(values):
+            a.store(self.x, self.noise + k, value)
+
+    def _chance(self) -> None:
+        """The group's due bytes, and the beginning of its noise."""
+        out, self.clocks = self.out, list[str]()
+        if not self.parts.events:
+            return
+        lane0 = out.emit(f"mul i64 %g, {self.lanes}")
+        for lane in range(self.lanes):
+            index = out.emit(f"add i64 {lane0}, {lane}")
+            clock, noise = (
+                out.emit(f"load ptr, ptr {out.emit(f'getelementptr ptr, ptr {x}, i64 {index}')}, align 8")
+                for x in (self.all_clocks, self.all_noise)
+            )
+            self.clocks.append(clock)
+            out.do(f"store ptr {noise}, ptr {out.emit(f'getelementptr ptr, ptr {self.drawn}, i64 {lane}')}, align 8")
+
+    def _everywhere(self) -> str:
+        """A mask of all lanes."""
+        return "true" if self.lanes == 1 else "<" + ", ".join(["i1 true"] * self.lanes) + ">"
 
     # -- the loop ----------------------------------------------------------------------------------------------------
 
@@ -88,19 +175,23 @@ class RunLoopText:
         """Room, addresses and constants."""
         s, out = self.sizes, self.out
         out.do("entry:")
-        self.x, self.y = self.a.room(s.state + s.columns + s.given), self.a.room(self.width + 1)
-        self.base, self.total, self.sums = self.a.room(s.state), self.a.room(s.state), self.a.room(self.totals)
+        events = [*self.parts.events, *([] if self.parts.begin is None else [self.parts.begin])]
+        results = max([s.state + s.watched + 1, *(len(event.targets) for event in events)])
+        self.x, self.y = self.a.room(self.noise + s.noise), self.a.room(results)
+        self.base, self.total, self.sums = self.a.room(s.state), self.a.room(s.state), self.a.room(s.totals)
         self.settled = self.a.room(s.settled + 2)
+        self.drawn = out.emit(f"alloca ptr, i64 {self.lanes}, align 8")
         pointers = []
-        for k in range(6):
+        for k in range(8):
             place = out.emit(f"getelementptr i64, ptr %table, i64 {k}")
             value = out.emit(f"load i64, ptr {place}, align 8")
             pointers.append(value if k == 5 else out.emit(f"inttoptr i64 {value} to ptr"))
-        self.states, self.given, self.rows, self.records, self.results, self.count = pointers
+        self.states, self.given, self.rows, self.records, self.results, self.count, *others = pointers
+        self.all_clocks, self.all_noise = others
         self.h = self.a.spread("%h")
         self.half = out.emit(f"fmul {self.a.type} {self.h}, {self.a.spread('5.0e-01')}")
-        self.sixth = out.emit(f"fdiv {self.a.type} {self.h}, {self.a.spread('6.0e+00')}")
-        self.two = self.a.spread("2.0e+00")
+        divisor = self.a.constant(float(self.parts.stages.divisor))
+        self.part = out.emit(f"fdiv {self.a.type} {self.h}, {divisor}")
         self.limit = self.a.spread("%limit")
         self.never = self.a.spread(out.emit(f"sitofp i64 {out.emit('add i64 %steps, 1')} to double"))
         out.do("br label %groups")
@@ -115,23 +206,32 @@ class RunLoopText:
         out.do("start:")
         self.copy(s.state, self.a.at(self.states, out.emit(f"mul i64 %g, {s.state}")), self.base)
         own = self.a.at(self.given, out.emit(f"mul i64 %g, {s.given}"))
-        for k in range(s.given):
-            self.a.store(self.x, s.state + s.columns + k, self.a.load(own, k))
+        self.copy(s.given, own, self.a.at(self.x, s.state + s.columns))
         zero = "0.0" if self.lanes == 1 else "zeroinitializer"
-        for k in range(self.totals):
+        for k in range(s.totals):
             self.a.store(self.sums, k, self.never if k == 2 * s.watched else zero)
-        self.first = self.a.at(self.records, out.emit(f"mul i64 {out.emit(f'mul i64 %g, {self.count}')}, {self.width}"))
+        self.first = self.a.at(self.records, out.emit(f"mul i64 {out.emit(f'mul i64 %g, {self.count}')}, {s.width}"))
+        for k in range(s.memory):
+            self.a.store(self.x, s.changing + k, zero)
+        self._chance()
+        if self.parts.begin is not None:
+            self.copy(s.state, self.base, self.x)
+            self.row("0")
+            self._happens("begin", self.parts.begin, self._everywhere())
+            self.copy(s.state, self.x, self.base)
+            self._chance()
         out.do("br label %step")
 
     def _step(self) -> None:
-        """Head of the inner loop: rates at the beginning of a step, and whether it is recorded."""
+        """Head of the inner loop: events, rates at the beginning of a step, and whether it is recorded."""
         s, out = self.sizes, self.out
         out.do("step:")
         out.do("%i = phi i64 [ 0, %start ], [ %i.next, %advanced ]")
         out.do("%taken = phi i64 [ 0, %start ], [ %taken.next, %advanced ]")
         self.copy(s.state, self.base, self.x)
         self.doubled = out.emit("mul i64 %i, 2")
-        self.row(self.doubled)
+        self.row("%i" if self.parts.events else self.doubled)
+        self._events()
         self.evaluate()
         for k in range(s.watched):
             w = self.a.load(self.y, s.state + k)
@@ -141,56 +241,72 @@ class RunLoopText:
         due = out.emit(f"icmp eq i64 {over}, 0")
         self.last = out.emit("icmp eq i64 %i, %steps")
         take = out.emit(f"or i1 {due}, {self.last}")
+        out.do("br label %watched")
+        out.do("watched:")
         out.do(f"br i1 {take}, label %record, label %go")
 
     def _record(self) -> None:
-        """Keep state and watched values."""
+        """Keep state, watched and shown values."""
         s, out = self.sizes, self.out
         out.do("record:")
-        place = self.a.at(self.first, out.emit(f"mul i64 %taken, {self.width}"))
+        place = self.a.at(self.first, out.emit(f"mul i64 %taken, {s.width}"))
         self.copy(s.state, self.base, place)
-        for k in range(s.watched):
-            self.a.store(place, s.state + k, self.a.load(self.y, s.state + k))
+        for k in range(s.state, s.state + s.watched):
+            self.a.store(place, k, self.a.load(self.y, k))
+        for k, memory in enumerate(s.shown, start=s.state + s.watched):
+            self.a.store(place, k, self.a.load(self.x, s.changing + memory))
         more = out.emit("add i64 %taken, 1")
         out.do("br label %go")
         out.do("go:")
-        out.do(f"%taken.next = phi i64 [ %taken, %step ], [ {more}, %record ]")
+        out.do(f"%taken.next = phi i64 [ %taken, %watched ], [ {more}, %record ]")
         out.do(f"br i1 {self.last}, label %finish, label %advance")
 
     def _advance(self) -> None:
         """The further stages of a step, and the step onto the loops."""
-        s, out = self.sizes, self.out
+        s, out, stages = self.sizes, self.out, self.parts.stages
         out.do("advance:")
-        for stage in range(3):
-            weight = self.half if stage < 2 else self.h
-            for k in range(s.state):
-                slope = self.a.load(self.y, k)
-                total = slope if stage == 0 else self.a.fma(self.two, slope, self.a.load(self.total, k))
-                self.a.store(self.total, k, total)
-                self.a.store(self.x, k, self.a.fma(weight, slope, self.a.load(self.base, k)))
-            if stage != 1:
-                self.row(out.emit(f"add i64 {self.doubled}, {1 if stage == 0 else 2}"))
-            self.evaluate()
+        nodes = (0.0, *stages.nodes)
+        for stage, weight in enumerate(stages.weights):
+            if stage > 0:
+                length = self.h if nodes[stage] == 1.0 else self.half
+                for k in range(s.state):
+                    self.a.store(self.x, k, self.a.fma(length, self.a.load(self.y, k), self.a.load(self.base, k)))
+                if s.settled:
+                    self.settle()
+                if nodes[stage] != nodes[stage - 1] and not self.parts.events:
+                    self.row(out.emit(f"add i64 {self.doubled}, {1 if nodes[stage] == 0.5 else 2}"))
+                self.evaluate()
+            self._sum(stage, weight)
         for k in range(s.state):
-            total = self.a.add(self.a.load(self.total, k), self.a.load(self.y, k))
-            self.a.store(self.base, k, self.a.fma(self.sixth, total, self.a.load(self.base, k)))
+            self.a.store(self.x, k, self.a.fma(self.part, self.a.load(self.total, k), self.a.load(self.base, k)))
         if s.settled:
-            self.copy(s.state, self.base, self.x)
-            out.do(f"call void @settle(ptr {self.x}, ptr {self.settled})")
-            self.copy(s.settled, self.settled, self.base)
-            residual = self.a.load(self.settled, s.settled)
-            self.a.store(self.sums, self.totals - 1, self.larger(residual, self.a.load(self.sums, self.totals - 1)))
-            self.judge(self.a.load(self.settled, s.settled + 1))
+            self.settle()
+        self.copy(s.state, self.x, self.base)
         out.do("br label %advanced")
         out.do("advanced:")
         out.do("%i.next = add i64 %i, 1")
         out.do("br label %step")
 
+    def _sum(self, stage: int, weight: int) -> None:
+        """Add a slope to the weighted sum."""
+        if weight == 0:
+            return
+        first = not any(self.parts.stages.weights[:stage])
+        factor = self.a.constant(float(weight))
+        for k in range(self.sizes.state):
+            slope = self.a.load(self.y, k)
+            if first:
+                total = slope if weight == 1 else self.a.mul(factor, slope)
+            else:
+                total = self.a.load(self.total, k)
+                total = self.a.add(total, slope) if weight == 1 else self.a.fma(factor, slope, total)
+            self.a.store(self.total, k, total)
+
     def _finish(self) -> None:
         """Hand out what was kept of a group."""
-        out = self.out
+        s, out = self.sizes, self.out
         out.do("finish:")
-        self.copy(self.totals, self.sums, self.a.at(self.results, out.emit(f"mul i64 %g, {self.totals}")))
+        self.copy(s.totals, self.sums, self.a.at(self.results, out.emit(f"mul i64 %g, {s.totals}")))
         out.do("%g.next = add i64 %g, 1")
         out.do("br label %groups")
         out.do("leave:")

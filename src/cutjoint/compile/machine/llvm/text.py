@@ -13,16 +13,18 @@ from cutjoint.compile.machine.llvm.lanes import Lanes, Writer
 from cutjoint.compile.machine.llvm.sine_cosine import sine_cosine
 
 _BINARY = {Op.ADD: "fadd", Op.SUB: "fsub", Op.MUL: "fmul", Op.DIV: "fdiv"}
+_UNARY = {Op.SQRT: "sqrt", Op.ABS: "fabs", Op.FLOOR: "floor", Op.NEAREST: "rint"}
+_TEST = {Op.LESS: "olt", Op.AT_MOST: "ole"}
 
 
 def declarations(lanes: int) -> str:
     """Declarations of what flat functions call."""
     lines = ["declare double @atan2(double, double)", "declare double @acos(double)"]
+    lines.append("declare double @pow(double, double)")
     kinds = [("f64", "double"), *((f"v{k}f64", f"<{k} x double>") for k in (2, 4, 8) if k <= lanes)]
     for suffix, kind in kinds:
         lines.append(f"declare {kind} @llvm.fma.{suffix}({kind}, {kind}, {kind})")
-        lines.append(f"declare {kind} @llvm.fabs.{suffix}({kind})")
-        lines.append(f"declare {kind} @llvm.sqrt.{suffix}({kind})")
+        lines += (f"declare {kind} @llvm.{name}.{suffix}({kind})" for name in _UNARY.values())
     return "\n".join(dict.fromkeys(lines))
 
 
@@ -152,10 +154,14 @@ def _instruction(a: Lanes, op: Op, x: list[str], flags: str) -> str:
             return a.fma(out.emit(f"fneg {a.type} {x[0]}"), x[1], x[2])
         case Op.NEG:
             return out.emit(f"fneg {a.type} {x[0]}")
-        case Op.SQRT:
-            return out.emit(f"call {a.type} @llvm.sqrt.{a.suffix}({a.type} {x[0]})")
-        case Op.ABS:
-            return a.absolute(x[0])
+        case Op.SQRT | Op.ABS | Op.FLOOR | Op.NEAREST:
+            return out.emit(f"call {a.type} @llvm.{_UNARY[op]}.{a.suffix}({a.type} {x[0]})")
+        case Op.LESS | Op.AT_MOST:
+            test = out.emit(f"fcmp {_TEST[op]} {a.type} {x[0]}, {x[1]}")
+            return out.emit(f"uitofp {a.boolean} {test} to {a.type}")
+        case Op.PICK:
+            test = out.emit(f"fcmp une {a.type} {x[0]}, {a.constant(0.0)}")
+            return out.emit(f"select {a.boolean} {test}, {a.type} {x[1]}, {a.type} {x[2]}")
         case Op.MIN | Op.MAX:
             test = out.emit(f"fcmp {'ult' if op is Op.MIN else 'ugt'} {a.type} {x[0]}, {x[1]}")
             return out.emit(f"select {a.boolean} {test}, {a.type} {x[0]}, {a.type} {x[1]}")

@@ -1,0 +1,300 @@
+"""Many runs of one closed loop at once: gains, inertial parameters and initial states vary from run to run.
+
+Controller, plant and integrator are one compiled loop.  The plant is integrated in its position variables (for a chain
+all joints) and the velocities of the actuators; for a chain each step ends with one Newton step onto the loops, so
+nothing drifts.  The controller acts continuously, at every stage of the integrator, or at the instants of its hardware,
+as in `cutjoint.simulation.run`.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Unpack, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint.arrays import Array, positive
+from cutjoint.compile.batch import cores
+from cutjoint.compile.compiler import Compiled
+from cutjoint.compile.machine.backends import backend
+from cutjoint.compile.machine.kernel import Runs
+from cutjoint.compile.many.blocks import Blocks
+from cutjoint.compile.many.grid import TimeGrid, time_grid
+from cutjoint.compile.many.instants import Chances
+from cutjoint.compile.many.options import ManyOptions, RunOptions
+from cutjoint.compile.many.results import Many, Outcome
+from cutjoint.compile.many.sinks import Asked, Into, sink_of
+from cutjoint.compile.many.statistics import Summary
+from cutjoint.compile.many.traced import Control, traced_loop
+from cutjoint.compile.many.variation import Variation, whole
+from cutjoint.compile.once import once
+from cutjoint.control import Law, as_law
+from cutjoint.errors import InputError
+from cutjoint.mechanism import Mechanism
+from cutjoint.motion import Desired, Reference
+from cutjoint.simulation.hardware import Clock, Drive, Hardware
+from cutjoint.simulation.hardware.checks import check_robot, check_span
+from cutjoint.simulation.integrators import fixed_step
+
+LARGEST_RECORD = 2**31
+"""Records beyond this many bytes are refused; a larger `every` makes them smaller."""
+CHUNK = 2**26
+"""Bytes of the records of a chunk where nobody says how many runs it has."""
+
+
+class ClosedLoop:
+    """A plant, a law and what varies, compiled once; `run` then takes any number of runs.
+
+    Args:
+        plant: a compiled mechanism.  Its parameters that are arguments may vary.
+        law: the controller.  Its own code is traced.
+        mechanism: through whose inverse kinematics references are seen (see `Reference`).
+        gains: names of the law's gains that vary, one number an actuator.
+        rate: of the controller [Hz], whose effort is held in between; default continuous control.
+        limits: largest |effort|, scalar or one an actuator; default none.
+        hardware: all that is between law and joints, in place of rate and limits.
+        method: integrator of fixed step, a name of `cutjoint.simulation.integrators.FIXED_STEP`.
+
+    Raises:
+        InputError: the law cannot be traced, or its model cannot follow the measured state.
+        ActuationError: the actuators do not determine the motion of the plant, or its idle freedoms gain momentum.
+    """
+
+    def __init__(
+        self,
+        plant: Compiled,
+        law: Law | Callable[..., npt.ArrayLike],
+        mechanism: Mechanism,
+        *,
+        gains: tuple[str, ...] = (),
+        rate: float | None = None,
+        limits: npt.ArrayLike | None = None,
+        hardware: Hardware | None = None,
+        method: str = "rk4",
+    ) -> None:
+        fixed_step(method)
+        law = as_law(law)
+        control = _control(hardware, rate, limits, plant.n)
+        if isinstance(control, Hardware):
+            check_robot(control, plant, ())
+        self.traced = traced_loop(plant, law, mechanism, tuple(gains), control, method)
+        self.plant, self.law, self.mechanism, self.sizes = plant, law, mechanism, self.traced.parts.sizes
+        self._lock = threading.RLock()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        loop, hardware = self.traced, self.traced.hardware
+        limits = None if isinstance(loop.control, Hardware) else loop.control
+        made = partial(ClosedLoop, gains=loop.gains, limits=limits, hardware=hardware, method=loop.method)
+        return made, (self.plant, self.law, self.mechanism)
+
+    @once
+    def _runs(self) -> Runs:
+        options = self.plant.options
+        return backend(options.backend).runs(self.traced.parts, fast=options.fast)
+
+    def reference_table(self, reference: Reference, step: float, steps: int) -> Array:
+        """What the loop reads of a reference over so many steps: at every half step under continuous control, at every
+        step otherwise; shape (instants, columns).
+
+        Raises:
+            UnreachableError: the reference leaves the workspace.
+        """
+        halves = self.traced.rows_per_step
+        rows = np.empty((halves * steps + 1, self.sizes.columns))
+        for k in range(len(rows)):
+            desired: Desired = reference.at(step / halves * k)
+            rows[k] = np.concatenate([np.ravel(filler(desired)) for filler in self.traced.desired.fillers])
+        return rows
+
+    def run(self, reference: Reference | Array, **options: Unpack[RunOptions]) -> Many:
+        """Simulate all runs; see `simulate_many`.  `reference` may be a table that `reference_table` made."""
+        asked = self._asked(reference, options)
+        if (taken := asked.variation.count * self.record(asked.grid)) > LARGEST_RECORD:
+            raise InputError(
+                f"{asked.variation.count} runs of {len(asked.grid.chosen)} samples would take {taken / 2**30:.1f} GiB; "
+                f"record less often (every={asked.grid.step * asked.grid.stride:g} s now), or take them in chunks "
+                "(into=)"
+            )
+        return self._chunk(asked, 0, asked.variation.count, options.get("threads"), options.get("progress"))
+
+    def stream(
+        self, reference: Reference | Array, into: Into, *, chunk: int | None = None, **options: Unpack[RunOptions]
+    ) -> Summary:
+        """Simulate all runs, `chunk` of them at a time, and hand each chunk on; see `simulate_many`."""
+        asked = self._asked(reference, options)
+        count = asked.variation.count
+        size = max(8, CHUNK // self.record(asked.grid)) if chunk is None else whole("chunk", chunk)
+        summary, progress = Summary(), options.get("progress")
+        with sink_of(into, self.traced, asked) as sink:
+            for begin in range(0, count, size):
+                end = min(begin + size, count)
+
+                def told(part: float, begin: int = begin, end: int = end) -> None:
+                    if progress is not None:
+                        progress((begin + part * (end - begin)) / count)
+
+                many = self._chunk(asked, begin, end, options.get("threads"), told)
+                sink.take(begin, many)
+                summary = summary.extended(many)
+        return summary
+
+    def record(self, grid: TimeGrid) -> int:
+        """Bytes that the record of a run takes."""
+        return 8 * len(grid.chosen) * self.sizes.width
+
+    def _asked(self, reference: Reference | Array, options: RunOptions) -> Asked:
+        """What is asked for, checked."""
+        hardware, size = self.traced.hardware, positive("step", options.get("step", 1e-3), "s")
+        tick, duration, every = None, options.get("duration"), options.get("every")
+        if hardware is not None:
+            tick = hardware.ticks.length
+        if isinstance(reference, Reference):
+            span = positive("duration", reference.duration if duration is None else duration, "s")
+            grid = time_grid(span, size, tick, every)
+            rows = self.reference_table(reference, grid.step, grid.steps)
+        else:
+            rows = np.ascontiguousarray(reference)
+            steps = (len(rows) - 1) // self.traced.rows_per_step
+            grid = time_grid(steps * size, size, tick, every)
+            if grid.steps != steps:
+                raise InputError(f"a table of {steps} steps goes with steps of {grid.step:g} s, found step={size:g}")
+        if hardware is not None:
+            check_span(hardware, grid.step * grid.steps)
+        start = options.get("start")
+        variation = Variation(
+            self.traced,
+            options.get("gains") or {},
+            options.get("parameters") or {},
+            rows[:1, 1 : 1 + self.plant.n] if start is None else start,
+            options.get("start_velocity"),
+            options.get("runs"),
+        )
+        return Asked(reference, rows, grid, variation)
+
+    def _chunk(
+        self, asked: Asked, begin: int, end: int, threads: int | None, progress: Callable[[float], None] | None
+    ) -> Many:
+        """Some of the runs."""
+        part, loop = asked.variation.part(begin, end), self.traced
+        chances = None
+        if loop.hardware is not None:
+            chances = Chances(loop.hardware, asked.grid, self.sizes.noise)
+        blocks = Blocks(self._runs, self.sizes, part, asked.rows, asked.grid, chances)
+        blocks.go(cores() if threads is None else max(1, threads), progress)
+        return Outcome(loop, part, blocks.records, blocks.sums, asked.grid).many(asked.reference)
+
+
+def _control(hardware: Hardware | None, rate: float | None, limits: npt.ArrayLike | None, n: int) -> Control:
+    """What is between law and joints.
+
+    Raises:
+        InputError: hardware is given twice.
+    """
+    top = None if limits is None else np.broadcast_to(np.asarray(limits, dtype=np.float64), (n,))
+    if hardware is None:
+        if rate is None:
+            return top
+        return Hardware(Clock(positive("rate", rate, "Hz")), drive=Drive(None if top is None else top.tolist()))
+    if rate is not None or limits is not None:
+        raise InputError("rate and limits are in the hardware (clock and drive); leave them out beside it")
+    return hardware
+
+
+@overload
+def simulate_many(
+    plant: Compiled, law: Law, reference: Reference, *, into: None = None, **options: Unpack[ManyOptions]
+) -> Many: ...
+
+
+@overload
+def simulate_many(
+    plant: Compiled, law: Law, reference: Reference, *, into: Into, **options: Unpack[ManyOptions]
+) -> Summary: ...
+
+
+# long: its arguments and what they mean
+def simulate_many(
+    plant: Compiled,
+    law: Law,
+    reference: Reference,
+    *,
+    gains: Mapping[str, npt.ArrayLike] | None = None,
+    parameters: Mapping[str, npt.ArrayLike] | None = None,
+    start: npt.ArrayLike | None = None,
+    start_velocity: npt.ArrayLike | None = None,
+    runs: int | None = None,
+    step: float = 1e-3,
+    method: str = "rk4",
+    duration: float | None = None,
+    every: float | None = None,
+    rate: float | None = None,
+    limits: npt.ArrayLike | None = None,
+    hardware: Hardware | None = None,
+    into: Into | None = None,
+    chunk: int | None = None,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Many | Summary:
+    """Simulate N closed loops that differ in gains, parameters, initial states, or chance alone.
+
+    Args:
+        plant: a compiled chain or published model.
+        law: the controller.
+        reference: what all runs follow.
+        gains: gain of the law -> shape (N,) (all actuators alike) or (N, n).
+        parameters: inertial parameter that is an argument of `plant` -> shape (N,) [kg].
+        start: actuated coordinates at time 0, shape (N, n) or (n,); default those of the reference.
+        start_velocity: their velocities; default at rest.
+        runs: N, where nothing varies but noise and jitter of the hardware.
+        step: longest step of the integrator [s]; whole ones fill the run, or a tick of the controller's clock.
+        method: integrator: `rk4`, or `midpoint` of order 2, with half the work a step.
+        duration: [s]; default that of the reference.
+        every: distance of the samples [s]; default only the first and the last.
+        rate: of the controller [Hz], whose effort is held in between (zero-order hold); default continuous control.
+        limits: largest |effort|, scalar or one an actuator.
+        hardware: all that is between law and joints, in place of rate and limits.  Run k has the noise and jitter of
+            `run(..., run_number=k)`.
+        into: where the runs go, a chunk at a time, so that memory stays bounded: a function of the number of the first
+            run and a `Many`, or the path of a Parquet file (needs the extra `parquet`).
+        chunk: runs a chunk; default as many as have records of 64 MiB.
+        threads: processor cores to use; default all.
+        progress: called with the fraction that is done.
+
+    Returns:
+        The samples and the errors of all runs, or where they go elsewhere (`into`) their statistics.  A run that came
+        where the compiled plant must not be trusted is done again by the model itself; if that cannot go on either, it
+        stands in `failed`.
+
+    Raises:
+        InputError: shapes do not agree, a gain or parameter does not exist, or the law cannot be traced.
+        UnreachableError: the reference leaves the workspace.
+        ClosureError, SingularError: a run cannot start.
+    """
+    loop = ClosedLoop(
+        plant,
+        law,
+        reference.mechanism,
+        gains=tuple(gains or ()),
+        rate=rate,
+        limits=limits,
+        hardware=hardware,
+        method=method,
+    )
+    options = RunOptions(
+        step=step,
+        duration=duration,
+        every=every,
+        gains=gains,
+        parameters=parameters,
+        start=start,
+        start_velocity=start_velocity,
+        runs=runs,
+        threads=threads,
+        progress=progress,
+    )
+    if into is None:
+        return loop.run(reference, **options)
+    return loop.stream(reference, into, chunk=chunk, **options)

@@ -1,0 +1,35 @@
+"""The options of many runs by name, for types: those of a call of a loop, and those of `simulate_many`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TypedDict
+
+import numpy.typing as npt
+
+from cutjoint.simulation.hardware import Hardware
+
+
+class RunOptions(TypedDict, total=False):
+    """Of `ClosedLoop.run`; see `simulate_many`."""
+
+    step: float
+    duration: float | None
+    every: float | None
+    gains: Mapping[str, npt.ArrayLike] | None
+    parameters: Mapping[str, npt.ArrayLike] | None
+    start: npt.ArrayLike | None
+    start_velocity: npt.ArrayLike | None
+    runs: int | None
+    threads: int | None
+    progress: Callable[[float], None] | None
+
+
+class ManyOptions(RunOptions, total=False):
+    """Of `simulate_many`."""
+
+    method: str
+    rate: float | None
+    limits: npt.ArrayLike | None
+    hardware: Hardware | None
+    chunk: int | None
