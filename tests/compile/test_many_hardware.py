@@ -18,6 +18,7 @@ from cutjoint.compile import ClosedLoop, compiled, simulate_many
 from cutjoint.compile.many.instants import Chances
 from cutjoint.compile.many.results import SAMPLED
 from cutjoint.control import PD, ComputedTorque, Feedforward
+from cutjoint.description import JointPhysics
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.motion import Circle, Hold, Reference
 from cutjoint.papers.cpm.published import CIRCLE
@@ -36,6 +37,12 @@ def robot(name: str) -> Any:
     """Model and compiled model."""
     if name.startswith("paper "):
         made: Any = published(name.removeprefix("paper "))
+    elif name == "cpm with friction":
+        slides = JointPhysics(damping=3.0, friction=5.0, friction_speed=0.02, rotor=0.3)
+        turns = JointPhysics(damping=0.01, friction=0.02, friction_speed=0.1)
+        description = load("cpm").description
+        joints = [replace(one, physics=slides if one.type == "prismatic" else turns) for one in description.joints]
+        made = ClosedChain(replace(description, joints=tuple(joints)))
     elif name.endswith(" with physics"):
         description = load(name.removesuffix(" with physics")).description
         made = ClosedChain(with_physics(description, np.random.default_rng(5)))
@@ -122,7 +129,7 @@ NOISY = Hardware(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", list(FIXED_STEP))
-@pytest.mark.parametrize("name", ["paper cpm", "cpm", "cpm with physics"])
+@pytest.mark.parametrize("name", ["paper cpm", "cpm", "cpm with friction"])
 def test_a_second_of_the_circle(name: str, method: str) -> None:
     _, plant = robot(name)
     reference = Reference(Circle(CIRCLE.centre, CIRCLE.radius, CIRCLE.omega), robot("paper cpm")[0], 1.0)
