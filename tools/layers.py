@@ -38,7 +38,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "motion": MODEL | {"plugins"},
     "control": MODEL | {"motion", "plugins"},
     "crosscheck": MODEL,
-    "simulation": CHAIN | {"motion", "control", "plugins"},
+    "simulation": CHAIN | {"motion", "control", "plugins", PACKAGE},  # simulation.choice asks for compiled plants
     "compile": RUN | {"papers"},
     "viewer": RUN,
     "engines": CHAIN | {"crosscheck"},

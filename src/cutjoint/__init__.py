@@ -15,7 +15,7 @@ from cutjoint.mechanism import Actuator, Load, Mechanism, Pose, Posture, Task, T
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, FullMotion, MobilityReport
     from cutjoint.chain.minimal import MinimalCoordinates
-    from cutjoint.compile import CompiledChain, CompiledPaper
+    from cutjoint.compile import CompiledChain, CompiledPaper, compiled_plant
     from cutjoint.compile.compiler import compiled
     from cutjoint.description import RobotDescription, check, load_description
     from cutjoint.robots import load, published
@@ -32,6 +32,7 @@ _LAZY = {
     "RobotDescription": "cutjoint.description",
     "check": "cutjoint.description",
     "compiled": "cutjoint.compile",
+    "compiled_plant": "cutjoint.compile",
     "load_description": "cutjoint.description",
     "load": "cutjoint.robots",
     "published": "cutjoint.robots",
@@ -57,6 +58,7 @@ __all__ = [
     "__version__",
     "check",
     "compiled",
+    "compiled_plant",
     "kinetic_energy",
     "load",
     "load_description",

@@ -334,7 +334,7 @@ def test_what_moves_the_tool_or_hangs_on_one_joint_is_not_idle() -> None:
     on_rod = replace(description, tool=Frame("rod_l", at(0.02, 0, -0.1)))
     for robot in (compiled(ClosedChain(loose), cached=False), compiled(ClosedChain(on_rod), cached=False)):
         assert robot.source.idle is None
-        assert functions_of(robot) == ("full_forward",)
+        assert functions_of(robot) == ("full_forward", "full_motion")
         with pytest.raises(ActuationError):
             robot.inverse_dynamics(robot.home, np.zeros(2), np.zeros(2))
 

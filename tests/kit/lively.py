@@ -14,6 +14,8 @@ from cutjoint.chain import ClosedChain
 from cutjoint.description.cuts import CutType
 from cutjoint.description.model import CutJoint, Frame, Joint, JointType, Limits, RobotDescription
 from cutjoint.description.transforms import placement
+from cutjoint.errors import CutjointError
+from cutjoint.mechanism import Posture
 from cutjoint.mechanism.physics import Bushing, JointPhysics
 
 Array = np.ndarray
@@ -120,3 +122,31 @@ def bushed(
     return CutJoint(
         name, kind, Frame(str(first), in_first), Frame(str(second), in_second), bushing=strength.bushing(rng)
     )
+
+
+State = tuple[Posture, Array, Array, Array]
+
+
+def states(chain: ClosedChain, rng: np.random.Generator, count: int, reach: float = 0.05) -> list[State]:
+    """Postures around home, with velocity, acceleration and effort."""
+    size, found = Strength.of(chain), []
+    unit = np.array([size.length if one.kind == "translation" else 1.0 for one in chain.actuators])
+    while len(found) < count:
+        try:
+            at = chain.close(chain.home.q + reach * unit * rng.uniform(-1, 1, chain.n), limits="ignore")
+        except CutjointError:
+            reach *= 0.8
+            assert reach > 1e-4
+            continue
+        v, a = size.rate * unit * rng.normal(size=chain.n), size.rate**2 * unit * rng.normal(size=chain.n)
+        found.append((at, v, a, size.energy / unit * rng.normal(size=chain.n)))
+    return found
+
+
+def without_stops(robot: RobotDescription) -> RobotDescription:
+    """The same robot without limits, for runs."""
+    free = [
+        replace(one, limits=Limits(), physics=replace(one.physics, stop_stiffness=0.0, stop_damping=0.0))
+        for one in robot.joints
+    ]
+    return replace(robot, joints=tuple(free))

@@ -7,12 +7,13 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from benchmarks import more_peers, motion_files, peers
+from benchmarks import lengths, more_peers, motion_files, peers
 from benchmarks.built import built_loops
 from benchmarks.ladder import ladder
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
 from benchmarks.section import Section, Size
 from benchmarks.task import KD, KP, SAMPLE, Task
+from benchmarks.whole_process import WAYS, seconds
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, compiled
@@ -254,6 +255,36 @@ def motions(size: Size) -> Section:
     return section
 
 
+def tolerances(size: Size) -> Section:
+    """Lengths as arguments."""
+    section = Section("Tool of the Omega-3 chain at random tolerances, CPU time a sample", ("what", "CPU time"))
+    times, away = lengths.timings(size.inverse, min(size.calls, 10), max(2, size.rounds // 2))
+    section.rows = [
+        (f"batch of {size.inverse}, one core", duration(times["batch"].median)),
+        ("chain built anew", duration(times["anew"].median)),
+    ]
+    section.ratios["batch, quicker than a chain built anew"] = times["batch"].ratio(times["anew"])
+    section.differences["tool"] = away
+    return section
+
+
+def whole_process(size: Size) -> Section:
+    """`cutjoint simulate` from the shell, on the compiled plant and on the chain."""
+    section = Section(
+        "One second under control at 1 kHz, whole process",
+        ("robot", "compiled: clock", "CPU", "chain: clock", "CPU"),
+    )
+    for robot in WAYS if size.rounds > SMALL.rounds else ("fourbar",):
+        times: list[float] = []
+        for plant in ("compiled", "chain"):
+            clock, work, drift = seconds(robot, plant, size.rounds, min(size.span, 1.0))
+            section.differences[f"{robot}, {plant}: energy"] = drift
+            times += [clock, work]
+        section.rows.append((robot, *map(duration, times)))
+        section.ratios[f"{robot}: chain over compiled"] = times[2] / times[0]
+    return section
+
+
 SECTIONS = {
     "forward": forward_dynamics,
     "loop": work_precision,
@@ -262,4 +293,6 @@ SECTIONS = {
     "inverse": inverse_dynamics,
     "growth": growth,
     "motions": motions,
+    "tolerances": tolerances,
+    "process": whole_process,
 }

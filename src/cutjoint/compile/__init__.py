@@ -6,25 +6,31 @@ derivatives, a `batch` for many states at once, and `simulate_many` for many run
 
 from cutjoint.compile.batch import Batch
 from cutjoint.compile.compiled_chain import CompiledChain
+from cutjoint.compile.compiled_minimal import CompiledMinimal
 from cutjoint.compile.compiled_paper import CompiledPaper
 from cutjoint.compile.compiler import Compiled, compiled, functions_of
 from cutjoint.compile.functions.library import Made, Options
 from cutjoint.compile.many.closed_loop import ClosedLoop, simulate_many
 from cutjoint.compile.many.results import Many
 from cutjoint.compile.mechanism import CompiledMechanism, Derivatives
+from cutjoint.compile.plants import CompiledChainPlant, CompiledPaperPlant, compiled_plant
 
 __all__ = [
     "Batch",
     "ClosedLoop",
     "Compiled",
     "CompiledChain",
+    "CompiledChainPlant",
     "CompiledMechanism",
+    "CompiledMinimal",
     "CompiledPaper",
+    "CompiledPaperPlant",
     "Derivatives",
     "Made",
     "Many",
     "Options",
     "compiled",
+    "compiled_plant",
     "functions_of",
     "simulate_many",
 ]

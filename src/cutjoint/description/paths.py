@@ -106,7 +106,12 @@ class Path:
 
 def paths(robot: RobotDescription) -> tuple[str, ...]:
     """Paths of all numbers of a robot, one by one."""
-    return tuple(str(Path(part, name, field)) for part, name in _things(robot) for field in _fields(robot, part, name))
+    return tuple(map(str, every_path(robot)))
+
+
+def every_path(robot: RobotDescription) -> tuple[Path, ...]:
+    """The same as values."""
+    return tuple(Path(part, name, field) for part, name in _things(robot) for field in _fields(robot, part, name))
 
 
 def numbers_at(robot: RobotDescription, path: str) -> tuple[Path, ...]:

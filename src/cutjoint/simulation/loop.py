@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -12,31 +12,35 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, as_vector, positive
 from cutjoint.control import GivenEfforts, Law, NoControl, as_law
 from cutjoint.errors import CutjointError, InputError, LimitError, SimulationError
-from cutjoint.mechanism import JointLimits, Posture
-from cutjoint.motion import Reference
+from cutjoint.mechanism import JointLimits, Mechanism, Posture
+from cutjoint.motion import Desired, Reference
+from cutjoint.simulation.choice import plant_of
 from cutjoint.simulation.coupled import Coupled
 from cutjoint.simulation.hardware import Clock, Drive, Hardware
 from cutjoint.simulation.hardware.checks import check_robot, check_span
-from cutjoint.simulation.hardware.electronics import Electronics
+from cutjoint.simulation.hardware.electronics import Electronics, Signals
 from cutjoint.simulation.hardware.parts import parts_of
 from cutjoint.simulation.integrators import Adaptive, Integrator, Step, StepError
 from cutjoint.simulation.joint_limits import JointGuard, Passed, crossing, hermite
 from cutjoint.simulation.locks import Locks
-from cutjoint.simulation.observables import OBSERVABLES, Instant, gathered
-from cutjoint.simulation.plant import Plant, State
+from cutjoint.simulation.observables import OBSERVABLES, Instant, Works, gathered
+from cutjoint.simulation.plant import Advancing, Plant, State
 from cutjoint.simulation.pushing import Pushing, RunLoads
 from cutjoint.simulation.result import About, Result, result_of
+from cutjoint.simulation.stiction import LOOKS
 
 # Two instants nearer to each other than this part of the whole run are one.
 SAME = 1e-12
 # Steps shorter than this part of the whole run get nowhere, and so many of them on end are a wall that is crept up to,
 # or a law that jumps to and fro.
 CREEPING, CREEPS = 1e-8, 50
+# How often a step that ends where a joint comes to rest is taken again.
+RESTEPS = 3
 
 
 # long: its arguments and what they mean
 def run(
-    plant: Plant,
+    robot: Plant | Mechanism,
     law: Law | Callable[..., npt.ArrayLike] | None = None,
     reference: Reference | None = None,
     *,
@@ -54,14 +58,15 @@ def run(
     joint_limits: JointLimits = "respect",
     progress: Callable[[float], None] | None = None,
 ) -> Result:
-    """Simulate the plant under the law.
+    """Simulate a robot under a law.
 
     Args:
-        plant: the robot.
+        robot: as a plant, or as a mechanism, of which the compiled plant is taken where there can be one; the result's
+            `about` says which, and why not.
         law: the controller, or a function (t, desired, q, v) -> efforts; without a reference also a function t ->
             efforts, and by default no effort at all, which is free fall.
         reference: what it should follow; default nothing, and the result has no columns of what was desired.
-        integrator: default `Adaptive()`, which is DOP853.
+        integrator: default that of a compiled plant while efforts are held, else `Adaptive()`, which is DOP853.
         duration: [s]; default that of the reference, or of the efforts where they have an end.
         rate: of the controller [Hz], whose effort is held in between (zero-order hold); default continuous control.
         limits: largest |effort|, scalar or one an actuator, [N] or [N m]; default none.
@@ -85,6 +90,7 @@ def run(
         SimulationError: the run diverged, met a singularity, or a joint passed its limits; it holds the state and the
             result until then.
     """
+    plant, not_compiled = plant_of(robot)
     n = plant.mechanism.n
     control = _law(law, reference)
     span = _span(duration, control, reference)
@@ -108,6 +114,8 @@ def run(
     }
     if reference is not None:
         about |= {"trajectory": reference.trajectory.name, "reference": reference.mechanism.name}
+    if not_compiled is not None:
+        about["not_compiled"] = not_compiled
     if locks.names:
         about["locked"] = list(locks.names)
     pushing = None if loads is None else Pushing(plant, loads)
@@ -123,7 +131,11 @@ def run(
     between = bounds if built is None else Electronics(built, n, run_number)
     coupled = Coupled(plant, control, reference, between, locks, first, pushing)
     guard = JointGuard(plant.mechanism, first) if joint_limits == "respect" else None
-    return _Run(coupled, method, guard, (span, spacing, every is None), about).go(progress)
+    running = _Run(coupled, method, guard, (span, spacing, every is None), about)
+    if integrator is None and isinstance(plant, Advancing) and coupled.holds:
+        about["integrator"] = plant.method
+        running.itself = plant
+    return running.go(progress)
 
 
 def _law(law: Law | Callable[..., npt.ArrayLike] | None, reference: Reference | None) -> Law:
@@ -186,6 +198,17 @@ def _built(hardware: Hardware | None, rate: float | None, bounds: Array | None, 
     return hardware
 
 
+class Kept(NamedTuple):
+    """What is recorded of an instant, before the state is looked at; see `Instant`."""
+
+    t: float
+    state: State
+    desired: Desired | None
+    effort: Array
+    works: Works
+    signals: Signals | None
+
+
 class _Run:
     """One run: a clock over steps, instants of the hardware and record samples (every `spacing`)."""
 
@@ -204,6 +227,9 @@ class _Run:
         self.t, self.steps, self.records, self.creeps = 0.0, 0, 0, 0
         self.h, self.recorded = math.inf, 0.0
         self.slope: Array | None = None
+        self.at_once = coupled.plant if isinstance(coupled.plant, Advancing) else None
+        self.itself: Advancing | None = None
+        self.kept: list[Kept] = []
 
     def go(self, progress: Callable[[float], None] | None) -> Result:
         """From 0 to the end of the span."""
@@ -223,7 +249,12 @@ class _Run:
         coupled = self.coupled
         coupled.failure = None
         end = min(self.span, coupled.next_instant())
+        if self.stride(min(end, self.next_record())):
+            self.fall_due()
+            return
         stop = end if self.method.interpolates else min(end, self.next_record())
+        if coupled.let_go(self.t):
+            self.slope = None
         if self.slope is None:
             self.slope = coupled.field(self.t, coupled.y)
         if not np.isfinite(self.slope).all():
@@ -243,6 +274,7 @@ class _Run:
                 f"steps of {step.t - self.t:.2g} s get nowhere; a law that jumps needs a sample time (rate=, --rate), "
                 "at a stretched limb full coordinates go on (ConstrainedPlant)"
             )
+        step, ended = self.until_a_mode_ends(step)
         self.record_between(step)
         began = coupled.origin, coupled.y
         unchanged = coupled.accept(step.y)
@@ -256,12 +288,67 @@ class _Run:
         self.h = max(self.h, step.ahead) if cut_short else step.ahead
         self.slope = step.slope if unchanged else None
         self.t, self.steps = step.t, self.steps + 1
+        if ended is not None:
+            coupled.switch(self.t, ended)
+            self.slope = None
+        self.fall_due()
+
+    def stride(self, stop: float) -> bool:
+        """Let the plant integrate itself until `stop` [s]; False where it does not, or a joint passes its limits."""
+        coupled, held = self.coupled, self.coupled.held()
+        if self.itself is None or held is None:
+            return False
+        done = self.itself.advance(coupled.origin, held, stop - self.t, self.h)
+        if done is None:
+            return False
+        if self.guard is not None:
+            if self.guard.passed(done.state) is not None:
+                return False
+            self.guard.accept(done.state)
+        coupled.put(done)
+        self.t, self.steps, self.h, self.slope = stop, self.steps + 1, done.ahead, None
+        return True
+
+    def fall_due(self) -> None:
+        """What falls due at the end of a step."""
+        coupled = self.coupled
         while self.t >= coupled.next_instant() - self.same:
             coupled.sample(self.t)
             self.slope = None
         if self.every_step or self.t >= self.next_record() - self.same:
             self.records += 1
             self.record(self.t, coupled.origin, coupled.y)
+
+    def until_a_mode_ends(self, step: Step) -> tuple[Step, int | None]:
+        """The step, or its part until a joint with stiction begins to stick or to slip, and which joint that is."""
+        coupled = self.coupled
+        if coupled.stiction is None:
+            return step, None
+        known = self.between(step)
+        looks = LOOKS if self.method.interpolates else 0
+        found = coupled.stiction.first(self.t, step.t, lambda t: coupled.mode_ends(t, known(t)), looks)
+        if found is None:
+            return step, None
+        t, joint = found
+        assert self.slope is not None
+        for _ in range(RESTEPS):
+            # the method is more exact at the end of a step than its interpolant within
+            again = self.method.step(coupled.field, self.t, coupled.y, self.slope, t - self.t, t, self.span)
+            if again.t < t:
+                return again, None
+            late = coupled.late(again.t, again.y, joint)
+            if not (abs(late) > SAME * (t - self.t) and self.t < t - late < step.t):
+                break
+            t -= late
+        return Step(again.t, again.y, None, step.ahead, again.between), joint
+
+    def between(self, step: Step) -> Callable[[float], Array]:
+        """The interpolant of a step, or the cubic through both ends where the method has none."""
+        if step.between is not None:
+            return step.between
+        assert self.slope is not None
+        slope = self.coupled.field(step.t, step.y) if step.slope is None else step.slope
+        return hermite((self.t, self.coupled.y, self.slope), (step.t, step.y, slope))
 
     def next_record(self) -> float:
         """Next instant to record [s]; the end is always recorded."""
@@ -281,12 +368,7 @@ class _Run:
 
     def stop_at_limit(self, guard: JointGuard, step: Step, beyond: float) -> NoReturn:
         """Go on to where the first joint passes its limits, which is before `beyond` [s] in the step, and raise."""
-        coupled, between = self.coupled, step.between
-        if between is None:
-            assert self.slope is not None
-            slope = coupled.field(step.t, step.y) if step.slope is None else step.slope
-            between = hermite((self.t, coupled.y, self.slope), (step.t, step.y, slope))
-        known = between
+        coupled, known = self.coupled, self.between(step)
 
         def passed(t: float) -> Passed | None:
             return guard.passed(coupled.plant.settled(coupled.state(known(t)))[0])
@@ -313,15 +395,24 @@ class _Run:
         self.recorded, coupled = t, self.coupled
         desired = None if coupled.reference is None else coupled.desired(t)
         signals = coupled.signals(y) if "hardware" in self.about else None
-        now = Instant(
-            t, coupled.plant.observe(state), desired, coupled.effort_at(t, state, y), coupled.works(y), signals
-        )
-        for name, one in OBSERVABLES.items():
-            if (taken := one.take(now)) is not None:
-                self.columns[name].append(taken)
+        self.kept.append(Kept(t, state, desired, coupled.effort_at(t, state, y), coupled.works(y), signals))
+        if self.at_once is None:
+            self.observe()
+
+    def observe(self) -> None:
+        """Fill the columns with what was kept; a plant that can, looks at many states at once."""
+        kept, states = self.kept, [one.state for one in self.kept]
+        seen = map(self.coupled.plant.observe, states) if self.at_once is None else self.at_once.observe_all(states)
+        for one, observation in zip(kept, seen, strict=True):
+            now = Instant(one.t, observation, one.desired, one.effort, one.works, one.signals)
+            for name, observable in OBSERVABLES.items():
+                if (taken := observable.take(now)) is not None:
+                    self.columns[name].append(taken)
+        kept.clear()
 
     def result(self) -> Result:
         """Everything until now."""
+        self.observe()
         coupled = self.coupled
         ending = About(steps=self.steps, evaluations=coupled.evaluations, strayed=coupled.strayed)
         columns = gathered({name: samples for name, samples in self.columns.items() if samples})

@@ -7,8 +7,9 @@ rotations it is the exponential map (Munthe-Kaas), so that the order of the inte
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -118,6 +119,13 @@ class Plant(Protocol):
         """
 
     @property
+    def sticking(self) -> Mapping[int, float]:
+        """Joints with stiction, as `joint_rows` numbers them, and their friction: [N] or [N m]."""
+
+    def joint_rows(self, state: State, joints: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+        """Rates of joints by the velocity of a state, shape (k, nv), and what these accelerate beside, shape (k,)."""
+
+    @property
     def dissipates(self) -> bool:
         """Whether it has dampers or friction that may take work."""
 
@@ -129,6 +137,36 @@ class Plant(Protocol):
 
     def observe(self, state: State) -> Observation:
         """What to record."""
+
+
+class Advanced(NamedTuple):
+    """What became of a plant: its state on the loops, the work of its actuators and what friction took [J], how far off
+    the loops it was [m], evaluations of the equations of motion, and the step to go on with [s]."""
+
+    state: State
+    work: float
+    lost: float
+    strayed: float
+    evaluations: int
+    ahead: float
+
+
+@runtime_checkable
+class Advancing(Plant, Protocol):
+    """A plant that integrates itself where efforts do not change.
+
+    Attributes:
+        method: by which, with its settings.
+    """
+
+    method: str
+
+    def advance(self, state: State, effort: Array, span: float, ahead: float) -> Advanced | None:
+        """From `state` on over `span` [s] under `effort`, with steps of about `ahead` [s] at first; None where that
+        cannot be trusted."""
+
+    def observe_all(self, states: Sequence[State]) -> list[Observation]:
+        """What to record of many states."""
 
 
 class ReducedPlant:
@@ -199,6 +237,18 @@ class ReducedPlant:
                 free=(),
             )
         return self.mechanism.load_effort(at, loads)
+
+    @property
+    def sticking(self) -> Mapping[int, float]:
+        """See `Plant.sticking`: of chains, by the velocities of their trees; published models have none."""
+        found: Mapping[int, float] = getattr(self.mechanism, "sticking", {})
+        return found
+
+    def joint_rows(self, state: State, joints: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+        """See `Plant.joint_rows`."""
+        at, chain = _closed(state), self.mechanism
+        assert isinstance(chain, ClosedChain), "published models have no stiction"
+        return chain.tangent(at)[joints], chain.drift(at, state.v)[joints]
 
     @property
     def dissipates(self) -> bool:

@@ -39,6 +39,7 @@ class About(TypedDict, total=False):
 
     robot: str
     plant: str
+    not_compiled: str
     law: str
     gains: dict[str, list[list[float]]]
     trajectory: str

@@ -122,8 +122,9 @@ class Survey:
         return best if least < CLOSED else None
 
     def at_values(self, x: Array, values: Array) -> Array | None:
-        """The closed configuration next to a closed one at other values of the parameters, or None; the way there is
-        walked in pieces where it is long."""
+        """The closed configuration next to a closed one at other values of the parameters; the way there is walked in
+        pieces where it is long.  None where there is none, or one that the loops hold by more rows: of a robot that
+        moves because its lengths fit each other, with others a structure may be left."""
         size = len(x) - self._parameters
         for pieces in (1, 4, 16):
             here = x
@@ -134,8 +135,12 @@ class Survey:
                     break
                 here = found
             else:
-                return here
+                return here if self._rank(here) <= self._rank(x) else None
         return None
+
+    def _rank(self, x: Array) -> int:
+        values = singular_values(self.system(x)[0])
+        return int(np.sum(values > threshold(values)))
 
     def cloud(self, home: Array) -> Array:
         """Closed configurations around `home`, itself first, shape (k, nq): random walks that start there."""

@@ -14,7 +14,7 @@ from cutjoint.chain.bound import BoundCut
 from cutjoint.chain.build import UNBOUNDED
 from cutjoint.compile.equations.acting import Acting, Coefficients, OnBall, OnCoordinate, OnRow
 from cutjoint.compile.equations.cut_physics import bushed, free
-from cutjoint.compile.equations.cut_rows import End, Relative
+from cutjoint.compile.equations.cut_rows import CutEnd, Relative
 from cutjoint.compile.equations.joints import JOINTS, StepKind
 from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.tree import JointTree
@@ -118,7 +118,9 @@ class TreePhysics:
     def _relative(self, pose: TreePose, name: str, bound: BoundCut) -> Relative:
         a = self._tree.frame(bound.joint_a, bound.placement_a)
         b = self._tree.frame(bound.joint_b, bound.placement_b)
-        return Relative(pose, End(pose, pose.frame(f"cuts.{name}.a", a)), End(pose, pose.frame(f"cuts.{name}.b", b)))
+        return Relative(
+            pose, CutEnd(pose, pose.frame(f"cuts.{name}.a", a)), CutEnd(pose, pose.frame(f"cuts.{name}.b", b))
+        )
 
     def _rates(self, k: int) -> range:
         step = self._tree.steps[k]

@@ -79,14 +79,32 @@ class Expression:
     def __abs__(self) -> Expression:
         return self._apply(Op.ABS)
 
-    def __gt__(self, other: Number) -> bool:
-        difference = (self - other).constant
-        if difference is None:
+    def _compared(self, other: object, op: Op) -> bool:
+        if not isinstance(other, Expression | float | int):
+            raise InputError(f"a traced model may compare numbers only, found {other!r}")
+        found = self.graph.constant_of(self.graph.function(op, self.ref, self.graph.reference(other)))
+        if found is None:
             raise InputError("a traced model may not compare values: there are no values while tracing")
-        return difference > 0.0
+        return found != 0.0
 
     def __lt__(self, other: Number) -> bool:
-        return -self > -other
+        return self._compared(other, Op.LESS)
+
+    def __le__(self, other: Number) -> bool:
+        return self._compared(other, Op.AT_MOST)
+
+    def __gt__(self, other: Number) -> bool:
+        return not self._compared(other, Op.AT_MOST)
+
+    def __ge__(self, other: Number) -> bool:
+        return not self._compared(other, Op.LESS)
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Expression) and self.ref == other.ref:
+            return True
+        return self._compared(other, Op.AT_MOST) and not self._compared(other, Op.LESS)
+
+    __hash__ = object.__hash__
 
     def __bool__(self) -> bool:
         if self.constant is not None:

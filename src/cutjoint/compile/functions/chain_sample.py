@@ -92,6 +92,10 @@ class ChainSample(RobotSample):
             return np.column_stack([tool.rotation, tool.position])
         return robot.inverse_dynamics(at, self.v, self.a)
 
+    @property
+    def lost_full(self) -> Array:
+        return np.array([self.chain.full_dissipation(self.at, self.v_full)])
+
     @cached_property
     def wanted(self) -> Pose:
         """Where the tool shall be: a little aside; with idle freedoms, which the steps need not share, where it is."""

@@ -17,6 +17,7 @@ from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.functions import cache
 from cutjoint.compile.functions.table import Function, function
 from cutjoint.compile.machine.backends import backend
+from cutjoint.compile.machine.interpreter import Interpreter
 from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.sources.interface import Source, size
 from cutjoint.errors import CompileError
@@ -51,6 +52,7 @@ class Options:
         report: called with every function that was made.
         backend: what makes machine code of the instructions, a name of `cutjoint.compile.machine.backends`.
         ranges: of parameters of a chain, see `ChainSource`.
+        quick: machine code that is made in a third of the time, and a third as quick; the digits are the same.
 
     Raises:
         UnknownNameError: no such back end.
@@ -62,6 +64,7 @@ class Options:
     report: Callable[[Made], None] | None = None
     backend: str = "llvm"
     ranges: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]] = field(default_factory=dict)
+    quick: bool = False
 
     def __post_init__(self) -> None:
         backend(self.backend)  # raises: there is none of that name
@@ -152,19 +155,33 @@ class Library:
                 self._functions[what] = found
         return found
 
+    def program(self, what: str) -> Program:
+        """The instructions of the function called `what`, checked but not compiled; errors as of it."""
+        found = self._functions.get(what)
+        return self._made(function(what), interpreted=True)[0].kernel.program if found is None else found.kernel.program
+
+    def interpreted(self, what: str) -> CompiledFunction:
+        """The function called `what` without machine code: for batches that are done once."""
+        return self._made(function(what), interpreted=True)[0]
+
     def _make(self, row: Function) -> CompiledFunction:
+        start = time.perf_counter()
+        made, cached = self._made(row, interpreted=False)
+        return self._reported(made, cached, time.perf_counter() - start)
+
+    def _made(self, row: Function, *, interpreted: bool) -> tuple[CompiledFunction, bool]:
+        """A function that was checked, and whether its instructions came from the cache."""
         fused = backend(self.options.backend).fused()
         name = cache.key(self.source.content, row.name, f"fused={fused}") if self.options.cached else ""
-        start = time.perf_counter()
         stored = cache.read(name) if self.options.cached else None
         if stored is not None:
             if (stored.name, stored.arguments, stored.results) == (row.name, *row.lengths(self.source)):
-                kept = self._compiled(row, stored)
+                kept = self._compiled(row, stored, interpreted)
                 if not self._check(kept):
-                    return self._reported(kept, True, time.perf_counter() - start)
+                    return kept, True
             cache.drop(name)
         program = row.program(self.source, fused=fused)
-        made = self._compiled(row, program)
+        made = self._compiled(row, program, interpreted)
         wrong = self._check(made)
         if wrong:
             raise CompileError(
@@ -173,10 +190,12 @@ class Library:
             )
         if self.options.cached:
             cache.write(name, program)
-        return self._reported(made, False, time.perf_counter() - start)
+        return made, False
 
-    def _compiled(self, row: Function, program: Program) -> CompiledFunction:
-        return CompiledFunction(row, backend(self.options.backend).kernel(program, fast=self.options.fast), self.source)
+    def _compiled(self, row: Function, program: Program, interpreted: bool) -> CompiledFunction:
+        options = self.options
+        kind = Interpreter if interpreted else backend(options.backend).kernel
+        return CompiledFunction(row, kind(program, fast=options.fast, quick=options.quick), self.source)
 
     def _reported(self, made: CompiledFunction, cached: bool, seconds: float) -> CompiledFunction:
         if self.options.report is not None:

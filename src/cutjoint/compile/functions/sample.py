@@ -83,6 +83,10 @@ class RobotSample:
         """The equation of motion here."""
         return self.model.terms(self.at, self.v)
 
+    def terms_at(self, at: Posture, v: Array) -> Terms:
+        """The equation of motion elsewhere."""
+        return self.model.terms(at, v)
+
     @cached_property
     def tool(self) -> Tool:
         """The tool."""
@@ -131,6 +135,11 @@ class RobotSample:
     def q_rate(self, v_full: Array) -> Array:
         """Rates of the position variables at a velocity of all joints."""
         return v_full
+
+    @property
+    def lost_full(self) -> Array:
+        """Power that friction takes at `v_full`, shape (1,)."""
+        raise NotImplementedError
 
     @property
     def goal(self) -> Array:
@@ -229,7 +238,7 @@ def slopes(sample: RobotSample, value: Callable[[Terms], Array]) -> dict[str, Ar
     where these do not tell."""
     if not sample.smooth:
         return {}
-    ask, at, v, units = sample.model.terms, sample.at, sample.v, sample.units
+    ask, at, v, units = sample.terms_at, sample.at, sample.v, sample.units
     by_q, by_v = [], []
     for k, unit in enumerate(units.coordinate):
         step = float(DIFFERENCE * unit)

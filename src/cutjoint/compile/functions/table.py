@@ -119,15 +119,24 @@ FUNCTIONS: dict[str, Function] = {
         ),
         Function(
             "motion",
-            "rates of position variables and velocities under an effort, and its power: what an integrator needs",
+            "rates of position variables and velocities under an effort, its power and that of friction, which is what "
+            "an integrator needs, and velocities of all joints",
             ("q", "v", "effort", "parameters"),
             (
                 ResultPart("q_rate", "positions", "x", lambda s: s.speed, SLOPE),
                 _A,
                 ResultPart("power", "1", "J", lambda s: float(np.abs(s.effort * s.v).sum())),
+                ResultPart("lost", "1", "J", lambda s: s.rubbed * s.speed),
+                ResultPart("v_full", "nv", "u", lambda s: s.speed),
             ),
             tracing.motion,
-            lambda s: {"q_rate": s.q_rate(s.tangent @ s.v), "a": s.a, "power": np.array([s.effort @ s.v])},
+            lambda s: {
+                "q_rate": s.q_rate(s.tangent @ s.v),
+                "a": s.a,
+                "power": np.array([s.effort @ s.v]),
+                "lost": np.array([s.terms.friction @ s.v]),
+                "v_full": s.tangent @ s.v,
+            },
             _DYNAMICS,
         ),
         Function(
@@ -315,18 +324,22 @@ FUNCTIONS: dict[str, Function] = {
         ),
         Function(
             "full_motion",
-            "rates of position variables and of the velocities of all joints under forces on them, and their power",
+            "rates of position variables and of the velocities of all joints under forces on them, their power and "
+            "that of friction, and what the loops are open by",
             ("q", "v_full", "effort_full", "parameters"),
             (
                 ResultPart("q_rate", "positions", "x", lambda s: s.units.rate, SLOPE),
                 ResultPart("a_full", "nv", "u", lambda s: s.units.rate**2),
                 ResultPart("power", "1", "J", lambda s: float(np.abs(s.effort_full * s.v_full).sum())),
+                ResultPart("lost", "1", "J"),
+                ResultPart("residual", "rows"),
             ),
             tracing.full_motion,
             lambda s: {
                 "q_rate": s.q_rate(s.v_full),
                 "a_full": s.a_full,
                 "power": np.array([s.effort_full @ s.v_full]),
+                "lost": s.lost_full,
             },
             (Need.JOINTS, Need.IDLE_MASS, Need.SMOOTH),
         ),

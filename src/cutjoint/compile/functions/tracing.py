@@ -87,17 +87,19 @@ def forward(call: Call) -> Traced:
 
 
 def motion(call: Call) -> Traced:
-    """Rates of positions, velocities and work."""
-    v, effort = call["v"], call["effort"]
-    a, factor = accelerations(call.state, v, effort)
-    return {"q_rate": call.state.position_rate(v), "a": a, "power": [dot(effort, v)]}, factor.strain
+    """Rates of positions, velocities and works."""
+    v, effort, state = call["v"], call["effort"], call.state
+    a, factor = accelerations(state, v, effort)
+    powers: Results = {"power": [dot(effort, v)], "lost": [dot(state.friction(v), v)]}
+    return {"q_rate": state.position_rate(v), "a": a, **powers, "v_full": state.full_velocity(v)}, factor.strain
 
 
 def full_motion(call: Call) -> Traced:
-    """Rates of positions, velocities of all joints, and work."""
-    v, effort = call["v_full"], call["effort_full"]
-    a, strain = call.joints.full_forward(v, effort)
-    return {"q_rate": call.joints.full_rate(v), "a_full": a, "power": [dot(effort, v)]}, strain
+    """Rates of positions, velocities of all joints, and works."""
+    v, effort, joints = call["v_full"], call["effort_full"], call.joints
+    a, strain = joints.full_forward(v, effort)
+    powers: Results = {"power": [dot(effort, v)], "lost": [joints.full_dissipation(v)]}
+    return {"q_rate": joints.full_rate(v), "a_full": a, **powers, "residual": joints.whole.residuals}, strain
 
 
 def inverse(call: Call) -> Traced:

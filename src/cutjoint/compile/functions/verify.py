@@ -8,6 +8,7 @@ does not reproduce the model is refused.  What is compared, in which units and h
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -53,9 +54,7 @@ class Checker:
             length, gravity = source.model.length, source.model.parameters.g
         else:
             length, gravity = source.chain.length, float(np.linalg.norm(source.model.gravity.linear))
-        turning = tuple(one.kind == "rotation" for one in self.model.actuators)
-        rate = float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0
-        return RobotUnits(np.where(turning, 1.0, length), turning, length, rate)
+        return units_of_rates(tuple(one.kind == "rotation" for one in self.model.actuators), length, gravity)
 
     @once
     def postures(self) -> list[Posture]:
@@ -101,14 +100,25 @@ class Checker:
                 samples.append((ChainSample(built, self.units, at, chance, source.chain.origin), values))
             if Need.PARAMETERS in function.row.needs:
                 samples = samples[-1:]
-        for sample, parameters in samples:
-            try:
-                wrong = disagreement(function, sample, parameters)
-            except (np.linalg.LinAlgError, SingularError, DynamicsError):
-                wrong = "the robot has a motion that moves no mass, or is singular near home"
-            if wrong:
-                return wrong
-        return ""
+        return judged(function, samples)
+
+
+def units_of_rates(turning: tuple[bool, ...], length: float, gravity: float) -> RobotUnits:
+    """Units of a robot of a length [m] under gravity [m/s2], of which coordinates are angles or not."""
+    rate = float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0
+    return RobotUnits(np.where(turning, 1.0, length), turning, length, rate)
+
+
+def judged(function: CompiledFunction, samples: Sequence[tuple[RobotSample, Array]]) -> str:
+    """What is wrong with a function at states with their parameters, in words, or nothing."""
+    for sample, parameters in samples:
+        try:
+            wrong = disagreement(function, sample, parameters)
+        except (np.linalg.LinAlgError, SingularError, DynamicsError):
+            wrong = "the robot has a motion that moves no mass, or is singular near home"
+        if wrong:
+            return wrong
+    return ""
 
 
 def well_posed(source: ChainSource) -> bool:

@@ -20,6 +20,7 @@ class Kernel:
     Args:
         program: what it computes.
         fast: sums may be reassociated, where the back end can.
+        quick: to be made soon rather than to be quick, where the back end has the choice.
 
     Attributes:
         compile_time: seconds that making it took.
@@ -27,12 +28,12 @@ class Kernel:
 
     compile_time = 0.0
 
-    def __init__(self, program: Program, *, fast: bool = False) -> None:
-        self.program, self.fast = program, fast
+    def __init__(self, program: Program, *, fast: bool = False, quick: bool = False) -> None:
+        self.program, self.fast, self.quick = program, fast, quick
 
     def __reduce__(self) -> tuple[object, ...]:
         # what was made for this process and processor does not travel: it is made anew by whoever unpickles
-        return partial(type(self), fast=self.fast), (self.program,)
+        return partial(type(self), fast=self.fast, quick=self.quick), (self.program,)
 
     def __call__(self, *arguments: Array) -> Array:
         """One evaluation: arguments of the program's lengths in, all results one after another out."""
@@ -188,11 +189,12 @@ class Runs(Protocol):
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionPrograms:
     """Equations of motion for an integrator in machine code; see `cutjoint.compile.machine.llvm.advance`.
 
     Attributes:
-        rate: program of (positions, velocities, efforts, parameters): rates of the first two, power, strain.
+        rate: program of (positions, velocities, efforts, parameters): rates of the first two, two powers, what else is
+            asked for of a state, strain.
         settle: program of (positions, target, parameters): positions after a Newton step onto the loops, what they were
             open by before, strain; None where there are no loops.
         actuated: where in the positions the target is.
@@ -211,6 +213,16 @@ class Motion:
     def velocities(self) -> int:
         """Velocities."""
         return self.rate.arguments[1][1]
+
+    @property
+    def integrated(self) -> int:
+        """Positions, velocities and works."""
+        return self.positions + self.velocities + 2
+
+    @property
+    def more(self) -> int:
+        """Numbers that are asked for of a state."""
+        return self.rate.n_out - self.integrated - 1
 
     @property
     def parameters(self) -> int:
@@ -246,5 +258,5 @@ class Motion:
 class Advance(Protocol):
     """An integrator in machine code."""
 
-    def __call__(self, state: Array, given: Array, residual: Array, step: Array, span: float) -> int:
+    def __call__(self, state: Array, given: Array, found: Array, step: Array, span: float) -> int:
         """Carry `state` on by `span` [s]; see `cutjoint.compile.machine.llvm.advance.AdvanceText`."""

@@ -31,7 +31,7 @@ from cutjoint.compile.many.statistics import Summary
 from cutjoint.compile.many.traced import Control, traced_loop
 from cutjoint.compile.many.variation import Variation, whole
 from cutjoint.compile.once import once
-from cutjoint.control import Law
+from cutjoint.control import Law, as_law
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired, Reference
@@ -66,7 +66,7 @@ class ClosedLoop:
     def __init__(
         self,
         plant: Compiled,
-        law: Law,
+        law: Law | Callable[..., npt.ArrayLike],
         mechanism: Mechanism,
         *,
         gains: tuple[str, ...] = (),
@@ -76,6 +76,7 @@ class ClosedLoop:
         method: str = "rk4",
     ) -> None:
         fixed_step(method)
+        law = as_law(law)
         control = _control(hardware, rate, limits, plant.n)
         if isinstance(control, Hardware):
             check_robot(control, plant, ())

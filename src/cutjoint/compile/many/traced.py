@@ -16,6 +16,7 @@ from cutjoint.compile.many.sampled import Sampled
 from cutjoint.compile.many.tracing import Tracing, continuous
 from cutjoint.compile.sources.interface import Need
 from cutjoint.compile.sources.law import TracedDesired
+from cutjoint.compile.sources.traced_array import numbers
 from cutjoint.control import Law
 from cutjoint.mechanism import Mechanism
 from cutjoint.simulation import ReducedPlant
@@ -82,7 +83,7 @@ def traced_loop(
     hardware = Sampled(one, Fitted(control, plant.n)) if isinstance(control, Hardware) else None
     moved = continuous(one, control) if hardware is None else hardware.actuation  # type: ignore[arg-type]
     a, factor = accelerations(one.traced, one.v, moved.effort)
-    errors = [x - y for x, y in zip(one.desired.q, one.traced.actuated, strict=True)]
+    errors = [x - y for x, y in zip(numbers(one.desired.q), one.traced.actuated, strict=True)]
     rates = [*one.traced.position_rate(one.v), *a, *moved.rates]
     results = {"rate": rates, "watched": [*moved.effort, *errors], "strain": [factor.strain]}
     settle = one.settle(moved.behind)

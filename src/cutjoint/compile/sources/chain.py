@@ -79,6 +79,9 @@ class ChainState:
     def position_rate(self, v: Sequence[Number]) -> list[Number]:
         return configuration_rate(self.pose, self.reduction.rates(v))
 
+    def full_velocity(self, v: Sequence[Number]) -> list[Number]:
+        return from_rates(self.pose, self.reduction.rates(v))
+
     def mass(self) -> list[list[Number]]:
         return self.reduction.mass()
 
@@ -199,6 +202,11 @@ class ChainState:
     def full_rate(self, v_full: Sequence[Number]) -> list[Number]:
         """Rates of the position variables."""
         return configuration_rate(self.pose, to_rates(self.pose, v_full))
+
+    def full_dissipation(self, v_full: Sequence[Number]) -> Number:
+        """Power that dampers and friction take."""
+        u = to_rates(self.pose, v_full)
+        return vectors.dot(self.physics.friction(u), u)
 
     def full_forward(self, v_full: Sequence[Number], effort_full: Sequence[Number]) -> tuple[list[Number], Number]:
         """Acceleration of all joints for a velocity that respects the loops and forces on all joints; and the

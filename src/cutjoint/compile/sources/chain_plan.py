@@ -1,170 +1,30 @@
-"""The tree of a closed chain, and what is decided of it once and for all, on a cloud of postures around home.
+"""What is decided of a closed chain once and for all, on a cloud of postures around home.
 
 Which freedoms are idle, which postures are regular, and in which order to eliminate.
 """
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 
-from cutjoint.arrays import Array, readonly
-from cutjoint.chain import ClosedChain
-from cutjoint.chain.build import bind_frame
+from cutjoint.arrays import Array
 from cutjoint.chain.closure import Closure
-from cutjoint.chain.joints import velocity_scale
 from cutjoint.chain.rank import null_space
 from cutjoint.compile.equations.carried import idle_masses, supports, weighed
 from cutjoint.compile.equations.cloud import Survey
 from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.elimination_order import Idle, Plan, choose
-from cutjoint.compile.equations.inertia import PointMass
 from cutjoint.compile.equations.led import LedLoops
-from cutjoint.compile.equations.physics import TreePhysics
-from cutjoint.compile.equations.pose import Arguments, TreePose
 from cutjoint.compile.equations.reduction import Reduction
-from cutjoint.compile.equations.tree import JointTree
-from cutjoint.compile.expressions import vectors
-from cutjoint.compile.expressions.graph import Graph, Number
+from cutjoint.compile.expressions.graph import Graph
 from cutjoint.compile.once import once
-from cutjoint.compile.sources.interface import PAYLOAD
-from cutjoint.compile.sources.parameters import Parameters, Ranges, RobotScale
-from cutjoint.compile.sources.varied import Varied
-from cutjoint.description.paths import PLACE
+from cutjoint.compile.sources.chain_tree import ChainTree
 from cutjoint.errors import CompileError, CutjointError
 
 STARTS = 12
 """How often a regular posture is looked for around a singular home."""
-
-
-class ChainTree:
-    """The tree of a chain; its local model stands near its origin, however far away its base is.
-
-    Args:
-        chain: any closed chain.
-        parameters, ranges: see `ChainSource`.
-
-    Attributes:
-        origin: where the local model stands (3,) [m]; it is added to tool positions and to the height of the masses,
-            not carried through the arithmetic.
-        positions, nv: sizes of configuration and velocity.
-        rate_scale: factor per rate that makes it dimensionless, shape (nv,).
-        actuated, actuated_rates: where the actuated coordinates stand in them.
-        arguments: what stays an argument of the compiled functions; `parameters` are their names.
-        nominal, low, high: the chain's own values of them, and the range that they are compiled for, (parameters,).
-        varied: what of the tree they touch.
-    """
-
-    def __init__(self, chain: ClosedChain, parameters: Sequence[str] = (), ranges: Ranges | None = None) -> None:
-        self.chain = chain
-        self._lock = threading.RLock()
-        self.model: pin.Model = chain.local_model
-        self.origin = vectors.constant_vector(chain.origin)
-        self.name = chain.name
-        self.positions, self.nv = chain.nq, chain.nv
-        self.rate_scale = velocity_scale(self.model, chain.length)
-        self.actuated = tuple(int(i) for i in chain.actuated(np.arange(float(chain.nq))))
-        self.actuated_rates = tuple(int(i) for i in chain.actuated_velocity(np.arange(float(chain.nv))))
-        self.arguments = Parameters(chain.description, parameters)
-        self.parameters, self.nominal = self.arguments.names, self.arguments.nominal
-        self.low, self.high = self.arguments.bounds(ranges or {}, self.scale)
-        self.varied = Varied(self.model, self.arguments)
-
-    @property
-    def placing(self) -> list[int]:
-        """Which parameters are places of joints and cuts, or couplings."""
-        return [self.parameters.index(name) for name in self.arguments.placing]
-
-    def displaced(self, values: Array) -> bool:
-        """Whether such a parameter differs from the chain's own, at values of all, shape (parameters,) or (N,
-        parameters)."""
-        return bool((values[..., self.placing] != self.nominal[self.placing]).any())
-
-    def keeps_task(self, values: Array) -> bool:
-        """Whether the task is the chain's own at values of the parameters, shape (parameters,) or (N, parameters): some
-        rotations alone are led from how the tool is at home, which may depend on them."""
-        turning = {f"tool.{angle}" for angle in PLACE[3:]}
-        tool = [k for k, name in enumerate(self.parameters) if name in turning]
-        moved = self.displaced(values) or bool((values[..., tool] != self.nominal[tool]).any())
-        return not moved or sum(row >= 3 for row in self.chain.task.rows) in (0, 3)
-
-    @property
-    def scale(self) -> RobotScale:
-        """How heavy, large and quick the robot is."""
-        mass = sum(float(inertia.mass) for inertia in list(self.model.inertias)[1:])
-        gravity = float(np.linalg.norm(self.model.gravity.linear))
-        return RobotScale(mass, self.chain.length, float(np.sqrt(self.chain.length / gravity)) if gravity else 1.0)
-
-    @once
-    def tree(self) -> JointTree:
-        """The tree without the links whose inertias are expressions."""
-        apart = self.varied.links
-        return JointTree(self._without(apart) if apart else self.model, self.varied.loose)
-
-    def _without(self, links: Sequence[str]) -> pin.Model:
-        """The model without the inertias of some links."""
-        model = pin.Model(self.model)
-        frames = {link.name: self.frame(link.name) for link in self.chain.description.links}
-        for joint in {int(frames[name].parentJoint) for name in links}:
-            total = pin.Inertia.Zero()
-            for link in self.chain.description.links:
-                inertial, frame = link.inertial, frames[link.name]
-                if inertial is not None and link.name not in links and int(frame.parentJoint) == joint:
-                    own = pin.Inertia(inertial.mass, np.array(inertial.com), np.array(inertial.inertia))
-                    total = total + frame.placement.act(own)
-            model.inertias[joint] = total
-        return model
-
-    def pose(self, q: Sequence[Number], parameters: Sequence[Number]) -> TreePose:
-        """The tree at the configuration `q`, with the values of the parameters."""
-        if not self.parameters:
-            return TreePose(self.tree, q, Arguments(rotors=self.physics.rotors({})))
-        values, tree, varied = dict(zip(self.parameters, parameters, strict=True)), self.tree, self.varied
-        numbers = self.arguments.numbers(values)
-        frames = varied.frames(tree, numbers)
-        bodies = tuple(varied.body(tree, name, numbers, values.get(name)) for name in varied.links)
-        points: tuple[PointMass, ...] = ()
-        if PAYLOAD in values:
-            step, _, lever = frames.get("tool", self.tool_frame)
-            points = (PointMass(step, values[PAYLOAD], lever),)
-        placed, rotors = varied.placed(tree, numbers), self.physics.rotors(numbers)
-        return TreePose(tree, q, Arguments(numbers, bodies, points, placed, frames, rotors))
-
-    @once
-    def physics(self) -> TreePhysics:
-        """What its joints and cuts do by themselves."""
-        return TreePhysics(self.tree, self.model, self.chain.description)
-
-    @once
-    def tool_frame(self) -> tuple[int, vectors.Matrix, vectors.Vector]:
-        """Step, rotation and lever of the tool."""
-        tool = self.chain.description.tool
-        assert tool is not None, "see `lacks`"
-        return self.tree.frame(*bind_frame(self.model, tool))
-
-    def frame(self, link: str) -> pin.Frame:
-        """Where a link is in the model."""
-        return self.model.frames[self.model.getFrameId(link, pin.FrameType.BODY)]
-
-    @once
-    def limits(self) -> tuple[Array, Array]:
-        """Least and largest value of every configuration coordinate, shape (nq,) each; infinite for what has none."""
-        single = np.zeros(self.positions, dtype=bool)
-        single[[int(self.model.idx_qs[i]) for i in range(1, self.model.njoints) if self.model.nqs[i] == 1]] = True
-        lower, upper = self.model.lowerPositionLimit, self.model.upperPositionLimit
-        return readonly(np.where(single, lower, -np.inf)), readonly(np.where(single, upper, np.inf))
-
-    @once
-    def position_scale(self) -> Array:
-        """Robot's length for configuration coordinates that are lengths, 1 for the others, shape (nq,)."""
-        scale = np.ones(self.positions)
-        for step in self.tree.steps[1:]:
-            scale[step.q : step.q + step.kind.lengths] = self.chain.length
-        return readonly(scale)
 
 
 # long: a property a part of the plan
@@ -286,10 +146,11 @@ class ChainPlan(ChainTree):
         survey, chance = self._survey, np.random.default_rng(1)
         found = [one for x in own if (one := survey.at_values(x, self._drawn(chance))) is not None]
         if 2 * len(found) < len(own):
+            stuck = ", ".join(self.fixed_by_loops())
             raise CompileError(
-                f"the loops of {self.name} close at {len(found)} of {len(own)} random values of its parameters"
-                f"{self._culprits(own[0])}. Give ranges that it can be built with, leave out what its loops fix, or "
-                "join what they keep equal ('PATH = PATH')"
+                f"the loops of {self.name} close, and leave its freedoms, at {len(found)} of {len(own)} random values "
+                f"of its parameters{f'; not for any change of {stuck} alone' if stuck else ''}. Give ranges that it "
+                "can be built with, leave out what its loops fix, or join what they keep equal ('PATH = PATH')"
             )
         return survey.regular(np.concatenate([own, found]), self.actuated_rates)
 
@@ -299,15 +160,16 @@ class ChainPlan(ChainTree):
         share = np.where(chance.uniform(size=len(share)) < 0.5, np.round(share), share)
         return np.asarray(self.low + share * (self.high - self.low))
 
-    def _culprits(self, x: Array) -> str:
-        """Which parameters alone keep the loops open, in words."""
-        open_at: list[str] = []
-        for name in self.arguments.placing:
-            k = self.parameters.index(name)
+    def fixed_by_loops(self) -> tuple[str, ...]:
+        """Parameters that alone cannot change to either end of their range around home, or the loops stay open or take
+        freedoms away."""
+        survey, x = self._survey, self._whole(self.cloud[0])
+        found: list[str] = []
+        for k in self.placing:
             ends = [np.where(np.arange(len(self.nominal)) == k, end, self.nominal) for end in (self.low, self.high)]
-            if all(self._survey.at_values(x, values) is None for values in ends):
-                open_at.append(name)
-        return f"; they stay open for any change of {', '.join(open_at)} alone" if open_at else ""
+            if all(survey.at_values(x, values) is None for values in ends):
+                found.append(self.parameters[k])
+        return tuple(found)
 
     @once
     def plan(self) -> Plan:
@@ -319,7 +181,7 @@ class ChainPlan(ChainTree):
         plan = choose(self._survey, self.wide_cloud, self.actuated_rates)
         if self.idle is None:
             return plan
-        n = self.chain.n
+        n = self.n
         if plan.independent[:n] != self.actuated_rates or len(plan.independent) != n + self.idle:
             raise CompileError(
                 f"no fixed order of elimination keeps the actuators of {self.name} around its home posture: it is "
@@ -351,7 +213,7 @@ class ChainPlan(ChainTree):
     def _with_idle(self, plan: Plan) -> Plan:
         """A plan with what the cloud tells of its idle freedoms."""
         jacobians = np.array([self._survey.system(x)[0] for x in self.wide_cloud])
-        moves = supports(jacobians, plan, self.chain.n)
+        moves = supports(jacobians, plan, self.n)
         rough = replace(plan, idle=Idle(moves, (), (), ()))
         graph = Graph()
         q, p = graph.symbols(self.positions), graph.symbols(len(self.parameters))

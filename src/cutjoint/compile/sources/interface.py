@@ -71,6 +71,9 @@ class TracedState(Protocol):
     def position_rate(self, v: Sequence[Number]) -> list[Number]:
         """Time derivative of the position variables."""
 
+    def full_velocity(self, v: Sequence[Number]) -> list[Number]:
+        """Velocities of all joints that the model has."""
+
     def mass(self) -> list[list[Number]]:
         """Mass matrix, (n, n)."""
 

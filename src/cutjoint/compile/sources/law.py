@@ -14,22 +14,20 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
 
 import numpy as np
-import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.functions import maximum, minimum
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.sources.interface import TracedState
-from cutjoint.control import Law
+from cutjoint.compile.sources.traced_array import Objects, numbers, traced
+from cutjoint.control import Law, LawOfFunction
 from cutjoint.control.law import Gain
 from cutjoint.errors import InputError
-from cutjoint.mechanism import JointLimits, Mechanism, Terms
+from cutjoint.mechanism import JointLimits, Mechanism
 from cutjoint.motion import Desired
-
-Objects = npt.NDArray[np.object_]
 
 
 class _Place:
@@ -64,7 +62,7 @@ class TracedDesired:
             made = self._graph.symbols(size)
             self.symbols += made
             self.fillers.append(filler)
-            self._known[key] = objects(made)
+            self._known[key] = traced(made)
         return self._known[key]
 
     def posture_of(self, model: object) -> _Place:
@@ -86,18 +84,17 @@ class TracedModel:
         return _Place(q)
 
     def terms(self, at: _Place, v: Objects | None = None) -> _DesiredTerms | _MeasuredTerms:
-        """Mass, Coriolis and gravity."""
+        """The terms of the equation of motion."""
         n = self.n
         if at is self._desired.posture:
             if v is not None and v is not self._desired.v:
                 raise InputError("a traced law may ask for terms of the desired posture at the desired velocity only")
-            return _DesiredTerms(self._model, self._desired)
+            return _DesiredTerms(self._model, self._desired, moving=v is not None)
         state = self._measured()
-        gravity_now = state.gravity()
-        still: Objects = objects([0.0] * n)
-        moving = still if v is None else objects(state.coriolis(list(v)))
-        rows = objects([x for row in state.mass() for x in row]).reshape(n, n)
-        return _MeasuredTerms(rows, moving, objects(gravity_now))
+        speed = None if v is None else numbers(v)
+        moving, rubbing = ([[0.0] * n] * 2) if speed is None else (state.coriolis(speed), state.friction(speed))
+        rows = traced([x for row in state.mass() for x in row]).reshape(n, n)
+        return _MeasuredTerms(rows, traced(moving), traced(state.gravity()), traced(state.springs()), traced(rubbing))
 
     def inverse_dynamics(self, at: _Place, v: Objects, a: Objects) -> Objects:
         """Effort."""
@@ -113,7 +110,7 @@ class TracedModel:
                 lambda one: model.inverse_dynamics(one.posture_of(model), one.v, one.a),
                 id(model),
             )
-        return objects(self._measured().inverse(list(v), list(a)))
+        return traced(self._measured().inverse(numbers(v), numbers(a)))
 
     def _measured(self) -> TracedState:
         if self._state is None:
@@ -124,38 +121,53 @@ class TracedModel:
         return self._state
 
 
-class _DesiredTerms:
+class _TracedTerms:
+    """What follows from the terms; see `cutjoint.mechanism.Terms`."""
+
+    if TYPE_CHECKING:
+        coriolis: Objects
+        gravity: Objects
+        springs: Objects
+        friction: Objects
+
+    @property
+    def bias(self) -> Objects:
+        """(n,)."""
+        return cast(Objects, self.coriolis + self.gravity + self.springs + self.friction)
+
+    @property
+    def holding(self) -> Objects:
+        """(n,)."""
+        return cast(Objects, self.gravity + self.springs)
+
+
+class _DesiredTerms(_TracedTerms):
     """Terms of the desired motion; only those that are read become columns."""
 
-    def __init__(self, model: Mechanism, desired: TracedDesired) -> None:
-        self._model, self._desired, self._n = model, desired, model.n
+    def __init__(self, model: Mechanism, desired: TracedDesired, *, moving: bool) -> None:
+        self._model, self._desired, self._moving = model, desired, moving
 
-    def _columns(self, name: str, size: int, ask: Callable[[Terms], Array]) -> Objects:
-        model = self._model
-        return self._desired.columns(name, size, lambda one: ask(model.terms(one.posture_of(model), one.v)), id(model))
+    def __getattr__(self, name: str) -> Objects:
+        if name not in ("mass", "coriolis", "gravity", "springs", "friction"):
+            raise AttributeError(f"terms of a traced law have no {name}")
+        model, moving, n = self._model, self._moving, self._model.n
 
-    @property
-    def mass(self) -> Objects:
-        """(n, n)."""
-        n = self._n
-        return self._columns("mass", n * n, lambda terms: terms.mass.ravel()).reshape(n, n)
+        def fill(one: Desired) -> Array:
+            terms = model.terms(one.posture_of(model), one.v if moving else None)
+            return np.ravel(getattr(terms, name))
 
-    @property
-    def coriolis(self) -> Objects:
-        """(n,)."""
-        return self._columns("coriolis", self._n, lambda terms: terms.coriolis)
-
-    @property
-    def gravity(self) -> Objects:
-        """(n,)."""
-        return self._columns("gravity", self._n, lambda terms: terms.gravity)
+        key = f"{name}{'' if moving else ' at rest'}"
+        columns = self._desired.columns(key, n * n if name == "mass" else n, fill, id(model))
+        return columns.reshape(n, n) if name == "mass" else columns
 
 
 @dataclass(frozen=True, eq=False)
-class _MeasuredTerms:
+class _MeasuredTerms(_TracedTerms):
     mass: Objects
     coriolis: Objects
     gravity: Objects
+    springs: Objects
+    friction: Objects
 
 
 class _SymbolicLaw(Protocol):
@@ -208,14 +220,24 @@ def trace_law(
     for name in gains:
         if name not in known:
             raise InputError(f"controller '{law.name}' has no gain {name} to vary; it has {', '.join(known) or 'none'}")
-    place, speed, own = objects(q), objects(v), objects(memory)
+    place, speed, own = traced(q), traced(v), traced(memory)
     try:
-        asked = np.asarray(twin.effort(desired, place, speed, own), dtype=object)
+        asked = objects(numbers(_answer(law, twin, desired, place, speed, own)))
+        if len(asked) != len(q):
+            raise InputError(f"it asks for {len(asked)} efforts; the robot has {len(q)} actuators")
         given = saturated(asked)
-        rate = np.asarray(twin.memory_rate(desired, place, speed, asked, given), dtype=object)
-    except (TypeError, AttributeError, ValueError) as error:
+        rate = numbers(twin.memory_rate(desired, place, speed, traced(asked.tolist()), traced(given.tolist())))
+    except (InputError, TypeError, AttributeError, ValueError, IndexError) as error:
         raise InputError(f"controller '{law.name}' cannot be compiled: {error}") from error
-    return TracedAnswer(list(asked), list(given), list(rate))
+    return TracedAnswer(list(asked), list(given), rate)
+
+
+def _answer(law: Law, twin: _SymbolicLaw, desired: TracedDesired, q: Objects, v: Objects, memory: Objects) -> object:
+    """What a law asks for."""
+    if isinstance(law, LawOfFunction):
+        ask = cast(Callable[..., object], law.function)
+        return ask(desired.t, desired, q, v)
+    return twin.effort(desired, q, v, memory)
 
 
 def clipped(limits: Array | None) -> Callable[[Objects], Objects]:
@@ -229,7 +251,7 @@ def clipped(limits: Array | None) -> Callable[[Objects], Objects]:
 def _gain(symbols: Sequence[Expression] | None, gain: Gain) -> Gain | Callable[[Objects], Objects]:
     if symbols is None:
         return gain
-    row = objects(symbols)
+    row = traced(symbols)
     return lambda error: row * error
 
 

@@ -111,6 +111,9 @@ class PaperState:
     def position_rate(self, v: Sequence[Number]) -> list[Number]:
         return list(v)
 
+    def full_velocity(self, v: Sequence[Number]) -> list[Number]:
+        return list(v)
+
     def settled(self, target: Sequence[Number] | None) -> tuple[list[Number], list[Number]]:
         """Closed by construction."""
         return list(self.q if target is None else target), []

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, readonly
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.description.model import Inertial, RobotDescription
-from cutjoint.description.paths import PLACE, TENSOR, Path, numbers_at, paths
+from cutjoint.description.paths import PLACE, TENSOR, Path, every_path, numbers_at
 from cutjoint.description.values import number, with_values
 from cutjoint.errors import InputError, UnknownNameError
 
@@ -216,7 +216,7 @@ class Parameters:
 
     def everything(self) -> list[tuple[str, float]]:
         """All numbers of the description, parameters or not."""
-        return [(path, number(self.robot, *numbers_at(self.robot, path))) for path in paths(self.robot)]
+        return [(str(path), number(self.robot, path)) for path in every_path(self.robot)]
 
     def rebuilt(self, values: Mapping[str, float]) -> RobotDescription:
         """The description with other values of all parameters."""

@@ -84,6 +84,17 @@ class Electronics:
         """A command takes effect."""
         self._memory = self.equations.applied(self._memory)
 
+    @property
+    def holds(self) -> bool:
+        """Whether efforts at the joints only change at instants, not with the motion."""
+        fitted = self.equations.fitted
+        return not self.rotors and (fitted.stall is None or fitted.no_load_speed is None)
+
+    @property
+    def held(self) -> Array:
+        """The command in effect, shape (n,)."""
+        return self._memory.held
+
     def effort(self, q: Array, v: Array, rotors: Array) -> tuple[Array, Array]:
         """Effort at the joints, shape (n,), and the rate of the `rotors` (positions, then speeds)."""
         n, held = q.size, self._memory.held

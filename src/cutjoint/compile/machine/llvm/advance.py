@@ -1,13 +1,13 @@
 """An integrator as LLVM assembly: from one sample to the next, with the error of every step under control.
 
 The pair of orders 5 and 4 by J. R. Dormand and P. J. Prince (A family of embedded Runge-Kutta formulae, J. Comput.
-Appl. Math. 6 (1980) 19-26), the solution of order 5 carried on; steps as in E. Hairer, S. P. Norsett, G. Wanner, Solving
-Ordinary Differential Equations I, section II.4.
+Appl. Math. 6 (1980) 19-26), the solution of order 5 carried on; steps as in E. Hairer, S. P. Norsett, G. Wanner,
+Solving Ordinary Differential Equations I, section II.4.
 """
 
 from __future__ import annotations
 
-from cutjoint.compile.machine.kernel import Motion
+from cutjoint.compile.machine.kernel import MotionPrograms
 from cutjoint.compile.machine.llvm.lanes import Lanes, Writer
 
 WEIGHTS = (
@@ -27,23 +27,25 @@ SHORTEST = 1e-9
 
 
 class AdvanceText:
-    """`int64 symbol(double *state, double *given, double *residual, double *h, double span, double relative, double
+    """`int64 symbol(double *state, double *given, double *found, double *h, double span, double relative, double
     absolute, double limit)`.
 
-    Carries `state` (positions, velocities, work) on by `span` under what is `given` (efforts, parameters) all the time,
-    with steps that begin with `h`, which is then what the next one should begin with.  The work rides along and does not
-    steer the steps.  Positions are put onto the loops at the end; `residual` is what they were open by before that, and
-    after.  Returns the number of evaluations; -1 where there is no step that may be trusted.
+    Carries `state` (positions, velocities, works) on by `span` under what is `given` (efforts, parameters) all the
+    time, with steps that begin with `h`, which is then what the next one should begin with.  Works ride along and do
+    not steer the steps.  Positions are put onto the loops at the end.  `found` is what the loops were open by before
+    that, and after, and what else is asked for of the last state.  Returns the number of evaluations; -1 where there is
+    no step that may be trusted.
 
-    Calls `rate(x, y)` with x = positions, velocities, given and y = rates of the state, strain; and, where there are
-    loops, `settle(x, y)` with x = positions, target, parameters and y = positions, residual, strain.
+    Calls `rate(x, y)` with x = positions, velocities, given and y = rates of the state, what is asked for, strain; and,
+    where there are loops, `settle(x, y)` with x = positions, target, parameters and y = positions, residual, strain.
     """
 
-    def __init__(self, symbol: str, motion: Motion) -> None:
+    def __init__(self, symbol: str, motion: MotionPrograms) -> None:
         self.symbol, self.motion = symbol, motion
         self.out = Writer()
         self.a = Lanes(self.out, 1)
         self.count = motion.positions + motion.velocities
+        self.all = motion.integrated
 
     def text(self) -> str:
         """The whole function."""
@@ -52,7 +54,7 @@ class AdvanceText:
         self._judge()
         self._finish()
         head = (
-            "ptr %state, ptr %given, ptr %residual, ptr %h, double %span, double %relative, double %absolute, "
+            "ptr %state, ptr %given, ptr %found, ptr %h, double %span, double %relative, double %absolute, "
             "double %limit"
         )
         body = "\n".join(self.out.lines)
@@ -86,18 +88,18 @@ class AdvanceText:
     def evaluate(self, slope: str) -> str:
         """Rates at the arguments into `slope`; returns the strain."""
         self.out.do(f"call void @rate(ptr {self.x}, ptr {self.y})")
-        self.copy(self.count + 1, self.y, slope)
-        return self.a.load(self.y, self.count + 1)
+        self.copy(self.all, self.y, slope)
+        return self.a.load(self.y, self.all + self.motion.more)
 
     # -- the function, block by block --------------------------------------------------------------------------------
 
     def _entry(self) -> None:
         """Room, and the slope at the start."""
-        out, a, count = self.out, self.a, self.count
+        out, a, count, motion = self.out, self.a, self.count, self.motion
         out.do("entry:")
-        self.x, self.y = a.room(count + self.motion.given), a.room(count + 2)
-        self.slopes = [a.room(count + 1) for _ in WEIGHTS]
-        self.after = a.room(count + 1)
+        self.x, self.y = a.room(count + motion.given), a.room(motion.rate.n_out)
+        self.slopes = [a.room(self.all) for _ in WEIGHTS]
+        self.after = a.room(self.all)
         self.place, self.put = a.room(self.motion.settle_in), a.room(self.motion.settle_out)
         self.copy(count, "%state", self.x)
         self.copy(self.motion.given, "%given", a.at(self.x, count))
@@ -121,7 +123,7 @@ class AdvanceText:
         strain = self.number(0.0)
         for stage in range(1, len(WEIGHTS)):
             to_end = stage == len(WEIGHTS) - 1
-            for k in range(self.count + (1 if to_end else 0)):
+            for k in range(self.all if to_end else self.count):
                 moved = a.fma("%step.h", self.summed(WEIGHTS[stage], k), a.load("%state", k))
                 if k < self.count:
                     a.store(self.x, k, moved)
@@ -159,8 +161,8 @@ class AdvanceText:
         going = out.emit(f"fcmp ogt double %shorter, {floor}")
         out.do(f"br i1 {going}, label %step, label %failed")
         out.do("accepted:")
-        self.copy(self.count + 1, self.after, "%state")
-        self.copy(self.count + 1, self.slopes[-1], self.slopes[0])
+        self.copy(self.all, self.after, "%state")
+        self.copy(self.all, self.slopes[-1], self.slopes[0])
         out.do("%t.next = fadd double %t, %step.h")
         longer = out.emit("fcmp ogt double %ask, %ahead")
         kept = out.emit(f"and i1 {longer}, %last")
@@ -172,6 +174,7 @@ class AdvanceText:
         out, a, motion = self.out, self.a, self.motion
         out.do("arrived:")
         a.store("%h", 0, "%ask.next")
+        self.copy(motion.more, a.at(self.y, self.all), a.at("%found", 2 * motion.rows))
         if motion.settled:
             parameters = a.at("%given", motion.given - motion.parameters)
             held = [a.load("%state", k) for k in motion.actuated]
@@ -181,7 +184,7 @@ class AdvanceText:
             for part in range(2):
                 self.copy(motion.positions, "%state", self.place)
                 out.do(f"call void @settle(ptr {self.place}, ptr {self.put})")
-                self.copy(motion.rows, a.at(self.put, motion.positions), a.at("%residual", part * motion.rows))
+                self.copy(motion.rows, a.at(self.put, motion.positions), a.at("%found", part * motion.rows))
                 if part == 0:
                     self.copy(motion.positions, self.put, "%state")
         out.do("ret i64 %calls.next")

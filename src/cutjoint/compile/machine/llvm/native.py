@@ -17,11 +17,12 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
-from cutjoint.compile.machine.kernel import Kernel, LoopParts, Motion, RunLoop
+from cutjoint.compile.machine.kernel import Kernel, LoopParts, MotionPrograms, RunLoop
 from cutjoint.compile.machine.llvm.advance import AdvanceText
 from cutjoint.compile.machine.llvm.run_loop import RunLoopText
 from cutjoint.compile.machine.llvm.text import FlatFunction, declarations, row_loop
 from cutjoint.compile.once import once
+from cutjoint.errors import CompileError
 
 _LOCK = threading.Lock()
 """LLVM is used by one thread at a time."""
@@ -48,7 +49,12 @@ def host() -> Host:
 
 @cache
 def _host() -> Host:
-    import llvmlite.binding as llvm
+    try:
+        import llvmlite.binding as llvm
+    except ImportError as error:
+        raise CompileError(
+            "llvmlite, which makes machine code, is not installed; pip install 'cutjoint[compile]'"
+        ) from error
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
@@ -97,10 +103,10 @@ class NativeKernel(Kernel):
         compile_time: seconds that LLVM took.
     """
 
-    def __init__(self, program: Program, *, fast: bool = False) -> None:
-        super().__init__(program, fast=fast)
+    def __init__(self, program: Program, *, fast: bool = False, quick: bool = False) -> None:
+        super().__init__(program, fast=fast, quick=quick)
         self.lanes = host().lanes
-        self._machine = self._compiled(1)
+        self._machine = self._compiled(1, quick)
         self.compile_time = self._machine.compile_time
         self._address = self._machine.address("flat")
         self._call = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(self._address)
@@ -119,8 +125,9 @@ class NativeKernel(Kernel):
         self.compile_time += self._machine_lanes.compile_time
         return _LOOP(self._machine_lanes.address("rows"))
 
-    def _compiled(self, lanes: int) -> Machine:
-        return Machine(_flat(self.program, "flat", lanes, self.fast), row_loop(self.program, "rows", "flat", lanes))
+    def _compiled(self, lanes: int, quick: bool = False) -> Machine:
+        loop = row_loop(self.program, "rows", "flat", lanes)
+        return Machine(_flat(self.program, "flat", lanes, self.fast), loop, quick=quick)
 
     def __call__(self, *arguments: Array) -> Array:
         own = self._own
@@ -165,7 +172,7 @@ class NativeAdvance:
         limit: of the strain.
     """
 
-    def __init__(self, motion: Motion, relative: float, absolute: float, limit: float) -> None:
+    def __init__(self, motion: MotionPrograms, relative: float, absolute: float, limit: float) -> None:
         programs = {"rate": motion.rate} if motion.settle is None else {"rate": motion.rate, "settle": motion.settle}
         parts = [_flat(program, name, 1, False) for name, program in programs.items()]
         self._machine = Machine(*parts, AdvanceText("advance", motion).text(), quick=True)
@@ -174,9 +181,9 @@ class NativeAdvance:
         self._call = ctypes.CFUNCTYPE(*kinds)(self._machine.address("advance"))
         self._settings = (relative, absolute, limit)
 
-    def __call__(self, state: Array, given: Array, residual: Array, step: Array, span: float) -> int:
+    def __call__(self, state: Array, given: Array, found: Array, step: Array, span: float) -> int:
         """See `Advance`."""
-        data = [x.ctypes.data for x in (state, given, residual, step)]
+        data = [x.ctypes.data for x in (state, given, found, step)]
         return int(self._call(*data, span, *self._settings))
 
 
