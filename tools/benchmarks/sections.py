@@ -11,7 +11,7 @@ from benchmarks import lengths, more_peers, motion_files, peers
 from benchmarks.built import built_loops
 from benchmarks.ladder import ladder
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
-from benchmarks.section import Section, Size
+from benchmarks.section import SMALL, Section, Size
 from benchmarks.task import KD, KP, SAMPLE, Task
 from benchmarks.whole_process import WAYS, seconds
 from cutjoint.arrays import Array
