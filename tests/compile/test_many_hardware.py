@@ -17,7 +17,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, compiled, simulate_many
 from cutjoint.compile.many.instants import Chances
 from cutjoint.compile.many.results import SAMPLED
-from cutjoint.control import PD, ComputedTorque, Feedforward
+from cutjoint.control import PD, PID, ComputedTorque, Feedforward
 from cutjoint.description import JointPhysics
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.motion import Circle, Hold, Reference
@@ -186,6 +186,16 @@ def test_rate_and_limits_are_hardware() -> None:
     )
     np.testing.assert_allclose(short.effort[0], single.effort, rtol=0, atol=1e-10)
     assert short.effort_max[0, 1] == 50.0
+
+
+def test_an_integral_moves_on_at_each_sample_and_stands_still_at_the_limits() -> None:
+    _, plant = robot("paper cpm")
+    law = PID(9000.0, 5000.0, 300.0)
+    hardware = replace(NOISY, drive=replace(NOISY.drive, limits=(60.0, 50.0, 40.0)))
+    start = plant.home.q + 0.02
+    many, single = both(plant, law, circle(1.0), hardware, "rk4", 4, start=start, duration=0.05)
+    agree(many, 4, single)
+    assert many.effort_max[4].max() == 60.0
 
 
 def test_every_run_has_its_own_chance_and_only_that() -> None:
