@@ -45,6 +45,9 @@ DYNAMICS = Tolerance(
 ROUNDED = Tolerance(
     1e-12, "of the loads", "forces that cancel leave rounding of what was added up, times a few thousand"
 )
+STRESSED = Tolerance(
+    1e-8, "-", "internal stresses of size 1 that do less to a reaction do nothing: rounding by the smallest rank"
+)
 REACHED = Tolerance(
     1e-7, "relative", "part of a motion or force that may stay out of the actuators' or the tool's reach"
 )

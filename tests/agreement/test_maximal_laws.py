@@ -14,6 +14,7 @@ from oracles.connections import turn
 from oracles.fivebar import FiveBar
 from oracles.fourbar import FourBar
 from oracles.maximal import Maximal
+from oracles.reactions import Reactions
 from oracles.reading import rpy_rotation
 from oracles.stewart import Motion, Stewart
 from oracles.tree import URDF
@@ -175,7 +176,7 @@ def test_energy_rate_is_power_and_gravity_turns_the_momentum(seed: int, tmp_path
     near((p1 - p0) / (2 * h), sum(weights), 1e-7)
     arms = [placed.poses[link].position + placed.centre(link) for link in links]
     near((l1 - l0) / (2 * h), sum(np.cross(a, w) for a, w in zip(arms, weights, strict=True)), 1e-7)
-    force, moment = motion.transmitted["j0"]
+    force, moment = Reactions(motion).of["j0"]
     near(np.r_[force, moment], np.zeros(6), 1e-10)
     assert max(motion.unmet) < 1e-11
 
@@ -275,7 +276,7 @@ def test_reactions_hold_what_they_carry() -> None:
         weights = {link: oracle.robot.bodies[link].mass * oracle.robot.gravity for link in oracle.column}
         lost = sum(weights[link] - rates[start : start + 3] for link, start in oracle.column.items())
         grounded = [joint.name for joint in oracle.robot.joints if joint.parent == oracle.robot.root]
-        carried = sum(motion.transmitted[joint][0] for joint in grounded)
+        carried = sum(Reactions(motion).of[joint][0] for joint in grounded)
         near(carried, -lost, 1e-9)
 
 

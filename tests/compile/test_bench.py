@@ -39,6 +39,7 @@ def test_all_sections_run_and_agree() -> None:
     found = bench()
     assert max(found["forward"]["differences"].values()) < 1e-12
     assert max(found["growth"]["differences"].values()) < 1e-9
+    assert found["tolerances"]["differences"]["tool"] < 1e-12
     assert found["sweep"]["differences"]["chain against paper"] < 1e-10
     assert all(error < 1e-8 for error in found["loop"]["differences"].values())
     # every engine, peers included, solves the same task: the worst of them to a tenth of a millimetre

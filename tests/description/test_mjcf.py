@@ -300,13 +300,6 @@ def test_bad_input(case: str, mjcf) -> None:
 
 
 def test_what_mjcf_ignores_is_a_warning(mjcf) -> None:
-    edits = ('range="-0.1 0.2"', 'range="-0.1 0.2" armature="0.1" stiffness="2"')
-    reading = read_checked(mjcf(edits, ('<velocity joint="first"/>', '<general tendon="t"/>')))
+    reading = read_checked(mjcf(('<velocity joint="first"/>', '<general tendon="t"/>')))
     assert reading.description is not None
-    found = [one.found for one in reading.problems]
-    for text in (
-        "armature of joint 'slide' is ignored",
-        "stiffness of joint 'slide' is ignored",
-        "<general> without joint",
-    ):
-        assert any(text in one for one in found), text
+    assert any("<general> without joint" in one.found for one in reading.problems)

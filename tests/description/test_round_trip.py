@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from kit.described import FILES, differences
+from kit.physics import with_elastic_cuts, with_physics
+from kit.quickly import few
 
 from cutjoint.description import (
     Coupling,
@@ -145,6 +147,33 @@ def test_one_of_everything_comes_back(form: str, seed: int, mesh: Path, tmp_path
     written = write(robot, tmp_path / "out" / FILES[form], to=form)
     assert all(path.is_file() for path in written)
     assert differences(robot, load_description(written[0])) == []
+
+
+@pytest.mark.parametrize("form", WRITERS)
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize("seed", few(range(12), 0, 1, 2))
+def test_physics_comes_back_bit_by_bit(form: str, scale: float, seed: int, mesh: Path, tmp_path: Path) -> None:
+    rng = np.random.default_rng([seed, round(1e3 * scale)])
+    robot = with_elastic_cuts(rng, with_physics(rng, menagerie(mesh, seed), scale), scale)
+    assert [str(one) for one in check(robot)] == []
+    again = load_description(write(robot, tmp_path / "out" / FILES[form], to=form)[0])
+    assert {one.name: one.physics for one in again.joints} == {one.name: one.physics for one in robot.joints}
+    assert {one.name: (one.physics, one.bushing) for one in again.cuts} == {
+        one.name: (one.physics, one.bushing) for one in robot.cuts
+    }
+    assert {one.name: one.limits for one in again.joints} == {one.name: one.limits for one in robot.joints}
+    assert differences(robot, again) == []
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_tree_alone_tells_what_urdf_can(seed: int, mesh: Path, tmp_path: Path) -> None:
+    """robot.urdf beside a loops.toml has dampers, friction and springs; rotors, gears and stops are in that."""
+    robot = with_physics(np.random.default_rng(seed), menagerie(mesh, seed))
+    alone = load_description(write(robot, tmp_path)[1])
+    for joint in robot.joints:
+        if joint.type.urdf is not None:
+            wanted = replace(joint.physics, rotor=0.0, gear=1.0, stop_stiffness=0.0, stop_damping=0.0)
+            assert alone.joint(joint.name).physics == wanted
 
 
 @pytest.mark.parametrize("form", WRITERS)

@@ -1,9 +1,12 @@
 """Natural units: robots that differ by units alone are one robot."""
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 
 from cutjoint.description import (
+    Bushing,
     Coupling,
     CutJoint,
     CutType,
@@ -35,11 +38,22 @@ def robot(length=1.0, mass=1.0, time=1.0):
         (Link("base"), Link("crank", inertial), Link("block", Inertial(0.5 * mass))),
         (
             Joint("turn", JointType.REVOLUTE, "base", "crank", at(0.3 * length, 0.0, 0.1 * length),
-                  physics=JointPhysics(0.2 * turning, 0.3 * turning / time)),
+                  physics=JointPhysics(0.2 * turning, 0.3 * turning / time, 0.4 / time, 0.5 * turning / time, 0.6,
+                                       0.7 * turning * time, 8.0, 0.9 * turning / time, 1.1 * turning)),
             Joint("slide", JointType.PRISMATIC, "base", "block", at(0.0, length, 0.0),
-                  physics=JointPhysics(0.4 * sliding, 0.5 * sliding * length / time)),
+                  physics=JointPhysics(0.4 * sliding, 0.5 * sliding * length / time, 0.4 * length / time,
+                                       0.5 * sliding / time, 0.6 * length, 0.7 * turning * time, 8.0 / length,
+                                       0.9 * sliding / time, 1.1 * sliding)),
         ),
-        cuts=(CutJoint("pin", CutType.SPHERICAL, Frame("crank", at(length, 0.0, 0.0)), Frame("block", np.eye(4))),),
+        cuts=(
+            CutJoint("pin", CutType.SPHERICAL, Frame("crank", at(length, 0.0, 0.0)), Frame("block", np.eye(4)),
+                     physics=JointPhysics(1.2 * turning, 0.1 * turning / time, 0.2 / time,
+                                          stiffness=1.3 * turning / time, rest=0.0),
+                     bushing=Bushing(1.4 * sliding / time, 1.5 * sliding, 1.6 * turning / time, 1.7 * turning)),
+            CutJoint("rail", CutType.PRISMATIC, Frame("crank", at(length, 0.0, 0.0)), Frame("block", np.eye(4)),
+                     physics=JointPhysics(1.2 * sliding, 0.1 * sliding * length / time, 0.2 * length / time,
+                                          stiffness=1.3 * sliding / time, rest=0.4 * length)),
+        ),
         couplings=(
             Coupling("rack", "slide", "turn", 0.7 * length, 0.1 * length),
             Coupling("pinion", "turn", "slide", 0.7 / length, 0.1),
@@ -49,14 +63,18 @@ def robot(length=1.0, mass=1.0, time=1.0):
     )  # fmt: skip
 
 
+def physics(of):
+    """The numbers of what it does by itself; no rest position is one that is nowhere."""
+    return [value for value in astuple(of.physics) if value is not None]
+
+
 def numbers(one):
     """All numbers of a description in one row."""
     rows = [one.gravity, one.tool.placement]
     rows += [[link.inertial.mass, *link.inertial.com, *link.inertial.inertia.flat] for link in one.links[1:]]
-    rows += [
-        [joint.physics.damping, joint.physics.friction, *joint.placement.flat, *joint.axis] for joint in one.joints
-    ]
-    rows += [[*cut.a.placement.flat, *cut.b.placement.flat] for cut in one.cuts]
+    rows += [[*physics(joint), joint.physics.armature, *joint.placement.flat, *joint.axis] for joint in one.joints]
+    rows += [[*physics(cut), *cut.a.placement.flat, *cut.b.placement.flat] for cut in one.cuts]
+    rows += [astuple(cut.bushing) for cut in one.cuts if cut.bushing is not None]
     rows += [[coupling.ratio, coupling.offset] for coupling in one.couplings]
     return np.concatenate([np.ravel(row) for row in rows])
 

@@ -3,15 +3,23 @@
 With a, b, c, g for crank, coupler, rocker and ground, the loop is a e^(i q) + b e^(i f) = g + c e^(i p).  All
 velocities are multiples of the crank's, so the kinetic energy is m(q) v^2 / 2 and the motion obeys
 m(q) a + m'(q) v^2 / 2 + V'(q) = torque (Eksergian's equation).
+
+With laws in its hinges, x_i their angles and x_i' the derivatives of these by q: rotors add J_i x_i'^2 to m, springs
+k_i (x_i - rest_i) x_i' to V', and what is lost asks for the torque sum_i (c_i x_i' v + F_i s(x_i' v / speed_i)) x_i'.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from oracles.physics import Law, smooth_sign
 from oracles.tree import Tree
+
+HINGES = {"crank": (1, 0, 0), "coupler": (-1, 1, 0), "rocker": (0, 0, 1), "coupler_to_rocker": (0, -1, 1)}
+"""Angle of every hinge, the cut too, in the angles of crank, coupler and rocker."""
 
 
 @dataclass(frozen=True)
@@ -24,10 +32,10 @@ class Place:
 
 
 class FourBar:
-    """The linkage on the branch of its home posture."""
+    """The linkage on the branch of its home posture, with laws (without stops) in some of its hinges."""
 
-    def __init__(self) -> None:
-        tree = Tree("fourbar")
+    def __init__(self, laws: Mapping[str, Law] | None = None) -> None:
+        tree, self.laws = Tree("fourbar"), dict(laws or {})
         self.crank, self.ground = tree.origin("coupler")[0][0], tree.origin("rocker")[0][0]
         self.coupler = tree.cut("coupler_to_rocker", "coupler_link")[0]
         self.rocker = tree.cut("coupler_to_rocker", "rocker_link")[0]
@@ -81,20 +89,40 @@ class FourBar:
             gravity += body.mass * self.weight * point.first.imag
         return mass, slope * v**2, gravity
 
+    def hinges(self, q: float) -> dict[str, np.ndarray]:
+        """Angle of every hinge and its first two derivatives by the crank angle."""
+        angles = np.array([(q, *self.angles(q)), *self.ratios(q)])
+        return {name: angles @ parts for name, parts in HINGES.items()}
+
+    def physics(self, q: float, v: float) -> tuple[float, float, float, float]:
+        """Mass [kg m2] and torques of the rotors, and torques against springs and losses [N m]."""
+        mass = slope = springs = losses = 0.0
+        hinges = self.hinges(q)
+        for name, law in self.laws.items():
+            angle, first, second = hinges[name]
+            mass += law.armature * first**2
+            slope += law.armature * first * second
+            springs += law.stiffness * (angle - law.rest) * first
+            losses += (law.damping * first * v + law.friction * smooth_sign(first * v, law.speed)) * first
+        return mass, slope * v**2, springs, losses
+
     def inverse_dynamics(self, q: float, v: float, a: float) -> float:
         """Torque of the crank's motor [N m]."""
-        mass, coriolis, gravity = self.terms(q, v)
-        return mass * a + coriolis + gravity
+        (mass, coriolis, gravity), (rotors, turning, springs, losses) = self.terms(q, v), self.physics(q, v)
+        return (mass + rotors) * a + coriolis + turning + gravity + springs + losses
 
     def forward_dynamics(self, q: float, v: float, torque: float) -> float:
         """Acceleration of the crank [rad/s2]."""
-        mass, coriolis, gravity = self.terms(q, v)
-        return (torque - coriolis - gravity) / mass
+        (mass, *_), (rotors, *_) = self.terms(q, v), self.physics(q, v)
+        return (torque - self.inverse_dynamics(q, v, 0.0)) / (mass + rotors)
 
     def potential_energy(self, q: float) -> float:
-        """Energy of gravity [J]."""
+        """Energy of gravity and springs [J]."""
+        hinges, laws = self.hinges(q), self.laws
+        sprung = sum(0.5 * law.stiffness * (hinges[name][0] - law.rest) ** 2 for name, law in laws.items())
         points = [self._point(q, link, body.com) for link, body in enumerate(self.bodies)]
-        return sum(body.mass * self.weight * point.at.imag for body, point in zip(self.bodies, points, strict=True))
+        falls = (body.mass * self.weight * point.at.imag for body, point in zip(self.bodies, points, strict=True))
+        return sum(falls) + sprung
 
     def tool(self, q: float) -> np.ndarray:
         """Tracing point, shape (3,) [m]."""

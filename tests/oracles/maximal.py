@@ -22,6 +22,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from oracles.physics import Bush, Law
 from oracles.placed import Placed
 from oracles.reading import COORDINATES, Array, Robot, read
 
@@ -30,13 +31,20 @@ class Maximal:
     """A robot read from its files; `length` [m] makes lengths and angles comparable.
 
     All positions are counted from `origin` (3,) [m], a point of the world: near the robot no digits are lost to a base
-    that stands far away.
+    that stands far away.  `laws` of joints and cuts, and `bushings` of cuts, are those of `oracles.physics`.
     """
 
     def __init__(
-        self, path: Path | str, variant: str | None = None, length: float = 1.0, origin: Array | None = None
+        self,
+        path: Path | str,
+        variant: str | None = None,
+        length: float = 1.0,
+        origin: Array | None = None,
+        laws: Mapping[str, Law] | None = None,
+        bushings: Mapping[str, Bush] | None = None,
     ) -> None:
         self.robot: Robot = read(path, variant)
+        self.laws, self.bushings = dict(laws or {}), dict(bushings or {})
         self.length = length
         self.origin = np.zeros(3) if origin is None else np.array(origin, dtype=float)
         free = [joint.child for joint in self.robot.joints]

@@ -25,10 +25,11 @@ if TYPE_CHECKING:
 
 
 class State:
-    """A placed robot with twists of all bodies (6 bodies,)."""
+    """A placed robot with twists of all bodies (6 bodies,), and wrenches from outside on them."""
 
-    def __init__(self, placed: Placed, twists: Array) -> None:
+    def __init__(self, placed: Placed, twists: Array, outside: Array | float = 0.0) -> None:
         self.placed, self.twists = placed, twists
+        self.outside = outside + np.zeros(placed.oracle.size)
 
     @property
     def unmet(self) -> float:
@@ -91,7 +92,13 @@ class State:
 
     @cached_property
     def gyroscopic(self) -> Array:
-        """b of M A + b: wrenches that the velocities ask for, shape (6 bodies,)."""
+        """b of M A + b: wrenches that the velocities ask for, of bodies and rotors, shape (6 bodies,)."""
+        rotors = (weight * (matrix.T @ self.drift(rows)) for matrix, weight, rows in self.placed.rotors)
+        return sum(rotors, self.gyroscopic_of_bodies.copy())
+
+    @cached_property
+    def gyroscopic_of_bodies(self) -> Array:
+        """Those of the bodies alone, shape (6 bodies,)."""
         wrench = np.zeros(self.placed.oracle.size)
         for link, start in self.placed.oracle.column.items():
             w, c = self.twist(link)[1], self.placed.centre(link)
@@ -114,6 +121,40 @@ class State:
             found = found + right[:rank].T @ ((left[:, :rank].T @ missing) / values[:rank])
         return p.column_scale * found
 
+    # ---- what joints and cuts do by themselves ---------------------------------------------------------------------
+
+    @cached_property
+    def own_forces(self) -> dict[str, tuple[Array, Array]]:
+        """Joint or cut with a law -> forces that store energy and that waste it, on its velocities."""
+        p = self.placed
+        return {name: one.forces(p.relative(one.rows) @ self.twists) for name, one in p.acting.items()}
+
+    @cached_property
+    def physics(self) -> Array:
+        """Springs, dampers, friction, stops and bushings as wrenches on the bodies, shape (6 bodies,)."""
+        p, found = self.placed, np.zeros(self.placed.oracle.size)
+        for name, (stored, wasted) in self.own_forces.items():
+            found += p.relative(p.acting[name].rows).T @ (stored + wasted)
+        for one in p.cushions.values():
+            found += one.rows.T @ one.forces(self.twists)
+        return found
+
+    @property
+    def wasted(self) -> float:
+        """Power that dampers and friction take [W]."""
+        p = self.placed
+        power = sum(
+            float(one[1] @ p.relative(p.acting[name].rows) @ self.twists) for name, one in self.own_forces.items()
+        )
+        for one in p.cushions.values():
+            power -= float(one.damping @ (one.rows @ self.twists) ** 2)
+        return -power
+
+    @property
+    def load(self) -> Array:
+        """All wrenches on the bodies that are neither reactions nor motors', less what the velocities ask for."""
+        return self.placed.weight + self.outside + self.physics - self.gyroscopic
+
     # ---- dynamics --------------------------------------------------------------------------------------------------
 
     @cached_property
@@ -129,10 +170,11 @@ class State:
     def driven(self, efforts: Mapping[str, Array | float]) -> Motion:
         """The motion that efforts of joints give, by name; joints left out have none."""
         p, basis = self.placed, self.placed.motions
-        load = p.weight - self.gyroscopic + p.speeds.T @ p.oracle.flat(efforts)
+        effort = p.oracle.flat(efforts)
+        load = self.load + p.speeds.T @ effort
         force = basis.T @ residual(p.mass, self.start, load)
         y = saddle(self._energy, np.zeros((0, len(force))), force, np.zeros(0), p.heaviest)[0]
-        return Motion(self, self.start + basis @ y, load)
+        return Motion(self, self.start + basis @ y, load, effort)
 
     def led(self, accelerations: Mapping[str, float]) -> tuple[dict[str, float], Motion]:
         """The efforts with which the actuators have these accelerations, and the motion.
@@ -144,11 +186,11 @@ class State:
         own = p._actuated
         held = p.joint_motions()[own]
         wanted = p.oracle.flat(accelerations)[own] - self.joint_drift[own] - p.speeds[own] @ self.start
-        load = p.weight - self.gyroscopic
+        load = self.load
         force = basis.T @ residual(p.mass, self.start, load)
         y, effort = saddle(self._energy, held, force, wanted, p.heaviest)
         named = dict(zip(p.oracle.robot.actuators, map(float, effort), strict=True))
-        return named, Motion(self, self.start + basis @ y, load + p.speeds[own].T @ effort)
+        return named, Motion(self, self.start + basis @ y, load + p.speeds[own].T @ effort, p.oracle.flat(named))
 
     def efforts_for(self, accelerations: Mapping[str, Array | float]) -> tuple[dict[str, float], float]:
         """Least efforts of the actuators for accelerations of all joints, and what part of the need they cannot meet.
@@ -157,7 +199,7 @@ class State:
         """
         p, basis = self.placed, self.placed.motions
         twists = p.tree @ p.oracle.flat(accelerations)
-        wrenches = p.mass @ (twists + self._tree_start), self.gyroscopic - p.weight
+        wrenches = p.mass @ (twists + self._tree_start), -self.load
         needed = basis.T @ sum(wrenches)
         acting = p.joint_motions()[p._actuated].T
         # which motions the actuators act on at all is decided on dimensionless rows
@@ -187,11 +229,13 @@ class State:
 
 @dataclass(frozen=True)
 class Motion:
-    """Accelerations (6 bodies,) of a state, and the wrenches (6 bodies,) on the bodies that are no reactions."""
+    """Accelerations (6 bodies,) of a state, the wrenches (6 bodies,) on the bodies that are no reactions, and the
+    efforts (velocities,) of the joints among them."""
 
     state: State
     accelerations: Array
     load: Array
+    efforts: Array
 
     @cached_property
     def flat(self) -> Array:
@@ -243,30 +287,6 @@ class Motion:
         gears = p.oracle.robot.couplings
         values = self._loops[len(self._loops) - len(gears) :]
         return {gear.name: float(f / p._unit(gear.joint)) for gear, f in zip(gears, values, strict=True)}
-
-    @cached_property
-    def transmitted(self) -> dict[str, tuple[Array, Array]]:
-        """Joint of the tree -> force and moment of the parent on the child at the child's origin, efforts included."""
-        p = self.state.placed
-        # what each body asks for beyond gravity and the loops comes through its joint, from the leaves inwards
-        need = (p.mass @ self.accelerations + self.state.gyroscopic - p.weight - self._cut_wrenches).copy()
-        found = {}
-        for joint in reversed(p.oracle.robot.joints):
-            start = p.oracle.column[joint.child]
-            force, moment = need[start : start + 3].copy(), need[start + 3 : start + 6].copy()
-            found[joint.name] = (force, moment)
-            if joint.parent in p.oracle.column:
-                arm = p.poses[joint.child].position - p.poses[joint.parent].position
-                parent = p.oracle.column[joint.parent]
-                need[parent : parent + 6] += np.r_[force, moment + np.cross(arm, force)]
-        return found
-
-    @cached_property
-    def _cut_wrenches(self) -> Array:
-        """What the cuts do to the bodies; couplings act as efforts of joints and pass through these."""
-        p = self.state.placed
-        count = len(self._loops) - len(p.oracle.robot.couplings)
-        return p.loop_rows[:count].T @ self._loops[:count]
 
     @cached_property
     def unmet(self) -> tuple[float, float]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from oracles.connections import Pose, Rows, cut_gap, cut_rows, joint_rows, placed_child, skew
 from oracles.motion import State
+from oracles.physics import Acting, Cushion, cut_motion, joint_coordinates
 from oracles.reading import Array, Coupling
 from oracles.solving import saddle
 
@@ -28,6 +29,8 @@ class Placed:
     Attributes:
         poses: link -> its pose in the world, from the oracle's origin.
         gaps: cut or coupling -> by how much it is open, ([m], [rad]).
+        points: cut -> origin of its frame b.
+        acting, cushions: laws and bushings there (`oracles.physics`).
     """
 
     def __init__(self, oracle: Maximal, coordinates: Mapping[str, Array | float]) -> None:
@@ -35,16 +38,28 @@ class Placed:
         self.poses = {robot.root: Pose(np.eye(3), -oracle.origin)}
         self._forbidden: list[Rows] = []
         self._measured: dict[str, Rows] = {}
+        self.acting: dict[str, Acting] = {}
         for joint in robot.joints:
             value = coordinates[joint.name] if joint.kind != "fixed" else 0.0
             parent = self.poses[joint.parent]
             child = self.poses[joint.child] = placed_child(joint, parent, value)
             forbidden, self._measured[joint.name] = joint_rows(joint, parent, child)
             self._forbidden.append(forbidden)
+            if (law := oracle.laws.get(joint.name)) is not None:
+                own = joint_coordinates(joint.kind, value)
+                self.acting[joint.name] = Acting(law, own, self._measured[joint.name], joint.kind == "spherical")
         self.gaps: dict[str, tuple[float, float]] = {}
         self._cuts: dict[str, Rows] = {}
+        self.cushions: dict[str, Cushion] = {}
+        self.points: dict[str, Array] = {}
         for cut in robot.cuts:
             a, b = (self.poses[frame.link].of(frame.rotation, frame.position) for frame in (cut.a, cut.b))
+            self.points[cut.name] = b.position
+            if (law := oracle.laws.get(cut.name)) is not None:
+                self.acting[cut.name] = Acting(law, *cut_motion(cut, a, b), cut.kind == "spherical")
+            if (bush := oracle.bushings.get(cut.name)) is not None:
+                self.cushions[cut.name] = Cushion.of(bush, cut, a, b, self.poses, oracle.column)
+                continue
             self._cuts[cut.name] = cut_rows(cut, a, b)
             self.gaps[cut.name] = cut_gap(cut, a, b)
         for gear in robot.couplings:
@@ -210,7 +225,20 @@ class Placed:
 
     @cached_property
     def mass(self) -> Array:
-        """Mass matrix of all bodies, shape (6 bodies, 6 bodies)."""
+        """Mass matrix of all bodies and of the rotors between them, shape (6 bodies, 6 bodies)."""
+        return self.bodies + sum(
+            (rows.T @ rows * weight for rows, weight, _ in self.rotors), np.zeros_like(self.bodies)
+        )
+
+    @cached_property
+    def rotors(self) -> list[tuple[Array, float, Rows]]:
+        """Rows of velocities that a rotor adds to, on the twists of all bodies, with its weight there [kg m2, kg]."""
+        heavy = [one for one in self.acting.values() if one.law.armature]
+        return [(self.relative(one.rows), one.law.armature, one.rows) for one in heavy]
+
+    @cached_property
+    def bodies(self) -> Array:
+        """Mass matrix of the bodies alone, shape (6 bodies, 6 bodies)."""
         mass = np.zeros((self.oracle.size, self.oracle.size))
         for link, start in self.oracle.column.items():
             m = self.oracle.robot.bodies[link].mass
@@ -234,8 +262,9 @@ class Placed:
 
     @cached_property
     def potential_energy(self) -> float:
-        """Energy of gravity of all links that joints can move [J], zero at the world's origin."""
-        fixed, energy = {self.oracle.robot.root}, 0.0
+        """Energy [J] of gravity of all links that joints can move, zero at the world's origin, and of all springs."""
+        fixed = {self.oracle.robot.root}
+        energy = float(sum(one.energy for one in (*self.acting.values(), *self.cushions.values())))
         for joint in self.oracle.robot.joints:
             if joint.kind == "fixed" and joint.parent in fixed:
                 fixed.add(joint.child)
@@ -244,11 +273,20 @@ class Placed:
             energy -= self.oracle.robot.bodies[joint.child].mass * float(self.oracle.robot.gravity @ at)
         return energy
 
-    def moving(self, velocities: Mapping[str, Array | float]) -> State:
-        """The robot moving with velocities of all joints, by name; those left out stand still."""
-        return State(self, self.tree @ self.oracle.flat(velocities))
+    def wrench(self, link: str, force: Array, moment: Array, point: Array) -> Array:
+        """A force at a point of a link (in its frame) and a moment, world axes: wrenches of all bodies, (6 bodies,)."""
+        found = np.zeros(self.oracle.size)
+        if (start := self.oracle.column.get(link)) is not None:
+            arm = self.poses[link].rotation @ point
+            found[start : start + 6] = np.r_[force, moment + np.cross(arm, force)]
+        return found
 
-    def with_actuators(self, velocities: Mapping[str, float]) -> State:
+    def moving(self, velocities: Mapping[str, Array | float], outside: Array | float = 0.0) -> State:
+        """The robot moving with velocities of all joints, by name; those left out stand still.  `outside` are wrenches
+        on the bodies, shape (6 bodies,)."""
+        return State(self, self.tree @ self.oracle.flat(velocities), outside)
+
+    def with_actuators(self, velocities: Mapping[str, float], outside: Array | float = 0.0) -> State:
         """The motion of least kinetic energy in which the actuators have these velocities.
 
         Where the actuators determine the motion it is the only one; else the freedoms that are left get no momentum.
@@ -257,4 +295,4 @@ class Placed:
         basis = self.motions
         held = self.joint_motions()[self._actuated]
         y = saddle(basis.T @ self.mass @ basis, held, np.zeros(basis.shape[1]), wanted, self.heaviest)[0]
-        return State(self, basis @ y)
+        return State(self, basis @ y, outside)

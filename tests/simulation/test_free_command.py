@@ -150,6 +150,10 @@ def test_parts_from_outside(folder: Path) -> None:
         (["--free", "--controller", "pd", "--kp", "1", "--kd", "1"], "asks for 'q' of the desired motion"),
         (["--free", "--controller", "computed-torque"], "'computed torque' asks for 'mechanism' of the desired"),
         (["--free", "--lock", "left_sholder"], "did you mean 'left_shoulder'"),
+        (["--free", "--load", "elbow:1,0,0"], "unknown link of fivebar 'elbow'"),
+        (["--free", "--load", "tool:1,2"], "--load wants LINK:FX,FY,FZ or LINK:FX,FY,FZ,MX,MY,MZ"),
+        (["--free", "--load", "5,0,0"], "--load wants LINK:FX,FY,FZ"),
+        (["--free", "--load", "tool:a,b,c"], "--load wants LINK:FX,FY,FZ"),
         (["--free", "--lock", "left_shoulder", "--lock", "left_shoulder"], "locked twice"),
         (["--free", "--controller", "mine.py:Spring"], "takes --gain stiffness=K, --gain drag=K; missing --gain stiff"),
         (["--free", "--controller", "mine.py:Spring", "--gain", "stiffness"], "--gain NAME=K, found 'stiffness'"),
@@ -220,3 +224,12 @@ def test_help_says_how_to_bring_ones_own(monkeypatch: pytest.MonkeyPatch) -> Non
         assert one in shown
     assert shown.count("FILE.py:NAME or PACKAGE.MODULE:NAME") == 2
     assert UnknownNameError.__name__ not in shown
+
+
+def test_loads_from_outside() -> None:
+    """What is pushed is said, is done, and is in the balance."""
+    found = figures("fivebar", "--free", "--load", "tool:5,0,0", "--load", "left_distal:0,1,0,0,0,0.1", *QUICK)
+    assert [one["link"] for one in found["loads"]] == [None, "left_distal"]
+    assert found["loads"][1]["moment"] == [0.0, 0.0, 0.1]
+    assert found["energy_drift"] < 1e-6
+    assert "loads" not in figures("fivebar", "--free", *QUICK)

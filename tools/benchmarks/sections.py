@@ -8,7 +8,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from benchmarks import more_peers, motion_files, peers
+from benchmarks import lengths, more_peers, motion_files, peers
 from benchmarks.ladder import ladder
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
 from benchmarks.task import KD, KP, SAMPLE, Task
@@ -304,6 +304,19 @@ def whole_process(size: Size) -> Section:
     return section
 
 
+def tolerances(size: Size) -> Section:
+    """Lengths as arguments."""
+    section = Section("Tool of the Omega-3 chain at random tolerances, CPU time a sample", ("what", "CPU time"))
+    times, away = lengths.timings(size.inverse, min(size.calls, 10), max(2, size.rounds // 2))
+    section.rows = [
+        (f"batch of {size.inverse}, one core", duration(times["batch"].median)),
+        ("chain built anew", duration(times["anew"].median)),
+    ]
+    section.ratios["batch, quicker than a chain built anew"] = times["batch"].ratio(times["anew"])
+    section.differences["tool"] = away
+    return section
+
+
 SECTIONS = {
     "forward": forward_dynamics,
     "loop": work_precision,
@@ -312,4 +325,5 @@ SECTIONS = {
     "growth": growth,
     "motions": motions,
     "process": whole_process,
+    "tolerances": tolerances,
 }

@@ -5,5 +5,16 @@ from cutjoint.chain.closed_chain import ClosedChain
 from cutjoint.chain.dynamics import FullMotion
 from cutjoint.chain.mobility import MobilityReport
 from cutjoint.chain.modes import Modes
+from cutjoint.chain.reactions import GearForce, Reaction, Reactions, Stiffness
 
-__all__ = ["ActuatorEfforts", "ClosedChain", "FullMotion", "MobilityReport", "Modes"]
+__all__ = [
+    "ActuatorEfforts",
+    "ClosedChain",
+    "FullMotion",
+    "GearForce",
+    "MobilityReport",
+    "Modes",
+    "Reaction",
+    "Reactions",
+    "Stiffness",
+]

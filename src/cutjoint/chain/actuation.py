@@ -72,6 +72,27 @@ def actuator_efforts(
     return ActuatorEfforts(readonly(effort - preload @ (preload.T @ effort)), readonly(preload))
 
 
+def velocity_of_actuators(kinematics: Kinematics, actuated: Array, placed: Placed, v: Array) -> Array:
+    """Velocity of all joints (nv,) with the actuators moving with v (n,), of which there may be more than freedoms."""
+    k, scale = kinematics, kinematics.column_scale
+    motions = null_space(placed.scaled)
+    split = Split.of(motions[actuated])
+    if split.null.shape[1]:
+        joints = joints_of(k.model, motions @ split.null)
+        raise ActuationError(
+            f"the actuators of {k.name} do not tell how it moves: with them at rest, {', '.join(joints)} may move",
+            mobility=motions.shape[1],
+            actuators=len(actuated),
+            free=joints,
+        )
+    wanted = v / scale[actuated]
+    moving = motions @ split.solve(wanted)
+    miss = float(np.abs(moving[actuated] - wanted).max(initial=0.0))
+    if miss > tolerances.REACHED.value * float(np.abs(wanted).max(initial=0.0)):
+        raise InputError(f"the loops of {k.name} do not let its actuators move so: one would be off by {miss:.3g}")
+    return np.asarray(scale * moving)
+
+
 def motion_of_tool(kinematics: Kinematics, placed: Placed, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
     """Least motion of all joints, v and a (nv,) each, that the loops allow and that moves the tool point as asked."""
     k, scale = kinematics, kinematics.column_scale

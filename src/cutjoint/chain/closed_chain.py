@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Sealed, as_vector
-from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool
+from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool, velocity_of_actuators
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
 from cutjoint.chain.closing.closing import Closing
@@ -27,8 +27,10 @@ from cutjoint.chain.loads import ChainLoads
 from cutjoint.chain.mobility import Mobility, MobilityReport
 from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
 from cutjoint.chain.postures import Actuated, Postures
+from cutjoint.chain.reactions import ReactionFinder, Reactions, Stiffness
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.model import RobotDescription
+from cutjoint.errors import ActuationError
 from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
 
 if TYPE_CHECKING:
@@ -259,6 +261,11 @@ class ClosedChain(Sealed):
         return self._k.potential_energy(self._postures.placed(at).q)
 
     @property
+    def sticking(self) -> Mapping[int, float]:
+        """Velocities of the tree whose friction holds what rests, and by how much: index -> [N] or [N m]."""
+        return self._k.physics.sticking
+
+    @property
     def dissipates(self) -> bool:
         """Whether joints or cuts have dampers, friction, springs, stops or bushings, which may take work."""
         return self._k.physics.acts
@@ -320,7 +327,11 @@ class ClosedChain(Sealed):
         Raises:
             InputError: no tool, or not a mass.
         """
-        return ClosedChain(self.description.with_payload(mass), self._home_name)
+        return self.rebuilt(self.description.with_payload(mass))
+
+    def rebuilt(self, description: RobotDescription) -> ClosedChain:
+        """A chain of another description of this robot, with the same home; errors as of a new one."""
+        return ClosedChain(description, self._home_name)
 
     def compile(self) -> CompiledChain:
         """This robot as straight-line machine code; `cutjoint.compiled` has the options.
@@ -407,11 +418,88 @@ class ClosedChain(Sealed):
         wanted = as_vector("velocity", velocity, 3, "m/s"), as_vector("acceleration", acceleration, 3, "m/s2")
         return motion_of_tool(self._k, self._postures.placed(at), *wanted)
 
+    def led_velocity(self, at: Posture, v: npt.ArrayLike) -> Array:
+        """Velocity of all joints, shape (nv,), as `full_velocity`, also with more actuators than freedoms.
+
+        Raises:
+            InputError: the loops do not let the actuators move so.
+            ActuationError: something moves while the actuators rest.
+        """
+        try:
+            return self.full_velocity(at, v)
+        except ActuationError:
+            wanted = as_vector("v", v, self.n)
+            return velocity_of_actuators(self._k, self._actuated.v_index, self._postures.placed(at), wanted)
+
     def full_effort(self, effort: npt.ArrayLike) -> Array:
         """Actuator efforts (n,) as generalised forces of all joints, shape (nv,)."""
         full = np.zeros(self.nv)
         full[self._actuated.v_index] = as_vector("effort", effort, self.n)
         return full
+
+    # ---- reactions -------------------------------------------------------------------------------------------------
+
+    def reactions(
+        self,
+        at: Posture,
+        v: npt.ArrayLike | None = None,
+        a: npt.ArrayLike | None = None,
+        effort: npt.ArrayLike | None = None,
+        loads: Loads = (),
+        stiffness: Stiffness | None = None,
+    ) -> Reactions:
+        """Force and moment in every joint, cut and coupling; motion and effort of the actuators, shape (n,), at rest
+        where no `v` is given.
+
+        Of acceleration and effort one is enough, the other follows: with neither, the actuators do not accelerate.
+        Where loops are redundant the least reactions are taken, or those by stated stiffnesses (`Stiffness`).
+
+        Raises:
+            InputError, ActuationError, SingularError, UnknownNameError: as `inverse_dynamics`, or wrong stiffnesses.
+            DynamicsError: the effort does not make the acceleration.
+        """
+        still = np.zeros(self.n)
+        v = still if v is None else as_vector("v", v, self.n)
+        if effort is not None and a is None:
+            a = self.forward_dynamics(at, v, effort, loads)
+        a = still if a is None else as_vector("a", a, self.n)
+        effort = self.inverse_dynamics(at, v, a, loads) if effort is None else effort
+        a_full = self.tangent(at) @ a + self.drift(at, v)
+        return self._reactions(at, self.full_velocity(at, v), a_full, self.full_effort(effort), loads, stiffness)
+
+    def full_reactions(
+        self,
+        at: Posture,
+        v_full: npt.ArrayLike | None = None,
+        a_full: npt.ArrayLike | None = None,
+        effort_full: npt.ArrayLike | None = None,
+        loads: Loads = (),
+        stiffness: Stiffness | None = None,
+    ) -> Reactions:
+        """The same from motion and effort of all joints, shape (nv,), for any number of actuators.  The effort that
+        makes an acceleration is the least one of the actuators.
+
+        Raises:
+            InputError, DynamicsError, ActuationError, UnknownNameError: as `full_forward_dynamics` and
+                `full_inverse_dynamics`, wrong stiffnesses, or the effort does not make the acceleration.
+        """
+        v = np.zeros(self.nv) if v_full is None else self._motion("v_full", v_full)
+        if effort_full is not None and a_full is None:
+            a_full = self.full_forward_dynamics(at, v, effort_full, loads).acceleration
+        a = np.zeros(self.nv) if a_full is None else self._motion("a_full", a_full)
+        if effort_full is None:
+            effort_full = self.full_effort(self.full_inverse_dynamics(at, v, a, loads).effort)
+        return self._reactions(at, v, a, self._motion("effort_full", effort_full), loads, stiffness)
+
+    def _reactions(
+        self, at: Posture, v: Array, a: Array, effort: Array, loads: Loads, stiffness: Stiffness | None
+    ) -> Reactions:
+        placed = self._k.moving(self._postures.placed(at).q, v)
+        return self._finder.find(placed, a, effort, loads, stiffness or {})
+
+    @cached_property
+    def _finder(self) -> ReactionFinder:
+        return ReactionFinder(self._k)
 
     def actuated(self, q_full: Array) -> Array:
         """Actuated coordinates of a full configuration, shape (n,); a posture has them as `q`."""

@@ -110,6 +110,14 @@ def type_of(model: pin.Model, joint: int) -> JointType:
     return _TYPES[model.joints[joint].shortname()]
 
 
+def rates_of(model: pin.Model, joint: Joint) -> slice:
+    """Where the velocities of a joint of the description are in those of the model; none of a fixed one."""
+    if not joint.type.moves:
+        return slice(0, 0)
+    index = model.getJointId(joint.name)
+    return slice(int(model.idx_vs[index]), int(model.idx_vs[index] + model.nvs[index]))
+
+
 def is_ball(model: pin.Model, joint: int) -> bool:
     """Whether a joint of a model turns about a point, with velocities that are an angular velocity."""
     return type_of(model, joint) is JointType.SPHERICAL

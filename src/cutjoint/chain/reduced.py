@@ -106,8 +106,11 @@ class AtPosture:
 
     def pushes_idle(self, forces: Array) -> bool:
         """Whether generalised forces of all joints (nv,) push an idle motion."""
-        size = np.abs(self.idle).T @ np.abs(forces)
-        return bool((np.abs(self.idle.T @ forces) > tolerances.REACHED.value * size).any())
+        scale = self._k.column_scale[:, None]
+        idle, scaled = self.idle / scale, scale[:, 0] * forces
+        rounding = tolerances.ROUNDED.value * np.abs(scaled).max(initial=0.0) * np.abs(idle).sum(axis=0)
+        size = tolerances.REACHED.value * (np.abs(idle).T @ np.abs(scaled))
+        return bool((np.abs(idle.T @ scaled) > size + rounding).any())
 
     @cached_property
     def inverse_mass(self) -> Array:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint.commands import options
+from cutjoint.commands.acting import physics_data, show_physics
 from cutjoint.commands.output import console, find_modes, print_json, show_mobility, show_task, task_at_home
 from cutjoint.tolerances import CLOSURE
 
@@ -61,6 +62,7 @@ def _data(
         report, modes = chain.mobility(), find_modes(chain)
         data["mobility"] = {key: getattr(report, key) for key in report.__dataclass_fields__}
         data["task"] = task_at_home(chain)
+        data["physics"] = physics_data(chain.description)
         data["gap_at_zero"] = chain.gap(chain.neutral)
         data["working_modes"] = None if modes is None else len(modes)
     return data
@@ -71,6 +73,7 @@ def _show_motion(chain: ClosedChain) -> None:
     out.print()
     show_mobility(chain.mobility())
     show_task(chain)
+    show_physics(chain.description)
     distance, angle = chain.gap(chain.neutral)
     if chain.description.cuts or chain.description.couplings:
         closed = max(distance, angle) <= CLOSURE.value

@@ -21,9 +21,12 @@ def command(
     variant: options.Variant = None,
     lenient: options.Lenient = False,
 ) -> None:
-    """Write a robot in another format.  Reading the file back gives the same robot."""
+    """Write a robot in another format.  Reading the file back gives the same robot.
+
+    What of its dampers, springs, stops and the like other programs will not find in the file is told on stderr.
+    """
     from cutjoint.description import load_description
-    from cutjoint.description.formats import WRITERS, write
+    from cutjoint.description.formats import WRITERS, unsaid, write
     from cutjoint.errors import UnknownNameError
 
     if to not in WRITERS:
@@ -32,3 +35,5 @@ def command(
     path = WRITERS[to].place(description.name) if out is None else out
     for written in write(description, path, to):
         typer.echo(str(written))
+    for lost in unsaid(description, to):
+        typer.echo(f"warning: {WRITERS[to].name} has no word for {lost}; only cutjoint reads it back", err=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint.commands import options
+from cutjoint.commands.acting import physics_data, show_physics
 from cutjoint.commands.output import (
     TerminalTable,
     console,
@@ -32,7 +33,7 @@ def command(
     modes: Annotated[bool, typer.Option("--modes/--no-modes", help="Search the working and assembly modes.")] = True,
     json: options.Json = False,
 ) -> None:
-    """Mobility at home, task, masses, actuators, cut joints, working and assembly modes and source of a robot."""
+    """Mobility at home, task, masses, actuators, cut joints, joint physics, modes and source of a robot."""
     from cutjoint.robots import load
 
     chain = load(robot, variant, home)
@@ -68,6 +69,7 @@ def _data(
         "couplings": [
             {"name": c.name, "joint": c.joint, "driver": c.driver, "ratio": c.ratio} for c in robot.couplings
         ],
+        "physics": physics_data(robot),
         "links": [{"name": link.name, "mass_kg": link.inertial.mass if link.inertial else 0.0} for link in robot.links],
         "working_modes": None if working is None else [mode.q for mode in working],
         "assembly_modes": None if assembly is None else [_tool(chain, mode) for mode in assembly],
@@ -116,6 +118,8 @@ def _show(chain: ClosedChain, report: MobilityReport, working: Modes | None, ass
                 ratio.name, "coupling", "1", f"{ratio.joint} = {ratio.ratio:g} {ratio.driver} + {ratio.offset:g}"
             )
         cuts.print()
+
+    show_physics(robot)
 
     if working is not None:
         what = f"working modes found: {len(working)} (the tool's {working.held} as at home)"

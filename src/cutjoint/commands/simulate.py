@@ -9,21 +9,27 @@ import numpy as np
 import numpy.typing as npt
 import typer
 
-from cutjoint.commands import options
+from cutjoint.commands import built, options
+from cutjoint.commands.loads import loads_of
 from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, named_gains, numbers, trajectory_of, with_gains
 from cutjoint.commands.output import TerminalTable, console, print_json
+from cutjoint.commands.reaction_peaks import check_reactions, peaks_of, show_peaks, written
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from cutjoint.chain import ClosedChain
     from cutjoint.control import Law
-    from cutjoint.mechanism import JointLimits, Mechanism
+    from cutjoint.mechanism import JointLimits, Load, Mechanism
     from cutjoint.motion import Reference
     from cutjoint.simulation import Integrator, Plant, Result
+    from cutjoint.simulation.hardware import Hardware
 
 LONGEST_STEP = 1e-3
-SETTINGS = ("plant", "not_compiled", "law", "gains", "trajectory", "locked", "integrator", "rate", "limits")
+SETTINGS = (
+    *("plant", "not_compiled", "law", "gains", "trajectory", "locked", "loads", "integrator"),
+    *("rate", "limits", "hardware"),
+)
 Robot = TypeVar("Robot", bound="Mechanism")
 
 
@@ -49,6 +55,13 @@ def command(
         list[str] | None,
         typer.Option(metavar="ACTUATOR", help="A brake holds this actuator where it starts; may be repeated."),
     ] = None,
+    load: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LINK:FX,FY,FZ[,MX,MY,MZ]",
+            help="Force [N] and moment [N m] from outside, world axes, such as tool:0,0,-10; may be repeated.",
+        ),
+    ] = None,
     plant: Annotated[
         str,
         typer.Option(
@@ -73,6 +86,15 @@ def command(
     limit: Annotated[
         str | None, typer.Option(metavar="N", help="Largest effort of the actuators: 120, or 1,2,3 [N] or [N m].")
     ] = None,
+    hardware: built.File = None,
+    delay: built.Delay = None,
+    command_delay: built.CommandDelay = None,
+    jitter: built.Jitter = None,
+    tick: built.Tick = None,
+    resolution: built.Resolution = None,
+    noise: built.Noise = None,
+    filter: built.Filter = None,
+    seed: built.Seed = None,
     payload: Annotated[float, typer.Option(metavar="KG", help="Mass at the tool, unknown to the controller.")] = 0.0,
     duration: Annotated[
         float | None, typer.Option(metavar="S", help="Default that of the trajectory or the efforts; with --free 1 s.")
@@ -90,6 +112,10 @@ def command(
         bool, typer.Option("--ignore-limits", help="Go on where a joint passes its limits; else the run stops there.")
     ] = False,
     save: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result: .npz (to play) or .csv.")] = None,
+    reactions: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.csv", help="Write force and moment in every joint and cut; the peaks are shown."),
+    ] = None,
     json: options.Json = False,
     **gains: str | None,
 ) -> None:
@@ -105,7 +131,12 @@ def command(
 
     if save is not None:
         check_target(save)
+    machine = built.hardware_of_options(
+        built.Built(hardware, delay, command_delay, jitter, tick, resolution, noise, filter, seed), rate, limit
+    )
     robots = _robots(robot, variant, plant, model, payload)
+    if reactions is not None:
+        check_reactions(reactions, robots.mechanism)
     joints: JointLimits = "ignore" if ignore_limits else "respect"
     if free or efforts is not None:
         law = _unled(robots, controller, trajectory, efforts, lock or (), named_gains(gains, gain or ()))
@@ -117,7 +148,14 @@ def command(
         duration = 1.0 if reference is None else reference.duration
     try:
         result = _run(
-            (robots.moving, law, reference), duration, rate, limit, every, step, lock=lock or (), joint_limits=joints
+            (robots.moving, law, reference),
+            duration,
+            machine or (rate, limit),
+            every,
+            step,
+            lock=lock or (),
+            joint_limits=joints,
+            loads=loads_of(load) if load else None,
         )
     except SimulationError as error:
         if save is not None:
@@ -127,16 +165,22 @@ def command(
     figures = _figures(result)
     if save is not None:
         figures["saved"] = str(write(result, save))
+    carried = None if reactions is None else written(reactions, result, robots.mechanism)
+    if carried is not None:
+        figures |= {"reactions": str(reactions), "reaction_peaks": peaks_of(carried)}
     if json:
         print_json(figures)
     else:
         _show(result, figures)
+        if carried is not None:
+            show_peaks(carried)
 
 
 class Robots(NamedTuple):
-    """What moves, the chain of the same robot, and what the controller believes."""
+    """What moves, its model, the chain of the same robot, and what the controller believes."""
 
     moving: Plant | Mechanism
+    mechanism: Mechanism
     chain: ClosedChain
     inside: Mechanism
 
@@ -155,9 +199,10 @@ def _robots(robot: str, variant: str | None, plant: str, model: str | None, payl
     believes = model or ("paper" if name in PUBLISHED else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain
     if plant == "chain":
-        return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
+        constrained = ConstrainedPlant(_loaded(chain, payload))
+        return Robots(constrained, constrained.chain, chain, inside)
     moving: Mechanism = _loaded(published(name) if plant == "paper" else chain, payload)
-    return Robots(moving, chain, quick(inside))
+    return Robots(moving, moving, chain, quick(inside))
 
 
 def _law(robots: Robots, controller: str, gains: Mapping[str, str]) -> Law:
@@ -202,13 +247,13 @@ def _loaded(robot: Robot, payload: float) -> Robot:
 def _run(
     what: tuple[Plant | Mechanism, Law, Reference | None],
     duration: float | None,
-    rate: float | None,
-    limit: str | None,
+    machine: Hardware | tuple[float | None, str | None],
     every: float | None,
     step: float | None,
     *,
     lock: Sequence[str],
     joint_limits: JointLimits,
+    loads: Sequence[Load] | None,
 ) -> Result:
     from rich.progress import Progress
 
@@ -216,8 +261,10 @@ def _run(
 
     moving, law, _ = what
     span = getattr(law, "duration", None) if duration is None else duration
-    method: Integrator | None = RungeKutta4(step) if step is not None else None
-    if method is None and rate is None:
+    hardware = None if isinstance(machine, tuple) else machine
+    rate, limit = machine if isinstance(machine, tuple) else (None, None)
+    method: Integrator | None = None if step is None else RungeKutta4(step)
+    if method is None and rate is None and hardware is None:
         method = Adaptive(1e-8, 1e-10)
     with Progress(transient=True) as bar:
         task = bar.add_task(f"{moving.name}, {law.name}", total=span)
@@ -227,9 +274,11 @@ def _run(
             duration=duration,
             rate=rate,
             limits=None if limit is None else numbers("--limit", limit),
+            hardware=hardware,
             every=max(LONGEST_STEP, step or 0.0) if every is None else every,
             lock=lock,
             joint_limits=joint_limits,
+            loads=loads,
             progress=lambda t: bar.update(task, completed=t),
         )
 
@@ -282,9 +331,11 @@ def _show(result: Result, figures: dict[str, object]) -> None:
         ("gains", gains),
         ("control", rate),
         *([("not compiled", str(figures["not_compiled"]))] if "not_compiled" in figures else ()),
+        *((f"  {name}", words) for name, words in built.told(result.about.get("hardware", {})) if name != "clock"),
         ("integrator", f"{figures['integrator']}: {figures['steps']} steps, {figures['evaluations']} evaluations"),
         *(_error_rows(figures) if result.followed else ()),
         *([("locked", ", ".join(result.about["locked"]))] if "locked" in result.about else ()),
+        *([("work of loads", f"{result.load_work[-1]:.3g} J")] if "load_work" in result.columns else ()),
         ("peak effort", ", ".join(f"{name} {peak:.4g} {unit}" for name, unit, peak in _peaks(result))),
         ("loops", f"closed to {figures['loop_gap_m']:.1e} m, {figures['loop_gap_rad']:.1e} rad"),
         ("", f"steps strayed by up to {figures['loop_gap_before_projection_m']:.1e} m before they were put back"),

@@ -6,6 +6,7 @@ derivatives, a `batch` for many states at once, and `simulate_many` for many run
 
 from cutjoint.compile.batch import Batch
 from cutjoint.compile.compiled_chain import CompiledChain
+from cutjoint.compile.compiled_minimal import CompiledMinimal
 from cutjoint.compile.compiled_paper import CompiledPaper
 from cutjoint.compile.compiler import Compiled, compiled, functions_of
 from cutjoint.compile.functions.library import Made, Options
@@ -21,6 +22,7 @@ __all__ = [
     "CompiledChain",
     "CompiledChainPlant",
     "CompiledMechanism",
+    "CompiledMinimal",
     "CompiledPaper",
     "CompiledPaperPlant",
     "Derivatives",

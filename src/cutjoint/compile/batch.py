@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
+from cutjoint.chain import ClosedChain
 from cutjoint.compile.closing import ChainClosing
 from cutjoint.compile.functions.sample import nearest_turn
 from cutjoint.compile.mechanism import WRENCH, CompiledMechanism
@@ -24,6 +25,8 @@ from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import Load, Mechanism, Posture
 
 Answer = TypeVar("Answer")
+Given = Mapping[str, npt.ArrayLike] | None
+"""Values of parameters by name."""
 Slow = Callable[[Mechanism, Posture, Mapping[str, Array]], Mapping[str, Array]]
 """(model, posture, arguments) -> parts of the result, as the model itself gives them."""
 
@@ -80,7 +83,8 @@ class Batch:
 
     `Q` holds actuated coordinates, shape (N, n), on the branch of home; or, quicker because nothing has to be closed,
     what `close` or `reach` returned, shape (N, positions).  `V`, `A` and `effort` have shape (N, n), or (n,) for all
-    rows. `parameters` gives the inertial parameters that are arguments: name -> one number or N of them.
+    rows. `parameters` gives the parameters that are arguments: name -> one number or N of them, and what names several
+    numbers -> those along the last axis.  Where N values of a parameter are given, `Q` may be one row for all.
     """
 
     positions: int
@@ -89,16 +93,16 @@ class Batch:
     def __init__(self, mechanism: CompiledMechanism[Mechanism]) -> None:
         self._mechanism, self.n, self.threads = mechanism, mechanism.n, cores()
 
-    def close(self, q: npt.ArrayLike) -> Array:
-        """Closed positions, shape (N, positions), for actuated coordinates (N, n).
+    def close(self, q: npt.ArrayLike, parameters: Given = None) -> Array:
+        """Closed positions, shape (N, positions), for actuated coordinates (N, n), or (n,) for N values of a parameter.
 
         Raises:
-            InputError: wrong shape.
+            InputError: wrong shape, or not an argument.
             ClosureError, SingularError: a row cannot be closed; a note names it.
         """
         raise NotImplementedError
 
-    def reach(self, targets: npt.ArrayLike) -> Array:
+    def reach(self, targets: npt.ArrayLike, parameters: Given = None) -> Array:
         """Closed positions, shape (N, positions), with the tool at N targets, on the branch of home.
 
         Args:
@@ -110,18 +114,16 @@ class Batch:
         """
         raise NotImplementedError
 
-    def _posture(self, positions: Array) -> Posture:
-        """A row as a posture of the model."""
+    def _posture(self, model: Mechanism, positions: Array) -> Posture:
+        """A row as a posture of a model."""
         raise NotImplementedError
 
-    def tool(self, q: npt.ArrayLike, v: npt.ArrayLike | None = None) -> Tools:
+    def tool(self, q: npt.ArrayLike, v: npt.ArrayLike | None = None, parameters: Given = None) -> Tools:
         """Tool poses, Jacobians, drifts and twists."""
         given = {"v": np.zeros(self.n) if v is None else v}
-        return Tools(**self._run("tool", q, given, None, lambda model, at, x: vars(model.tool(at, x["v"]))))
+        return Tools(**self._run("tool", q, given, parameters, lambda model, at, x: vars(model.tool(at, x["v"]))))
 
-    def terms(
-        self, q: npt.ArrayLike, v: npt.ArrayLike | None = None, parameters: Mapping[str, npt.ArrayLike] | None = None
-    ) -> ManyTerms:
+    def terms(self, q: npt.ArrayLike, v: npt.ArrayLike | None = None, parameters: Given = None) -> ManyTerms:
         """The equation of motion; without velocities Coriolis vectors and friction are zero."""
         given = {"v": np.zeros(self.n) if v is None else v}
         return ManyTerms(**self._run("terms", q, given, parameters, lambda model, at, x: vars(model.terms(at, x["v"]))))
@@ -131,7 +133,7 @@ class Batch:
         q: npt.ArrayLike,
         v: npt.ArrayLike,
         a: npt.ArrayLike,
-        parameters: Mapping[str, npt.ArrayLike] | None = None,
+        parameters: Given = None,
         wrench: npt.ArrayLike | None = None,
     ) -> Array:
         """Efforts, shape (N, n), with a `wrench` at the tool, shape (N, 6) or (6,); see `forward_loaded`, and for
@@ -151,7 +153,7 @@ class Batch:
         q: npt.ArrayLike,
         v: npt.ArrayLike,
         effort: npt.ArrayLike,
-        parameters: Mapping[str, npt.ArrayLike] | None = None,
+        parameters: Given = None,
         wrench: npt.ArrayLike | None = None,
     ) -> Array:
         """Accelerations, shape (N, n), with a `wrench` at the tool, shape (N, 6) or (6,); see `forward_loaded`, and for
@@ -168,41 +170,54 @@ class Batch:
 
     # -- inside ------------------------------------------------------------------------------------------------------
 
-    def closed_positions(self, q: npt.ArrayLike) -> Array:
+    def closed_positions(self, q: npt.ArrayLike, parameters: Given = None) -> Array:
         """`q` as position variables, closed where it holds actuated coordinates only."""
         given = np.asarray(q, dtype=np.float64)
         if given.ndim == 2 and given.shape[1] == self.positions:
             return np.ascontiguousarray(given)
-        return self.close(given)
+        return self.close(given, parameters)
 
-    def _values(self, given: Mapping[str, npt.ArrayLike] | None, count: int) -> Array:
-        """Values of the inertial parameters: one row for all, or one row each."""
-        names, values = self._mechanism.options.parameters, self._mechanism.parameters
-        if not given:
-            return np.array([values[name] for name in names], dtype=np.float64)
-        for name in given:
-            if name not in names:
-                raise InputError(
-                    f"'{name}' is not an argument of the compiled functions ({', '.join(names) or 'there is none'}); "
-                    "name it when compiling"
-                )
-        try:
-            columns = [np.broadcast_to(np.asarray(given.get(name, values[name]), float), (count,)) for name in names]
-        except ValueError as error:
-            raise InputError(f"parameters must be one number or {count} of them: {error}") from error
-        return np.ascontiguousarray(np.stack(columns, axis=1))
+    def _values(self, given: Given, count: int | None = None) -> Array:
+        """Values of the parameters: one row for all, or one row each."""
+        names = self._mechanism.options.parameters
+        own = np.array([self._mechanism.parameters[name] for name in names], dtype=np.float64)
+        columns = self._mechanism.arrays(given) if given else {}
+        sizes = {len(one) for one in columns.values() if one.ndim == 1}
+        rows = count if count is not None else next(iter(sizes), None)
+        wrong = [name for name, one in columns.items() if one.ndim > 1 or (one.ndim and one.shape != (rows,))]
+        if wrong:
+            shape = columns[wrong[0]].shape
+            raise InputError(f"parameter {wrong[0]} must be one number or {rows} of them, found shape {shape}")
+        values = own if rows is None or not columns else np.tile(own, (rows, 1))
+        for name, one in columns.items():
+            values[..., names.index(name)] = one
+        return np.ascontiguousarray(values)
+
+    def _rows(self, name: str, q: npt.ArrayLike, parameters: Given) -> tuple[Array, Array]:
+        """Actuated coordinates (N, n) and values of the parameters; one row of either stands for all."""
+        given = np.asarray(q, dtype=np.float64)
+        values = self._values(parameters, None if given.ndim == 1 else len(given))
+        if given.shape == (self.n,) and values.ndim == 2:
+            given = np.tile(given, (len(values), 1))
+        return rows_of(name, given, self.n), values
+
+    def _model(self, values: Array, k: int) -> Mechanism:
+        """The model that is not compiled, with the values of a row."""
+        row = values if values.ndim == 1 else values[k]
+        names = self._mechanism.options.parameters
+        return self._mechanism.with_parameters(dict(zip(names, row.tolist(), strict=True))).plain
 
     def _run(
         self,
         what: str,
         q: npt.ArrayLike,
         arguments: Mapping[str, npt.ArrayLike],
-        parameters: Mapping[str, npt.ArrayLike] | None,
+        parameters: Given,
         slow: Slow,
     ) -> dict[str, Array]:
         """The parts of the results of a function, a row a state."""
         function = self._mechanism.library()[what]
-        positions = self.closed_positions(q)
+        positions = self.closed_positions(q, parameters)
         count = len(positions)
         wide = {"wrench": WRENCH}
         given = {name: rows_of(name, x, wide.get(name, self.n), count) for name, x in arguments.items()}
@@ -210,12 +225,9 @@ class Batch:
         parts, good = function.batch([positions, *given.values(), values], self.threads)
 
         def answer(k: int) -> Mapping[str, Array]:
-            chosen = values if values.ndim == 1 else values[k]
-            names = self._mechanism.options.parameters
-            model = self._mechanism.with_parameters(**dict(zip(names, chosen.tolist(), strict=True))).plain
-            return slow(
-                model, self._posture(positions[k]), {name: x[k] if x.ndim > 1 else x for name, x in given.items()}
-            )
+            model = self._model(values, k)
+            row = {name: x[k] if x.ndim > 1 else x for name, x in given.items()}
+            return slow(model, self._posture(model, positions[k]), row)
 
         for row in np.flatnonzero(~good).tolist():
             for name, value in asked(row, answer).items():
@@ -230,22 +242,24 @@ class PaperBatch(Batch):
         super().__init__(mechanism)
         self.positions = self.n
 
-    def close(self, q: npt.ArrayLike) -> Array:
-        return rows_of("q", q, self.n)
+    def close(self, q: npt.ArrayLike, parameters: Given = None) -> Array:
+        return self._rows("q", q, parameters)[0]
 
-    def reach(self, targets: npt.ArrayLike) -> Array:
+    def reach(self, targets: npt.ArrayLike, parameters: Given = None) -> Array:
         given, model = targets_of(targets), self._mechanism
+        values = self._values(parameters, len(given))
         if given.shape[1:] != (3,):
-            return np.array([asked(k, lambda k: model.plain.reach(given[k])).q for k in range(len(given))])
+            rows = range(len(given))
+            return np.array([asked(k, lambda k: self._model(values, k).reach(given[k])).q for k in rows])
         target = given
-        parts, _ = model.library()["reach"].batch([target, self._values(None, len(target))], self.threads)
+        parts, _ = model.library()["reach"].batch([target, values], self.threads)
         q = nearest_turn(parts["q_reached"], model.home.q, [one.kind == "rotation" for one in model.actuators])
         for row in np.flatnonzero(~np.isfinite(q).all(axis=1)).tolist():
-            q[row] = asked(row, lambda k: model.plain.reach(target[k])).q
+            q[row] = asked(row, lambda k: self._model(values, k).reach(target[k])).q
         return q
 
-    def _posture(self, positions: Array) -> Posture:
-        return self._mechanism.plain.close(positions)
+    def _posture(self, model: Mechanism, positions: Array) -> Posture:
+        return model.close(positions)
 
 
 class ChainBatch(Batch):
@@ -260,44 +274,67 @@ class ChainBatch(Batch):
         own = self._closing
         return ChainReaching.where_led(own.source, own.library, own.parameters)
 
-    def close(self, q: npt.ArrayLike) -> Array:
-        target = rows_of("q", q, self.n)
+    def close(self, q: npt.ArrayLike, parameters: Given = None) -> Array:
+        target, values = self._rows("q", q, parameters)
         home = np.tile(self._mechanism.home.q_full, (len(target), 1))
-        found, done = self._closing.walk(home, target, self.threads)
+        found, done = self._closing.walk(home, target, self.threads, end=values if parameters else None)
         self._respect_limits(found, done)
         for row in np.flatnonzero(~done).tolist():
-            found[row] = asked(row, lambda k: self._closing.source.chain.close(target[k])).q_full
+            found[row] = asked(row, lambda k: self._geometry(values, k).close(target[k])).q_full
         return found
 
-    def reach(self, targets: npt.ArrayLike) -> Array:
-        given, home, last = targets_of(targets), self._mechanism.home, None
+    def closed_positions(self, q: npt.ArrayLike, parameters: Given = None) -> Array:
+        positions = super().closed_positions(q, parameters)
+        were_given = np.shape(q) == positions.shape and self.positions != self.n
+        if were_given and self._closing.source.placing:
+            self._closing.check(positions, self._values(parameters, len(positions)), self.threads)
+        return positions
+
+    def reach(self, targets: npt.ArrayLike, parameters: Given = None) -> Array:
+        given, last = targets_of(targets), None
+        values = self._values(parameters, len(given))
+        start, reaching = np.tile(self._mechanism.home.q_full, (len(given), 1)), self._reaching
+        if parameters:
+            start = self.close(np.tile(self._mechanism.home.q, (len(given), 1)), parameters)
+            own = self._closing
+            reaching = ChainReaching.where_led(own.source, own.library, values)
         found, done = np.empty((len(given), self.positions)), np.zeros(len(given), dtype=bool)
-        if self._reaching is not None:
+        if reaching is not None:
             task = self._mechanism.task
             wanted = [asked(row, lambda k: task.target(given[k])) for row in range(len(given))]
-            found, done = self._reaching.many(home.q_full, wanted, self.threads)
+            found, done = reaching.many(start, wanted, self.threads)
         self._respect_limits(found, done)
 
         def one(row: int) -> Posture:
             # rows are often neighbours, and a walk from one to the next stays on the branch like one from home does
+            robot = self._geometry(values, row) if parameters else self._mechanism
             try:
-                return self._mechanism.reach(given[row], last)
+                return robot.reach(given[row], None if parameters else last)
             except CutjointError:
-                return self._mechanism.reach(given[row])
+                return robot.reach(given[row])
 
         for row in np.flatnonzero(~done).tolist():
             last = asked(row, one)
             found[row] = last.q_full
         return found
 
+    def _geometry(self, values: Array, k: int) -> Mechanism:
+        """The chain that closes the loops at the values of a row."""
+        row = values if values.ndim == 1 else values[k]
+        source = self._closing.source
+        return self._model(values, k) if source.displaced(row) else source.chain
+
     def _respect_limits(self, found: Array, done: npt.NDArray[np.bool_]) -> None:
         """What goes beyond a joint's limits is not done: the chain will say so."""
         chain, home = self._closing.source.chain, self._mechanism.home.q_full
-        for row in np.flatnonzero(done).tolist():
+        lower, upper = self._closing.source.limits
+        beyond = done & ~((found >= lower) & (found <= upper)).all(axis=1)
+        for row in np.flatnonzero(beyond).tolist():
             done[row] = not chain.goes_beyond(home, found[row])
 
-    def _posture(self, positions: Array) -> Posture:
-        return self._closing.source.chain.posture(positions)
+    def _posture(self, model: Mechanism, positions: Array) -> Posture:
+        assert isinstance(model, ClosedChain)
+        return model.posture(positions)
 
 
 def asked(row: int, answer: Callable[[int], Answer]) -> Answer:

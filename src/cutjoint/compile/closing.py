@@ -15,6 +15,9 @@ from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Posture
 
+OPEN = 10.0
+"""How many times as open as one that was closed here a posture may be that somebody gives, as for the chain itself."""
+
 
 class ChainClosing:
     """Closes the loops of one chain.
@@ -22,7 +25,7 @@ class ChainClosing:
     Args:
         source: the chain.
         library: its compiled functions.
-        parameters: values of the inertial parameters that are arguments; closing does not depend on them.
+        parameters: values of the parameters that are arguments, shape (parameters,).
     """
 
     def __init__(self, source: ChainSource, library: Library, parameters: Array) -> None:
@@ -60,14 +63,24 @@ class ChainClosing:
             last, worst, q = size, gap, after
         return None
 
-    def walk(self, q: Array, target: Array, threads: int) -> tuple[Array, npt.NDArray[np.bool_]]:
-        """Walk all rows from the closed `q` to their actuated `target`; also returns which arrived, see `walked`."""
+    def walk(
+        self, q: Array, target: Array, threads: int, begin: Array | None = None, end: Array | None = None
+    ) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """Walk all rows from the closed `q` to their actuated `target`; also returns which arrived, see `walked`.
+
+        Args:
+            begin: values of the parameters at which `q` is closed, shape (parameters,); default the present ones.
+            end: those that are walked to, shape (parameters,) or (N, parameters); default the present ones.
+        """
         function = self.library["step"]
         start = q[:, list(self.source.actuated)]
+        last = self.parameters if end is None else end
+        first = self.parameters if begin is None else begin
 
         def step(at: Array, fraction: float) -> tuple[Array, Array, Array]:
             to = target if fraction == 1.0 else start + fraction * (target - start)
-            parts, trusted = function.batch([at, to, self.parameters], threads)
+            values = last if fraction == 1.0 or first is last else first + fraction * (last - first)
+            parts, trusted = function.batch([at, to, values], threads)
             after = parts["q_next"]
             change, gap = after - at, parts["residual"] * self.row_scale
             change /= self.q_scale
@@ -77,6 +90,25 @@ class ChainClosing:
             return after, size, np.maximum.reduce(np.abs(gap, out=gap), axis=1, initial=0.0)
 
         return walked(q, step)
+
+    def check(self, q: Array, values: Array | None = None, threads: int = 1) -> None:
+        """Check that configurations are closed at values of the parameters, shape (parameters,) or (N, parameters);
+        default the present ones.
+
+        Raises:
+            InputError: one is not; it names the row.
+        """
+        many = np.atleast_2d(q)
+        given = self.parameters if values is None else values
+        parts, _ = self.library["residual"].batch([many, given], threads)
+        open_by = np.maximum.reduce(np.abs(parts["residual"] * self.row_scale), axis=1, initial=0.0)
+        bad = np.flatnonzero(~(open_by < OPEN * tolerances.CLOSURE.value))
+        if bad.size:
+            where = f"row {bad[0]} of the postures" if q.ndim == 2 else "this posture"
+            raise InputError(
+                f"{where} leaves the loops of {self.source.name} open by {open_by[bad[0]]:.3g} robot lengths or rad at "
+                "these values of its parameters; make it with close() or reach() at the same values"
+            )
 
 
 Step = Callable[[Array, float], tuple[Array, Array, Array]]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
-import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, as_vector
@@ -19,7 +19,6 @@ from cutjoint.compile.once import once
 from cutjoint.compile.reaching import ChainReaching
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.interface import PAYLOAD
-from cutjoint.description.model import Inertial
 from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, TargetLike, actuated_values
 from cutjoint.mechanism.interface import are_respected
 
@@ -38,10 +37,13 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
     Functions are traced and compiled when first used; `kernel` makes one at once.
     """
 
+    _forgotten = (*CompiledMechanism._forgotten, "_closing", "_reaching", "_checked")
+    _checked: Posture | None = None
+
     def __init__(self, chain: ClosedChain, options: Options | None = None) -> None:
         options = Options() if options is None else options
-        self.source = ChainSource(chain, options.parameters)
-        super().__init__(chain, options, np.array([self.source.nominal(name) for name in options.parameters]))
+        self.source = ChainSource(chain, options.parameters, options.ranges)
+        super().__init__(chain, replace(options, parameters=self.source.parameters), self.source.nominal)
         self.chain = chain
         self._library = Library(self.source, Checker(self.source, chain, self._nominal), options)
 
@@ -60,24 +62,32 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
 
     @once
     def _closing(self) -> ChainClosing:
-        return ChainClosing(self.source, self._library, self._nominal)
+        return ChainClosing(self.source, self._library, self._values)
 
     @once
     def _reaching(self) -> ChainReaching | None:
-        return ChainReaching.where_led(self.source, self._library, self._nominal)
+        return ChainReaching.where_led(self.source, self._library, self._values)
+
+    @once
+    def home(self) -> Posture:
+        """See `ClosedChain.home`; with other places of joints and cuts the chain's own, closed anew with its actuators
+        where they are."""
+        if not self.source.displaced(self._values):
+            return self.chain.home
+        start, target = self.chain.home.q_full[None], self.chain.home.q[None]
+        found, done = self._closing.walk(start, target, 1, self._nominal)
+        return self.plain.posture(found[0]) if done[0] else self.plain.home
+
+    @property
+    def geometry(self) -> ClosedChain:
+        """The chain with the present places of joints and cuts."""
+        return self.plain if self.source.displaced(self._values) else self.chain
+
+    def columns(self, values: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
+        return self.source.arguments.columns(values)
 
     def _rebuilt(self, parameters: Mapping[str, float]) -> ClosedChain:
-        description = self.chain.description
-        for name, mass in parameters.items():
-            if name == PAYLOAD:
-                continue
-            old = description.link(name).inertial
-            assert old is not None, "see `ChainTree`"
-            scaled = Inertial(mass, old.com, old.inertia * (mass / old.mass))
-            description = description.with_inertial(name, scaled)
-        if PAYLOAD in parameters:
-            description = description.with_payload(parameters[PAYLOAD])
-        return ClosedChain(description)
+        return self.chain.rebuilt(self.source.arguments.rebuilt(parameters))
 
     def with_payload(self, mass: float) -> CompiledChain:
         """The same robot with a further point mass [kg] at the tool point.  Compiled anew unless `payload` is an
@@ -96,11 +106,11 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
         joint's limits, are left to the chain's own continuation."""
         target, respected = actuated_values(q, self.actuators), are_respected(limits)
         if isinstance(near, str):
-            return self.chain.close(target, near, limits=limits)
+            return self.geometry.close(target, near, limits=limits)
         start = self._closing.start(self.home if near is None else near)
         found = self._closing.to(start, target) if self.source.determined else None
         if found is None or (respected and self.chain.goes_beyond(start, found.q_full)):
-            return self.chain.close(target, near, limits=limits)
+            return self.geometry.close(target, near, limits=limits)
         return found
 
     def reach(
@@ -110,11 +120,11 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
         left to the chain's own continuation."""
         respected = are_respected(limits)
         if isinstance(near, str):
-            return self.chain.reach(target, near, free=free, limits=limits)
+            return self.geometry.reach(target, near, free=free, limits=limits)
         start = self._closing.start(self.home if near is None else near)
         found = None if self._reaching is None else self._reaching.to(start, target, free)
         if found is None or (respected and self.chain.goes_beyond(start, found.q_full)):
-            return self.chain.reach(target, near, free=free, limits=limits)
+            return self.geometry.reach(target, near, free=free, limits=limits)
         return found
 
     @property
@@ -124,14 +134,14 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
 
     def mobility(self, at: Posture | None = None) -> MobilityReport:
         """See `ClosedChain.mobility`."""
-        return self.chain.mobility(at)
+        return self.geometry.mobility(at)
 
     # -- full coordinates --------------------------------------------------------------------------------------------
 
     def tangent(self, at: Posture) -> Array:
         """T with v_full = T @ v, shape (nv, n); errors as `ClosedChain.tangent`."""
         parts = self._call("tangent", at)
-        return self.chain.tangent(at) if parts is None else parts["tangent"]
+        return self.plain.tangent(at) if parts is None else parts["tangent"]
 
     def full_velocity(self, at: Posture, v: npt.ArrayLike) -> Array:
         """Velocity of all joints, shape (nv,)."""
@@ -151,4 +161,7 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
             return None
         if at.q_full.shape != (self.chain.nq,):
             self._closing.start(at)
+        if self.source.placing and at is not self._checked:
+            self._closing.check(at.q_full)
+            self._checked = at
         return super()._call(what, at, *arguments)

@@ -71,20 +71,23 @@ class Loaded(Frozen):
 
 
 class Parametrised(Sealed, Generic[Model_co]):
-    """A model and the present values of the inertial parameters that are arguments; who it is, it takes from the model.
+    """A model and the present values of the parameters that are arguments; who it is, it takes from the model.
 
     Args:
         model: the model.
         options: how it is compiled.
-        values: of the parameters that are arguments, as the model has them [kg].
+        values: of the parameters that are arguments, as the model has them.
 
     Attributes:
-        name, n, actuators, home: see `Mechanism`; those of the model.
+        name, n, actuators: see `Mechanism`; those of the model.
     """
+
+    _forgotten: tuple[str, ...] = ("batch", "home", "_plain_with_values")
+    """What depends on the values of the parameters."""
 
     def __init__(self, model: Model_co, options: Options, values: Array) -> None:
         self.model, self.options = model, options
-        self.name, self.n, self.actuators, self.home = f"{model.name}, compiled", model.n, model.actuators, model.home
+        self.name, self.n, self.actuators = f"{model.name}, compiled", model.n, model.actuators
         self._values = self._nominal = readonly(values)
         self._lock = threading.RLock()
 
@@ -92,9 +95,14 @@ class Parametrised(Sealed, Generic[Model_co]):
         # machine code stays behind, and so does whoever is told of functions that are made
         return _restored, (type(self), self.model, replace(self.options, report=None), self._values)
 
+    @once
+    def home(self) -> Posture:
+        """See `Mechanism.home`."""
+        return self.model.home
+
     @property
     def parameters(self) -> dict[str, float]:
-        """Values of the inertial parameters that are arguments [kg]."""
+        """Values of the parameters that are arguments."""
         return dict(zip(self.options.parameters, self._values.tolist(), strict=True))
 
     @property
@@ -111,27 +119,60 @@ class Parametrised(Sealed, Generic[Model_co]):
     def _rebuilt(self, parameters: Mapping[str, float]) -> Model_co:
         raise NotImplementedError
 
-    def with_parameters(self, **values: float) -> Self:
+    def with_parameters(self, values: Mapping[str, npt.ArrayLike] | None = None, /, **more: npt.ArrayLike) -> Self:
         """The same compiled code with other values of the parameters that are arguments; nothing is compiled.
+
+        Args:
+            values, more: by name; paths have dots, so they stand in `values`.
 
         Raises:
             UnknownNameError: one of them is not an argument.
-            InputError: not a finite mass >= 0.
+            InputError: no finite number, or negative where that means nothing.
         """
         changed = np.array(self._values)
-        for name, value in values.items():
+        for name, value in self.columns({**(values or {}), **more}).items():
+            if value.ndim:
+                raise InputError(f"parameter {name} must be one number, found shape {value.shape}")
+            changed[self.options.parameters.index(name)] = value
+        return self._with(changed)
+
+    def _with(self, values: Array) -> Self:
+        """The same with other values of all parameters."""
+        other = object.__new__(type(self))
+        other.__dict__.update({name: own for name, own in self.__dict__.items() if name not in self._forgotten})
+        other._lock = threading.RLock()
+        other._values = readonly(values)
+        return other
+
+    def arrays(self, values: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
+        """Values of parameters for many states or runs, an array each.
+
+        Raises:
+            InputError: one of them is not an argument, or not finite numbers.
+        """
+        try:
+            return self.columns(values)
+        except UnknownNameError as error:
+            raise InputError(f"'{error.name}' is not an argument: {error}; name it when compiling") from error
+
+    def columns(self, values: Mapping[str, npt.ArrayLike]) -> dict[str, Array]:
+        """Values of parameters by name as an array each, checked.
+
+        Raises:
+            UnknownNameError: one of them is not an argument.
+            InputError: not finite numbers.
+        """
+        found: dict[str, Array] = {}
+        for name, given in values.items():
             if name not in self.options.parameters:
                 raise UnknownNameError("parameter of the compiled functions", name, self.options.parameters)
-            if not np.isfinite(value):
-                raise InputError(f"parameter {name} must be a finite number, found {value!r}")
-            changed[self.options.parameters.index(name)] = value
-        other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__)
-        other._lock = threading.RLock()
-        for cached in ("batch", "_plain_with_values"):
-            other.__dict__.pop(cached, None)
-        other._values = readonly(changed)
-        return other
+            try:
+                found[name] = np.asarray(given, dtype=np.float64)
+            except (TypeError, ValueError) as error:
+                raise InputError(f"parameter {name} must be numbers, found {given!r}") from error
+            if not np.isfinite(found[name]).all():
+                raise InputError(f"parameter {name} must be a finite number, found {given!r}")
+        return found
 
 
 class CompiledMechanism(Parametrised[Model_co]):
@@ -159,6 +200,21 @@ class CompiledMechanism(Parametrised[Model_co]):
     ) -> Posture:
         """See `Mechanism.reach`."""
         raise NotImplementedError
+
+    def tool_by_parameters(self, at: Posture) -> Array:
+        """How the tool moves with every parameter, the actuators held and the loops closed: derivatives of its position
+        and the rotation vectors of its turns, in world axes, shape (6, parameters).
+
+        Raises:
+            InputError: this model does not have them.
+            SingularError: too near to a singularity for derivatives of any use.
+        """
+        return self._parts("tool_by_parameters", at)["by_parameters"]
+
+    def inverse_by_parameters(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike) -> Array:
+        """How the effort that gives an acceleration changes with every parameter, the actuated coordinates held and the
+        loops closed, shape (n, parameters); errors as `tool_by_parameters`."""
+        return self._parts("inverse_by_parameters", at, v, a)["by_parameters"]
 
     def kernel(self, what: str) -> Kernel:
         """The compiled function called `what`, on the branch of home, for use from other compiled code.
@@ -194,7 +250,7 @@ class CompiledMechanism(Parametrised[Model_co]):
 
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """See `Mechanism.dissipation`."""
-        return float(self.terms(at, v).friction @ np.asarray(v, dtype=np.float64))
+        return float(self.terms(at, v).friction @ np.asarray(v, dtype=np.float64)) if self.dissipates else 0.0
 
     def load_effort(self, at: Posture, loads: Loads) -> Array:
         """See `Mechanism.load_effort`."""
@@ -259,10 +315,15 @@ class CompiledMechanism(Parametrised[Model_co]):
         return Loaded(self.plain.inverse_dynamics(at, v, a, _at_tool(wrench)), -jacobian.T)
 
     def _derivatives(self, what: str, at: Posture, v: npt.ArrayLike, x: npt.ArrayLike) -> Derivatives:
-        parts = self._call(what, at, v, x)
+        value, by_q, by_v, by_input = self._parts(what, at, v, x).values()
+        return Derivatives(value, by_q, by_v, by_input)
+
+    def _parts(self, what: str, at: Posture, *arguments: npt.ArrayLike) -> dict[str, Array]:
+        """The parts of derivatives, for which the model itself cannot stand in."""
+        parts = self._call(what, at, *arguments)
         if parts is None:
-            as_vector("v", v, self.n)
-            as_vector(self.library()[what].row.arguments[2], x, self.n)
+            for name, x in zip(self.library()[what].row.arguments[1:], arguments, strict=False):
+                as_vector(name, x, self.n)
             self.plain.terms(at)
             raise SingularError(
                 f"{self.name} is too near to a singularity for its derivatives: strain beyond {STRAIN_LIMIT:g}",
@@ -270,8 +331,7 @@ class CompiledMechanism(Parametrised[Model_co]):
                 measure=0.0,
                 limit=1.0 / STRAIN_LIMIT,
             )
-        value, by_q, by_v, by_input = parts.values()
-        return Derivatives(value, by_q, by_v, by_input)
+        return parts
 
     def _call(self, what: str, at: Posture, *arguments: npt.ArrayLike) -> dict[str, Array] | None:
         """Parts of the result of one evaluation, or None where the compiled function must not be trusted."""
@@ -297,4 +357,4 @@ def _restored(
     kind: Callable[[Mechanism, Options], Parametrised[Mechanism]], model: Mechanism, options: Options, values: Array
 ) -> Parametrised[Mechanism]:
     """A compiled mechanism that was pickled."""
-    return kind(model, options).with_parameters(**dict(zip(options.parameters, values.tolist(), strict=True)))
+    return kind(model, options)._with(values)

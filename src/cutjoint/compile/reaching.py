@@ -35,7 +35,7 @@ class ChainReaching:
     Args:
         source: the chain.
         library: its compiled functions.
-        parameters: values of the inertial parameters that are arguments; reaching does not depend on them.
+        parameters: values of the parameters that are arguments, shape (parameters,) or a row each.
 
     Raises:
         CutjointError: the chain has no `reach_step`.
@@ -55,8 +55,12 @@ class ChainReaching:
 
     @classmethod
     def where_led(cls, source: ChainSource, library: Library, parameters: Array) -> ChainReaching | None:
-        """None where the task does not say where the actuators are, or no order of elimination serves."""
+        """None where the task does not say where the actuators are, no order of elimination serves, or the task is
+        another one at these values of the parameters."""
         try:
+            if not source.keeps_task(parameters):
+                return None
+
             return cls(source, library, parameters)
         except CutjointError:
             if all(source.lacks(need) is None for need in function("reach_step").needs):
@@ -125,10 +129,11 @@ class ChainReaching:
         return walked(q, step)
 
     def many(self, q: Array, targets: Sequence[Target], threads: int) -> tuple[Array, npt.NDArray[np.bool_]]:
-        """Configurations (N, positions) with the tool at N targets, all walked from the closed `q`; also returns which
-        have all that is asked for."""
+        """Configurations (N, positions) with the tool at N targets, walked from closed ones, one for all or a row each;
+        also returns which have all that is asked for."""
         goals = np.array([goal_of(one.pose, self._origin) for one in targets]).reshape(-1, 12)
-        found, good = self.walk(np.tile(q, (len(targets), 1)), goals, threads)
+        start = np.array(np.broadcast_to(q, (len(goals), q.shape[-1])))
+        found, good = self.walk(start, goals, threads)
         parts, _ = self._step.batch([found, goals, self._parameters], threads)
         for row in np.flatnonzero(good).tolist():
             target = targets[row]

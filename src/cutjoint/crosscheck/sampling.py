@@ -3,8 +3,9 @@
 The workspace is boxed by walking from home along each axis until the robot cannot follow; targets are drawn evenly from
 that box and kept where the robot can be closed and is well conditioned.  A target is a position of the tool where three
 actuators place it in space, and else the coordinates of the actuators.  Near a singularity two right models differ by
-conditioning alone, so such postures are left out; joint limits are no business of the equations, and ignored.  Lengths
-count in characteristic lengths of the robot, so a robot a thousand times as large is sampled at the same postures.
+conditioning alone, so such postures are left out; joint limits are no business of the equations, and ignored.  A robot
+without a tool is sampled by its actuators.  Lengths count in characteristic lengths of the robot, so a robot a thousand
+times as large is sampled at the same postures.
 """
 
 from __future__ import annotations
@@ -51,7 +52,10 @@ class TargetBox(Values):
 
 @dataclass(frozen=True, eq=False)
 class SampledState(Values):
-    """A posture of the reference model with velocity, acceleration and effort of the actuators, shape (n,) each."""
+    """A posture of the reference model with velocity, acceleration and effort of the actuators, shape (n,) each.
+
+    `position` (3,) is that of the tool, where there is one.
+    """
 
     at: Posture
     position: Array
@@ -153,6 +157,15 @@ def leads_point(mechanism: Mechanism) -> bool:
     return task.is_of_point and len(task.names) == 3
 
 
+def has_tool(mechanism: Mechanism) -> bool:
+    """Whether the robot has a tool."""
+    try:
+        mechanism.tool(mechanism.home)
+    except InputError:
+        return False
+    return True
+
+
 def frame_jacobian(tool: Tool, units: Array, length: float) -> Array:
     """The six rows per natural unit of the actuators, those of the angular velocity at the arm of a length [m]."""
     return np.concatenate([tool.jacobian, length * tool.frame_jacobian[3:]]) * units
@@ -176,7 +189,7 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sam
     Raises:
         CutjointError: hardly any posture around home can be closed and is well conditioned.
     """
-    random = np.random.default_rng(seed)
+    random, led = np.random.default_rng(seed), has_tool(mechanism)
     box, of_point = workspace_box(mechanism), leads_point(mechanism)
     go, units, length = _targets(mechanism, of_point)[1], units_of(mechanism), length_of(mechanism)
     made = 0
@@ -185,10 +198,10 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sam
             return
         try:
             at = go(random.uniform(box.lower, box.upper), None)
-            tool, terms = mechanism.tool(at), mechanism.terms(at)
+            tool, terms = mechanism.tool(at) if led else None, mechanism.terms(at)
         except REFUSED:
             continue
-        jacobian = frame_jacobian(tool, units, length)
+        jacobian = np.eye(mechanism.n) if tool is None else frame_jacobian(tool, units, length)
         if max(_condition(jacobian), _condition(terms.mass * np.outer(units, units))) > WORST_CONDITION:
             continue
         reach = box.upper - box.lower
@@ -200,7 +213,8 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sam
         effort = terms.mass @ a + terms.gravity
         effort = effort + float(np.abs(effort * units).max()) / units * random.normal(size=mechanism.n)
         made += 1
-        yield SampledState(at, tool.position, readonly(v), readonly(a), readonly(effort))
+        position = readonly(np.zeros(3)) if tool is None else tool.position
+        yield SampledState(at, position, readonly(v), readonly(a), readonly(effort))
     if made < samples:
         raise CutjointError(
             f"of {1000 * samples} random targets of {mechanism.name} between {box.lower.tolist()} and "

@@ -12,6 +12,7 @@ from dataclasses import replace
 from cutjoint.description.catalogue import is_example, resolve
 from cutjoint.description.checks.inertias import check_inertias, check_moved_mass
 from cutjoint.description.checks.loops import check_loops
+from cutjoint.description.checks.physics import check_physics
 from cutjoint.description.checks.tree import check_joints, check_tree
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats import Reading, read
@@ -37,6 +38,7 @@ def check_description(robot: RobotDescription) -> tuple[Problem, ...]:
     check_tree(robot, findings)
     sound = not findings.failed
     check_joints(robot, findings)
+    check_physics(robot, findings)
     check_inertias(robot, findings)
     check_loops(robot, sound, findings)
     if sound:

@@ -17,6 +17,8 @@ LARGEST_MASS = 1e9
 """kg.  Beyond it nothing that moves has its mass; the check warns far earlier."""
 LARGEST_INERTIA = 1e15
 """kg m2."""
+LARGEST_PHYSICS = 1e15
+"""Of damping, friction, stiffness, rotors and gears, in SI units."""
 
 _COMMA = re.compile(r"^[+-]?\d+,\d+([eE][+-]?\d+)?$")
 _NUMBER = re.compile(r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$")

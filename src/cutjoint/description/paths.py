@@ -86,6 +86,11 @@ class Path:
         """Its last name: `mass`, `x`, `yaw`, `damping`."""
         return self.field.rpartition(".")[2]
 
+    @property
+    def never_negative(self) -> bool:
+        """Whether a value below zero means nothing."""
+        return not (self.last in PLACE or self.last in TENSOR[3:] or self.field in _SIGNED)
+
     def check(self, values: npt.ArrayLike) -> None:
         """Check values, of any shape, that the number shall have.
 
@@ -95,14 +100,18 @@ class Path:
         numbers = np.asarray(values, dtype=np.float64)
         if not np.isfinite(numbers).all():
             raise InputError(f"{self} must be finite, found {numbers[~np.isfinite(numbers)].flat[0]}")
-        signed = self.last in PLACE or self.last in TENSOR[3:] or self.field in _SIGNED
-        if not signed and (numbers < 0.0).any():
+        if self.never_negative and (numbers < 0.0).any():
             raise InputError(f"{self} must be >= 0, found {float(numbers.min()):g}")
 
 
 def paths(robot: RobotDescription) -> tuple[str, ...]:
     """Paths of all numbers of a robot, one by one."""
-    return tuple(str(Path(part, name, field)) for part, name in _things(robot) for field in _fields(robot, part, name))
+    return tuple(map(str, every_path(robot)))
+
+
+def every_path(robot: RobotDescription) -> tuple[Path, ...]:
+    """The same as values."""
+    return tuple(Path(part, name, field) for part, name in _things(robot) for field in _fields(robot, part, name))
 
 
 def numbers_at(robot: RobotDescription, path: str) -> tuple[Path, ...]:

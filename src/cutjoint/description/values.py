@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
-from cutjoint.description.model import CutJoint, Frame, Inertial, Joint, JointPhysics, Link, RobotDescription
+from cutjoint.description.model import Coupling, CutJoint, Frame, Inertial, Joint, JointPhysics, Link, RobotDescription
 from cutjoint.description.paths import PHYSICS, PLACE, TENSOR, Path, numbers_at
 from cutjoint.description.transforms import from_rotation, rotation_from_rpy, rpy_from_rotation
 from cutjoint.errors import InputError

@@ -10,12 +10,15 @@ import pinocchio as pin
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.physics import ChainPhysics
 from cutjoint.crosscheck import Comparison, ComparisonRow, Reacher, SampledState
 from cutjoint.engines.mujoco import MujocoRobot, Opinion
 
 TOLERANCE = {
     "mass matrix of the tree": tolerances.ENGINE_MATRIX.value,
     "bias of the tree": tolerances.ENGINE_MATRIX.value,
+    "springs, dampers and friction of the tree": tolerances.ENGINE_MATRIX.value,
+    "potential energy": tolerances.ENGINE_MATRIX.value,
     "directions of the constraints": tolerances.ENGINE_MATRIX.value,
     "forward dynamics, hard constraints": tolerances.ENGINE_HARD.value,
     "MuJoCo's solver against its own softness": tolerances.ENGINE_HARD.value,
@@ -38,7 +41,7 @@ def compare_with_mujoco(
     Raises:
         InputError: MuJoCo is not installed, or has no counterpart for one of the robot's joints.
     """
-    robot, data = MujocoRobot(chain), chain.model.createData()
+    robot, data, physics = MujocoRobot(chain), chain.model.createData(), ChainPhysics(chain.model, chain.description)
     worst = dict.fromkeys(TOLERANCE, (0.0, 0))
     reacher = Reacher(chain)
     count = 0
@@ -49,19 +52,23 @@ def compare_with_mujoco(
         upper = pin.crba(chain.model, data, q)
         mass = np.triu(upper) + np.triu(upper, 1).T
         bias = np.array(pin.nonLinearEffects(chain.model, data, q, v))
+        passive = physics.springs(q) + physics.friction(q, v)
         acceleration = chain.full_forward_dynamics(near, v, effort).acceleration
         tangent = chain.tangent(near)
         units = robot.units
-        predicted = _softened(mass, effort - bias, acceleration, opinion)
+        predicted = _softened(mass, effort - bias - passive, acceleration, opinion)
+        potential = chain.potential_energy(near)
         size = np.abs(tangent / units[:, None]).max()
         errors = (
             _relative(opinion.mass, mass, np.outer(units, units)),
             _relative(opinion.bias, bias, units),
+            _relative(opinion.passive, passive, units),
+            abs(opinion.potential - potential) / max(abs(potential), robot.energy),
             float(np.abs(opinion.jacobian @ tangent).max(initial=0.0) / size),
             _relative(opinion.hard, acceleration, 1.0 / units),
             _relative(opinion.soft, opinion.softened, 1.0 / units),
             _relative(opinion.soft, predicted, 1.0 / units),
-            _let_through(mass, effort - bias, acceleration, opinion),
+            _let_through(mass, effort - bias - passive, acceleration, opinion),
         )
         for name, error in zip(TOLERANCE, errors, strict=True):
             if not error <= worst[name][0]:
@@ -86,7 +93,9 @@ def _softened(mass: Array, force: Array, hard: Array, opinion: Opinion) -> Array
 
 
 def _let_through(mass: Array, force: Array, hard: Array, opinion: Opinion) -> float:
-    """Size of what MuJoCo's solver lets through, relative to what the constraints stop; 0 where they stop nothing."""
+    """Size of what MuJoCo's solver lets through, relative to what the constraints stop; 0 where there are none."""
+    if not len(opinion.jacobian):
+        return 0.0
     through, stopped = opinion.soft - hard, np.linalg.solve(mass, force) - hard
     most = float(stopped @ mass @ stopped)
     return float(np.sqrt(through @ mass @ through / most)) if most > 0.0 else 0.0

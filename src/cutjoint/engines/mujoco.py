@@ -6,10 +6,7 @@ the impedance d is at most 0.9999: each row gives by (1 - d) / d of its inverse 
 Solving the same matrices with hard constraints takes the softness away; J_dot v then comes from a central difference of
 MuJoCo's own Jacobian.
 
-MuJoCo gets the robot in natural units: a length and a mass of its own, and the time in which it falls.  It holds
-numbers against fixed ones (it lifts masses below 1e-12 kg and moments below 1e-12 kg m2, and pulls open loops together
-within hundredths of a second), so a robot of a tenth of a millimetre or of a microgram would be another robot to it.
-What comes back is in SI units.
+MuJoCo gets the robot in natural units (`cutjoint.engines.natural`).  What comes back is in SI units.
 
 E. Todorov, Convex and analytically-invertible dynamics with contacts and constraints, ICRA 2014; MuJoCo documentation,
 chapter Computation.
@@ -18,89 +15,23 @@ chapter Computation.
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cutjoint.arrays import Array, Values
 from cutjoint.chain import ClosedChain
 from cutjoint.description.formats import write
-from cutjoint.description.model import Coupling, Frame, Inertial, Joint, JointType, Limits, RobotDescription
+from cutjoint.description.model import JointPhysics, JointType, Limits, RobotDescription
+from cutjoint.engines.natural import natural, units_of
 from cutjoint.errors import InputError
 
-
-@dataclass(frozen=True)
-class NaturalUnits:
-    """Natural units: length [m], mass [kg], time [s]."""
-
-    length: float
-    mass: float
-    time: float
-
-    @property
-    def energy(self) -> float:
-        """And of torque [J]."""
-        return self.mass * (self.length / self.time) ** 2
-
-
-def units_of(robot: RobotDescription, length: float) -> NaturalUnits:
-    """Those of a robot of characteristic `length` [m]: its heaviest link, and the time of a fall through `length`.
-
-    A kilogram where no link has mass, a second where there is no gravity.
-    """
-    heaviest = max((one.inertial.mass for one in robot.links if one.inertial is not None), default=0.0)
-    gravity = float(np.linalg.norm(robot.gravity))
-    return NaturalUnits(length, heaviest or 1.0, float(np.sqrt(length / gravity)) if gravity > 0.0 else 1.0)
-
-
-def natural(robot: RobotDescription, scale: NaturalUnits) -> RobotDescription:
-    """The tree, cuts and couplings of `robot` in natural units: no shapes, limits or homes."""
-    length, mass = scale.length, scale.mass
-    units = {joint.name: length if joint.type.slides else 1.0 for joint in robot.joints}
-
-    def frame(one: Frame) -> Frame:
-        return replace(one, placement=_moved(one.placement, length))
-
-    def inertial(one: Inertial | None) -> Inertial | None:
-        if one is None:
-            return None
-        return Inertial(one.mass / mass, one.com / length, one.inertia / (mass * length * length))
-
-    def joint(one: Joint) -> Joint:
-        return replace(
-            one,
-            placement=_moved(one.placement, length),
-            limits=Limits(),
-            physics=replace(
-                one.physics,
-                damping=one.physics.damping * units[one.name] ** 2 / (scale.energy * scale.time),
-                friction=one.physics.friction * units[one.name] / scale.energy,
-            ),
-        )
-
-    def coupling(one: Coupling) -> Coupling:
-        unit = units[one.joint]
-        return replace(one, ratio=one.ratio * units[one.driver] / unit, offset=one.offset / unit)
-
-    return replace(
-        robot,
-        links=tuple(replace(one, inertial=inertial(one.inertial), visuals=(), collisions=()) for one in robot.links),
-        joints=tuple(map(joint, robot.joints)),
-        cuts=tuple(replace(one, a=frame(one.a), b=frame(one.b)) for one in robot.cuts),
-        couplings=tuple(map(coupling, robot.couplings)),
-        tool=None if robot.tool is None else frame(robot.tool),
-        gravity=robot.gravity * scale.time**2 / length,
-        homes=(),
-        variants=(),
-    )
-
-
-def _moved(placement: Array, length: float) -> Array:
-    moved = np.array(placement)
-    moved[:3, 3] /= length
-    return moved
+if TYPE_CHECKING:
+    import mujoco
 
 
 IMPEDANCE = 0.9999
@@ -115,8 +46,10 @@ class Opinion(Values):
     """What MuJoCo says at one state, in the chain's own coordinates.
 
     Attributes:
-        mass: mass matrix of the open tree, shape (nv, nv).
+        mass: mass matrix of the open tree, rotors included, shape (nv, nv).
         bias: Coriolis, centrifugal and gravity forces of the open tree, shape (nv,).
+        passive: effort against springs, dampers and dry friction of the open tree, shape (nv,).
+        potential: energy of gravity and springs, [J], but for a constant.
         jacobian: constraint Jacobian in MuJoCo's rows, which are dimensionless, shape (rows, nv).
         give: what each row gives at the impedance that was asked for, shape (rows,): its acceleration for a force of 1.
         soft: acceleration of all joints as MuJoCo's solver gives it, shape (nv,).
@@ -126,6 +59,8 @@ class Opinion(Values):
 
     mass: Array
     bias: Array
+    passive: Array
+    potential: float
     jacobian: Array
     give: Array
     soft: Array
@@ -133,8 +68,38 @@ class Opinion(Values):
     hard: Array
 
 
+def _smooth_sign(speed: Array, full: Array) -> Array:
+    """The sign of a speed from `full` on; below it 15/8 of the integral of (1 - x^2)^2 from 0 to speed / full."""
+    steps = np.divide(speed, full, out=np.sign(speed), where=full > 0.0).clip(-1.0, 1.0)
+    return np.asarray(np.polynomial.Polynomial([1.0, 0.0, -2.0, 0.0, 1.0]).integ()(steps) * 15.0 / 8.0)
+
+
+@dataclass(frozen=True)
+class _Stop:
+    """One stop of a joint at `q` and `v` of MuJoCo's vectors; `end` is where it is, seen along `sign`."""
+
+    q: int
+    v: int
+    sign: float
+    end: float
+    physics: JointPhysics
+
+    def force(self, data: mujoco.MjData) -> float:
+        """How hard it pushes back."""
+        deep, speed = self.sign * data.qpos[self.q] - self.end, self.sign * data.qvel[self.v]
+        pushed = self.physics.stop_stiffness * deep + self.physics.stop_damping * speed
+        return max(0.0, float(pushed)) if deep > 0.0 else 0.0
+
+    def energy(self, data: mujoco.MjData) -> float:
+        """What it has stored."""
+        return 0.5 * self.physics.stop_stiffness * max(0.0, float(self.sign * data.qpos[self.q] - self.end)) ** 2
+
+
 class MujocoRobot:
     """A closed chain in MuJoCo.
+
+    MuJoCo's dry friction is a constraint that holds what rests, and its stops are relative to the inertia; here the
+    smooth friction and the stops of the description are applied from outside, friction with the sizes that MuJoCo read.
 
     Raises:
         InputError: MuJoCo is not installed, or the robot has joints or cuts that this comparison does not map.
@@ -147,15 +112,27 @@ class MujocoRobot:
             raise InputError("MuJoCo is not installed; pip install 'cutjoint[engines]'") from error
         self._mujoco: ModuleType = mujoco
         self._scale = units_of(chain.description, chain.length)
+        for cut in chain.description.cuts:
+            if cut.bushing is not None or cut.physics.acts:
+                what = "a bushing" if cut.bushing is not None else "dampers, friction or a spring"
+                raise InputError(f"cut '{cut.name}' of {chain.name} has {what}, which is not mapped to MuJoCo")
         with tempfile.TemporaryDirectory() as folder:
             robot = natural(chain.description, self._scale)
             path = write(robot, Path(folder) / "robot.xml", "mjcf")[0]
             self._model = mujoco.MjModel.from_xml_path(str(path))
-        self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONTACT
+        off = mujoco.mjtDisableBit
+        self._model.opt.disableflags |= off.mjDSBL_LIMIT | off.mjDSBL_CONTACT | off.mjDSBL_FRICTIONLOSS
+        self._model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
         self._model.opt.tolerance, self._model.opt.iterations = 0.0, 200
         self._model.eq_solimp[:] = (IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0)
         self._data = mujoco.MjData(self._model)
         self._map(chain)
+        self._prepare(robot, {joint.name: joint.limits for joint in chain.description.joints})
+
+    @property
+    def energy(self) -> float:
+        """Of its natural units [J]."""
+        return self._scale.energy
 
     def _map(self, chain: ClosedChain) -> None:
         """Where each joint of the chain stands in MuJoCo's vectors, and the units of its coordinates."""
@@ -185,6 +162,20 @@ class MujocoRobot:
         if model.nv > chain.nv:
             raise InputError(f"a cut of {chain.name} has no equality in MuJoCo: its carrier is not mapped")
 
+    def _prepare(self, robot: RobotDescription, limits: Mapping[str, Limits]) -> None:
+        """What is applied from outside: stops, and from which speed friction acts fully; dampers of free joints."""
+        self._full, self._stops = np.ones(self._model.nv), list[_Stop]()
+        moving = [joint for joint in robot.joints if joint.type.single]
+        for joint, (_, v, q_there, v_there) in zip(moving, self._single, strict=True):
+            self._full[v_there] = joint.physics.speed
+            ends, unit = limits[joint.name], self.units[v]
+            for sign, end in ((-1.0, ends.lower), (1.0, ends.upper)):
+                if end is not None and joint.physics.stop_stiffness > 0.0:
+                    self._stops.append(_Stop(q_there, v_there, sign, sign * end / unit, joint.physics))
+        for _, _, _, there in self._free:
+            self._model.dof_damping[there : there + 3] *= self._scale.length**2  # a metre is not a length
+        self._mujoco.mj_setConst(self._model, self._data)
+
     def opinion(self, q_full: Array, v_full: Array, effort_full: Array) -> Opinion:
         """MuJoCo's dynamics at a configuration (nq,), velocity and effort (nv,) of the chain."""
         mujoco, model, data, units = self._mujoco, self._model, self._data, self.units
@@ -193,8 +184,13 @@ class MujocoRobot:
         turn, bend = self._transform(q, v)
         self._place(q)
         data.qvel[:] = turn @ v
-        data.qfrc_applied[:] = np.linalg.solve(turn.T, effort_full * units / energy)
+        outside = model.dof_frictionloss * _smooth_sign(data.qvel, self._full)
+        for stop in self._stops:
+            outside[stop.v] += stop.sign * stop.force(data)
+        data.qfrc_applied[:] = np.linalg.solve(turn.T, effort_full * units / energy) - outside
         mujoco.mj_forward(model, data)
+        passive = outside - data.qfrc_passive
+        potential = energy * (float(data.energy[0]) + sum(stop.energy(data) for stop in self._stops))
         mass = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, mass)
         bias, jacobian, soft = data.qfrc_bias.copy(), self._constraint_jacobian(), data.qacc.copy()
@@ -202,7 +198,8 @@ class MujocoRobot:
         used = np.array(data.efc_KBIP).reshape(-1, 4)[: data.nefc, 2]
         give = slack * used / (1.0 - used) * (1.0 - IMPEDANCE) / IMPEDANCE
         drift = self._constraint_drift(turn @ v)
-        free = np.linalg.solve(mass, np.column_stack([data.qfrc_applied - bias, jacobian.T]))
+        pushed = data.qfrc_applied + data.qfrc_passive - bias
+        free = np.linalg.solve(mass, np.column_stack([pushed, jacobian.T]))
         compliance = jacobian @ free[:, 1:]
         forces = np.linalg.lstsq(compliance, -(jacobian @ free[:, 0] + drift), rcond=1e-9)[0]
         hard = free[:, 0] + free[:, 1:] @ forces
@@ -211,6 +208,8 @@ class MujocoRobot:
         return Opinion(
             inertia * (turn.T @ mass @ turn) / np.outer(units, units),
             energy * (turn.T @ (bias + mass @ bend)) / units,
+            energy * (turn.T @ passive) / units,
+            potential,
             jacobian @ turn / units,
             give / inertia,
             np.linalg.solve(turn, soft - bend) * units / time**2,

@@ -5,6 +5,7 @@ from cutjoint.simulation.integrators import Adaptive, DormandPrince, Integrator,
 from cutjoint.simulation.loop import run
 from cutjoint.simulation.minimal import MinimalPlant
 from cutjoint.simulation.plant import Observation, Plant, ReducedPlant, State
+from cutjoint.simulation.reactions import ReactionHistory, reactions_of
 from cutjoint.simulation.result import Result, Rmse, load, save
 
 __all__ = [
@@ -16,12 +17,14 @@ __all__ = [
     "MinimalPlant",
     "Observation",
     "Plant",
+    "ReactionHistory",
     "ReducedPlant",
     "Result",
     "Rmse",
     "RungeKutta4",
     "State",
     "load",
+    "reactions_of",
     "run",
     "save",
 ]

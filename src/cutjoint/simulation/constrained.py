@@ -9,9 +9,11 @@ kept, because the correction is as small as its error.
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 import pinocchio as pin
 
 from cutjoint.arrays import Array
@@ -95,6 +97,15 @@ class ConstrainedPlant:
     def pushed(self, state: State, loads: Loads) -> Array:
         """Generalised forces of all joints, shape (nv,)."""
         return self.chain.full_load_effort(state.q, loads)
+
+    @property
+    def sticking(self) -> Mapping[int, float]:
+        """See `Plant.sticking`."""
+        return self.chain.sticking
+
+    def joint_rows(self, state: State, joints: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+        """See `Plant.joint_rows`."""
+        return np.eye(self.chain.nv)[joints], np.zeros(len(joints))
 
     @property
     def dissipates(self) -> bool:

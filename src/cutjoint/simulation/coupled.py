@@ -9,6 +9,7 @@ the plant has any; what loads from outside do, where there are any; and effort t
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from cutjoint.simulation.locks import Locks
 from cutjoint.simulation.observables import Works
 from cutjoint.simulation.plant import Advanced, Plant, State
 from cutjoint.simulation.pushing import Pushing
+from cutjoint.simulation.stiction import Stiction
 from cutjoint.simulation.undesired import Undesired
 
 
@@ -52,6 +54,7 @@ class Coupled:
         self.electronics = control if isinstance(control, Electronics) else None
         self._limits = None if isinstance(control, Electronics) else control
         self.pushing = pushing
+        self.stiction = Stiction(plant, locks, start) if plant.sticking else None
         memory = law.memory(plant.mechanism.n)
         rotors = 0 if self.electronics is None else self.electronics.rotors
         self._nv = start.v.size
@@ -117,7 +120,8 @@ class Coupled:
             asked, out[self._memory.start : self._rotors.stop] = self.actuation(t, state, y)
             out[:nv] = self.plant.chart_rate(self.origin, state)
             push = None if self.pushing is None else self.pushing.on(t, state)
-            effort, out[nv : 2 * nv] = self.locks.motion(state, asked, push)
+            moved = self.locks.motion if self.stiction is None else self.stiction.motion
+            effort, out[nv : 2 * nv] = moved(state, asked, push)
             self._given = (y, effort)
             if push is not None:
                 out[-2] = push @ state.v
@@ -136,8 +140,42 @@ class Coupled:
         """Effort at `t` [s] in a state, whose flat vector is `y`, brakes included, shape (n,)."""
         if self.electronics is None and self._given is not None and self._given[0] is y:
             return self._given[1]
-        push = None if self.pushing is None or not self.locks.names else self.pushing.on(t, state)
-        return self.locks.holding(state, self.actuation(t, state, y)[0], push)
+        asked = self.actuation(t, state, y)[0]
+        if not self.locks.names:
+            return asked
+        push = None if self.pushing is None else self.pushing.on(t, state)
+        return (
+            self.locks.holding(state, asked, push)
+            if self.stiction is None
+            else self.stiction.motion(state, asked, push)[0]
+        )
+
+    def let_go(self, t: float) -> bool:
+        """Joints that stick and are not held by their friction start to slip at `t` [s]; whether any does."""
+        return self.stiction is not None and self.stiction.settle(*self._acting(t, self.origin, self.y))
+
+    def switch(self, t: float, joint: int) -> None:
+        """The mode of a joint with stiction has ended at `t` [s]."""
+        assert self.stiction is not None
+        acting = self._acting(t, self.origin, self.y)
+        self.stiction.switch(joint, *acting)
+        self.accept(self.y)
+        self.stiction.settle(*self._acting(t, self.origin, self.y))
+
+    def late(self, t: float, y: Array, joint: int) -> float:
+        """How long ago the rate of a joint with stiction that slips was zero [s], at `t` [s] in a state whose flat
+        vector is `y`; 0 for one that sticks."""
+        assert self.stiction is not None
+        return self.stiction.late(joint, *self._acting(t, self.state(y), y))
+
+    def mode_ends(self, t: float, y: Array) -> int | None:
+        """A joint with stiction whose mode has ended at `t` [s] in a state whose flat vector is `y`, or None."""
+        assert self.stiction is not None
+        return self.stiction.passed(*self._acting(t, self.state(y), y))
+
+    def _acting(self, t: float, state: State, y: Array) -> tuple[State, Array, Array | None]:
+        push = None if self.pushing is None else self.pushing.on(t, state)
+        return state, self.actuation(t, state, y)[0], push
 
     def works(self, y: Array) -> Works:
         """Work since the start."""
@@ -201,7 +239,13 @@ class Coupled:
     @property
     def holds(self) -> bool:
         """Whether efforts only change at instants of the hardware."""
-        return self.electronics is not None and self.electronics.holds and self.pushing is None and not self.locks.names
+        return (
+            self.electronics is not None
+            and self.electronics.holds
+            and self.pushing is None
+            and not self.locks.names
+            and self.stiction is None
+        )
 
     def put(self, done: Advanced) -> None:
         """Take what became of the plant, which integrated itself."""
@@ -220,6 +264,8 @@ class Coupled:
             ClosureError, SingularError: it cannot be put back.
         """
         state, gap = self.plant.settled(self.state(y))
+        if self.stiction is not None:
+            state = replace(state, v=self.stiction.at_rest(state))
         self.strayed = max(self.strayed, gap)
         self.origin = state
         u = self.plant.chart(state)

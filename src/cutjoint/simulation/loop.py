@@ -27,12 +27,15 @@ from cutjoint.simulation.observables import OBSERVABLES, Instant, Works, gathere
 from cutjoint.simulation.plant import Advancing, Plant, State
 from cutjoint.simulation.pushing import Pushing, RunLoads
 from cutjoint.simulation.result import About, Result, result_of
+from cutjoint.simulation.stiction import LOOKS
 
 # Two instants nearer to each other than this part of the whole run are one.
 SAME = 1e-12
 # Steps shorter than this part of the whole run get nowhere, and so many of them on end are a wall that is crept up to,
 # or a law that jumps to and fro.
 CREEPING, CREEPS = 1e-8, 50
+# How often a step that ends where a joint comes to rest is taken again.
+RESTEPS = 3
 
 
 # long: its arguments and what they mean
@@ -250,6 +253,8 @@ class _Run:
             self.fall_due()
             return
         stop = end if self.method.interpolates else min(end, self.next_record())
+        if coupled.let_go(self.t):
+            self.slope = None
         if self.slope is None:
             self.slope = coupled.field(self.t, coupled.y)
         if not np.isfinite(self.slope).all():
@@ -269,6 +274,7 @@ class _Run:
                 f"steps of {step.t - self.t:.2g} s get nowhere; a law that jumps needs a sample time (rate=, --rate), "
                 "at a stretched limb full coordinates go on (ConstrainedPlant)"
             )
+        step, ended = self.until_a_mode_ends(step)
         self.record_between(step)
         began = coupled.origin, coupled.y
         unchanged = coupled.accept(step.y)
@@ -282,6 +288,9 @@ class _Run:
         self.h = max(self.h, step.ahead) if cut_short else step.ahead
         self.slope = step.slope if unchanged else None
         self.t, self.steps = step.t, self.steps + 1
+        if ended is not None:
+            coupled.switch(self.t, ended)
+            self.slope = None
         self.fall_due()
 
     def stride(self, stop: float) -> bool:
@@ -310,6 +319,37 @@ class _Run:
             self.records += 1
             self.record(self.t, coupled.origin, coupled.y)
 
+    def until_a_mode_ends(self, step: Step) -> tuple[Step, int | None]:
+        """The step, or its part until a joint with stiction begins to stick or to slip, and which joint that is."""
+        coupled = self.coupled
+        if coupled.stiction is None:
+            return step, None
+        known = self.between(step)
+        looks = LOOKS if self.method.interpolates else 0
+        found = coupled.stiction.first(self.t, step.t, lambda t: coupled.mode_ends(t, known(t)), looks)
+        if found is None:
+            return step, None
+        t, joint = found
+        assert self.slope is not None
+        for _ in range(RESTEPS):
+            # the method is more exact at the end of a step than its interpolant within
+            again = self.method.step(coupled.field, self.t, coupled.y, self.slope, t - self.t, t, self.span)
+            if again.t < t:
+                return again, None
+            late = coupled.late(again.t, again.y, joint)
+            if not (abs(late) > SAME * (t - self.t) and self.t < t - late < step.t):
+                break
+            t -= late
+        return Step(again.t, again.y, None, step.ahead, again.between), joint
+
+    def between(self, step: Step) -> Callable[[float], Array]:
+        """The interpolant of a step, or the cubic through both ends where the method has none."""
+        if step.between is not None:
+            return step.between
+        assert self.slope is not None
+        slope = self.coupled.field(step.t, step.y) if step.slope is None else step.slope
+        return hermite((self.t, self.coupled.y, self.slope), (step.t, step.y, slope))
+
     def next_record(self) -> float:
         """Next instant to record [s]; the end is always recorded."""
         t = (self.records + 1) * self.spacing
@@ -328,12 +368,7 @@ class _Run:
 
     def stop_at_limit(self, guard: JointGuard, step: Step, beyond: float) -> NoReturn:
         """Go on to where the first joint passes its limits, which is before `beyond` [s] in the step, and raise."""
-        coupled, between = self.coupled, step.between
-        if between is None:
-            assert self.slope is not None
-            slope = coupled.field(step.t, step.y) if step.slope is None else step.slope
-            between = hermite((self.t, coupled.y, self.slope), (step.t, step.y, slope))
-        known = between
+        coupled, known = self.coupled, self.between(step)
 
         def passed(t: float) -> Passed | None:
             return guard.passed(coupled.plant.settled(coupled.state(known(t)))[0])

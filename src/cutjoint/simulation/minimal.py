@@ -7,31 +7,54 @@ exponential one of their joints, so that the order of the integrator is the orde
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Protocol
+
 import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
 from cutjoint.arrays import Array, as_vector
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.minimal import MinimalCoordinates
 from cutjoint.errors import ActuationError, InputError
-from cutjoint.mechanism import Loads, Posture
+from cutjoint.mechanism import Loads, Posture, Tool
 from cutjoint.mechanism.rotations import quaternion_of
 from cutjoint.simulation.plant import Observation, State, tool_turns
+
+
+class Coordinates(Protocol):
+    """Minimal coordinates: those of a chain (`cutjoint.chain.minimal.MinimalCoordinates`), or compiled ones."""
+
+    name: str
+    chain: ClosedChain
+    joints: tuple[str, ...]
+    n: int
+    v_index: Array
+    is_flat: bool
+    idle_is_cyclic: bool
+
+    def moved(self, at: Posture, change: npt.ArrayLike) -> Posture: ...
+    def full_velocity(self, at: Posture, v: npt.ArrayLike) -> Array: ...
+    def effort_map(self, at: Posture) -> Array: ...
+    def accelerated(self, at: Posture, v: npt.ArrayLike, force: npt.ArrayLike) -> Array: ...
+    def load_effort(self, at: Posture, loads: Loads) -> Array: ...
+    def pushes_idle(self, at: Posture, loads: Loads) -> bool: ...
+    def kinetic_energy(self, at: Posture, v: npt.ArrayLike) -> float: ...
+    def tool(self, at: Posture) -> Tool: ...
 
 
 class MinimalPlant:
     """A robot in its minimal coordinates.
 
     Args:
-        minimal: the coordinates, of `ClosedChain.minimal`.
+        minimal: the coordinates, of `ClosedChain.minimal`, compiled or not.
 
     Raises:
         InputError: the robot has no tool to record.
         ActuationError: the coordinates do not tell its motion: idle motions gain momentum.
     """
 
-    def __init__(self, minimal: MinimalCoordinates) -> None:
+    def __init__(self, minimal: Coordinates) -> None:
         chain = minimal.chain
         if chain.description.tool is None:
             raise InputError(f"{chain.name} has no tool frame to simulate; name one under [tool] in its loops.toml")
@@ -73,7 +96,7 @@ class MinimalPlant:
     @property
     def name(self) -> str:
         """For messages and tables."""
-        return f"{self.chain.name}, minimal"
+        return f"{self.minimal.name}, minimal"
 
     def start(self, posture: Posture, v: Array) -> State:
         """At `posture` with actuated velocity `v`, the other independent velocities zero; `state` starts with all of
@@ -140,6 +163,16 @@ class MinimalPlant:
                 free=report.idle,
             )
         return self.minimal.load_effort(at, loads)
+
+    @property
+    def sticking(self) -> Mapping[int, float]:
+        """See `Plant.sticking`."""
+        return self.chain.sticking
+
+    def joint_rows(self, state: State, joints: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+        """See `Plant.joint_rows`."""
+        at = _closed(state)
+        return self.minimal.tangent(at)[joints], self.minimal.drift(at, state.v)[joints]
 
     @property
     def dissipates(self) -> bool:

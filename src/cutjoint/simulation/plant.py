@@ -7,7 +7,7 @@ rotations it is the exponential map (Munthe-Kaas), so that the order of the inte
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol, runtime_checkable
 
@@ -117,6 +117,13 @@ class Plant(Protocol):
             InputError, UnknownNameError: they are no loads, or act where there is nothing.
             ActuationError: they move the robot otherwise than `v` tells.
         """
+
+    @property
+    def sticking(self) -> Mapping[int, float]:
+        """Joints with stiction, as `joint_rows` numbers them, and their friction: [N] or [N m]."""
+
+    def joint_rows(self, state: State, joints: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+        """Rates of joints by the velocity of a state, shape (k, nv), and what these accelerate beside, shape (k,)."""
 
     @property
     def dissipates(self) -> bool:
@@ -230,6 +237,18 @@ class ReducedPlant:
                 free=(),
             )
         return self.mechanism.load_effort(at, loads)
+
+    @property
+    def sticking(self) -> Mapping[int, float]:
+        """See `Plant.sticking`: of chains, by the velocities of their trees; published models have none."""
+        found: Mapping[int, float] = getattr(self.mechanism, "sticking", {})
+        return found
+
+    def joint_rows(self, state: State, joints: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+        """See `Plant.joint_rows`."""
+        at, chain = _closed(state), self.mechanism
+        assert isinstance(chain, ClosedChain), "published models have no stiction"
+        return chain.tangent(at)[joints], chain.drift(at, state.v)[joints]
 
     @property
     def dissipates(self) -> bool:

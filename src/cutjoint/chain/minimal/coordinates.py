@@ -85,6 +85,11 @@ class MinimalCoordinates(Sealed):
         """See `ClosedChain.idle_is_cyclic`: whether the coordinates tell the whole motion."""
         return self._mobility.idle_is_cyclic
 
+    @property
+    def idle(self) -> int:
+        """Number of idle motions, which are no coordinates, such as the spin of a rod between two balls."""
+        return self._mobility.structure.idle
+
     # ---- kinematics ------------------------------------------------------------------------------------------------
 
     def of(self, values_full: npt.ArrayLike) -> Array:
@@ -203,7 +208,10 @@ class MinimalCoordinates(Sealed):
             ActuationError: the actuators cannot do that; it names the joints that would need a motor.
             InputError, UnknownNameError, SingularError: as `load_effort`.
         """
-        full = self.tangent(at) @ as_vector("a", a, self.n) + self.drift(at, v)
+        here = self._reduced.at(at)
+        full = here.map @ as_vector("a", a, self.n) + self.drift(at, v)
+        if here.idle.size and loads != ():  # idle motions are pushed by loads alone
+            full = full + here.idle @ (here.idle.T @ self.chain.full_load_effort(at, loads))
         return self.chain.full_inverse_dynamics(at, self.full_velocity(at, v), full, loads)
 
     def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:

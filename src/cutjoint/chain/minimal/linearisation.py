@@ -59,6 +59,7 @@ class InMinimal(Protocol):
 
     n: int
     names: tuple[str, ...]
+    v_index: Array
 
     def tangent(self, at: Posture) -> Array: ...
     def moved(self, at: Posture, change: Array) -> Posture: ...
@@ -75,7 +76,7 @@ def linearised(
     """See `MinimalCoordinates.linearised`."""
     n, k, still = robot.n, kinematics, np.zeros(robot.n)
     given = robot.efforts(at, still, still, loads).effort if effort is None else effort
-    _need_rest(robot, k.name, at, given, loads)
+    _need_rest(robot, k, at, given, loads)
     tangent, terms = robot.tangent(at), robot.terms(at)
     largest = np.abs(tangent / k.column_scale[:, None]).max(axis=0)
 
@@ -124,15 +125,18 @@ def _velocity_step(kinematics: Kinematics, tangent: Array) -> Array:
     return np.asarray(np.minimum(steps, slowest / (3.0 * fastest)))
 
 
-def _need_rest(robot: InMinimal, name: str, at: Posture, effort: Array, loads: Loads) -> None:
+def _need_rest(robot: InMinimal, kinematics: Kinematics, at: Posture, effort: Array, loads: Loads) -> None:
     """Raises InputError where the robot would not stay."""
+    k, n = kinematics, robot.n
     map_, terms = robot.effort_map(at), robot.terms(at)
-    pushes = (map_ @ effort, robot.load_effort(at, loads), -terms.gravity, -terms.springs)
-    left = np.abs(sum(pushes))
-    size = np.abs(map_) @ np.abs(effort) + sum(np.abs(one) for one in pushes[1:])
-    if (left > tolerances.REACHED.value * size.max(initial=0.0)).any():
+    given = (robot.load_effort(at, loads), -terms.gravity, -terms.springs)
+    unit = k.column_scale[robot.v_index]
+    left = unit * np.abs(map_ @ effort + sum(given))
+    size = unit * (np.abs(map_) @ np.abs(effort) + sum(np.abs(one) for one in given))
+    rounding = tolerances.ROUNDED.value * k.load(terms.mass, np.zeros(k.model.nv), np.zeros(k.model.nv))
+    if n and left.max() > tolerances.REACHED.value * size.max() + rounding:
         worst = int(left.argmax())
         raise InputError(
-            f"{name} does not stand still here: {left[worst]:.3g} of {size[worst]:.3g} N or N m are left along "
+            f"{k.name} does not stand still here: forces of {left[worst] / unit[worst]:.3g} N or N m are left along "
             f"'{robot.names[worst]}'; linearise at an equilibrium, with the efforts and loads that hold it"
         )

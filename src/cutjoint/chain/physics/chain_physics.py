@@ -102,6 +102,18 @@ class ChainPhysics:
                 energy += cut.potential(coordinate)
         return energy
 
+    def wrenches(self, q: Array, v: Array, elastic: Elastic) -> list[tuple[Array, Array]]:
+        """What every one of `cuts` does by itself to its bodies A and B, about the origin, shape (6,) each."""
+        frames, count = elastic.frames, self._count
+        gather = self._closure.gather(_part(frames, slice(0, count)))
+        rows, residual = self._bushings(elastic, q)
+        pulls = -(gather.T @ (self._stiff * residual + self._viscous * (rows @ v))).reshape(2, count, 6)
+        found = [(pulls[0, index], pulls[1, index]) for index in range(count)]
+        for index, cut in enumerate(self._free, start=count):
+            on_b = cut.wrench(_part(frames, slice(index, index + 1)), elastic.twists, v)
+            found.append((-on_b, on_b))
+        return found
+
     def drags(self, motion: Array, elastic: Elastic | None = None) -> bool:
         """Whether any of it acts along a motion (nv,)."""
         moved = np.abs(motion) > DRAGGED * np.abs(motion).max(initial=0.0)

@@ -12,6 +12,7 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain.bound import BoundCut
 from cutjoint.chain.closure import CutFrames
+from cutjoint.chain.physics.joint_forces import resisted
 from cutjoint.description.cuts import Freedom
 from cutjoint.description.model import CutJoint
 from cutjoint.mechanism.physics import JointPhysics
@@ -40,6 +41,16 @@ class FreeMotion:
 
     def _stretched(self, coordinates: Array) -> Array:
         return np.asarray(coordinates - (self.physics.rest or 0.0))
+
+    def wrench(self, frames: CutFrames, twists: Array, v: Array) -> Array:
+        """What it does to body B at a velocity `v` (nv,), about the origin, shape (6,); the opposite it does to A."""
+        end = End(frames.axes_a[0], frames.axes_b[0], frames.at_a[0], frames.at_b[0])
+        apart = twists @ ((self.bound.support_b - self.bound.support_a) * v)
+        found = np.zeros(6)
+        for freedom in self.cut.type.freedoms:
+            row, value = COORDINATES[freedom](end, np.eye(6))
+            found -= row.T @ (self.spring(value) + resisted(self.physics, row @ apart))
+        return found
 
     def coordinates(self, frames: CutFrames, twists: Array) -> list[tuple[Array, Array]]:
         """Of every freedom of its type: rows (k, nv) and values (k,), [m] or [rad], at its own frames; k is 3 for a

@@ -21,8 +21,7 @@ from cutjoint.compile.equations import newton
 from cutjoint.compile.equations.coordinates import moved
 from cutjoint.compile.equations.cut_rows import ConstraintRow
 from cutjoint.compile.equations.pose import TreePose
-from cutjoint.compile.equations.tree import JointTree
-from cutjoint.compile.expressions.graph import Graph
+from cutjoint.compile.expressions.graph import Graph, Number
 from cutjoint.compile.expressions.program import Program, interpret
 from cutjoint.compile.expressions.straight_line import assemble
 
@@ -36,6 +35,26 @@ REGULAR = 0.02
 """Postures whose smallest singular value is below this part of the usual one are near a singularity."""
 
 
+class Posed(Protocol):
+    """A tree whose poses can be traced.
+
+    Attributes:
+        positions, nv: sizes of configuration and velocity.
+        parameters: names of what is an argument beside the configuration.
+    """
+
+    @property
+    def positions(self) -> int: ...
+    @property
+    def nv(self) -> int: ...
+    @property
+    def parameters(self) -> tuple[str, ...]: ...
+
+    def pose(self, q: Sequence[Number], parameters: Sequence[Number]) -> TreePose:
+        """The tree at a configuration and values of the parameters."""
+        ...
+
+
 class RowsOnTree(Protocol):
     """Loops, with or without more rows beside theirs."""
 
@@ -46,13 +65,13 @@ class RowsOnTree(Protocol):
 
 class Survey:
     """Numeric Jacobian, residual and motion of a tree with rows on it, from their expressions; `row_scale` (rows,) and
-    `rate_scale` (nv,) make them dimensionless."""
+    `rate_scale` (nv,) make them dimensionless.  What it takes for a configuration has the parameters behind it."""
 
-    def __init__(self, tree: JointTree, loops: RowsOnTree, row_scale: Array, rate_scale: Array) -> None:
+    def __init__(self, tree: Posed, loops: RowsOnTree, row_scale: Array, rate_scale: Array) -> None:
         graph = Graph()
-        q = graph.symbols(tree.nq)
+        q, p = graph.symbols(tree.positions), graph.symbols(len(tree.parameters))
         u = graph.symbols(tree.nv)
-        pose = TreePose(tree, q)
+        pose = tree.pose(q, p)
         rows = loops.rows(pose)
         self.pattern = [set(row.coefficients) for row in rows]
         self._constant = [
@@ -61,11 +80,11 @@ class Survey:
         ]
         entries = [row.coefficients.get(k, 0.0) for row in rows for k in range(tree.nv)]
         self._system = assemble(
-            graph, "rows", {"q": q}, {"jacobian": entries, "residual": [row.residual for row in rows]}
+            graph, "rows", {"q": [*q, *p]}, {"jacobian": entries, "residual": [row.residual for row in rows]}
         )
-        self._moved = assemble(graph, "moved", {"q": q, "u": u}, {"q": moved(pose, u)})
+        self._moved = assemble(graph, "moved", {"q": [*q, *p], "u": u}, {"q": [*moved(pose, u), *p]})
         self.shape = (len(rows), tree.nv)
-        self.row_scale, self.rate_scale = row_scale, rate_scale
+        self.row_scale, self.rate_scale, self._parameters = row_scale, rate_scale, len(p)
 
     def is_constant(self, row: int, rate: int) -> bool:
         """Whether an entry of the Jacobian is the same in every posture."""
@@ -101,6 +120,27 @@ class Survey:
                 return None
             q = self.moved(q, u)
         return best if least < CLOSED else None
+
+    def at_values(self, x: Array, values: Array) -> Array | None:
+        """The closed configuration next to a closed one at other values of the parameters; the way there is walked in
+        pieces where it is long.  None where there is none, or one that the loops hold by more rows: of a robot that
+        moves because its lengths fit each other, with others a structure may be left."""
+        size = len(x) - self._parameters
+        for pieces in (1, 4, 16):
+            here = x
+            for piece in range(1, pieces + 1):
+                between = x[size:] + piece / pieces * (values - x[size:])
+                found = self.closed(np.concatenate([here[:size], between]))
+                if found is None:
+                    break
+                here = found
+            else:
+                return here if self._rank(here) <= self._rank(x) else None
+        return None
+
+    def _rank(self, x: Array) -> int:
+        values = singular_values(self.system(x)[0])
+        return int(np.sum(values > threshold(values)))
 
     def cloud(self, home: Array) -> Array:
         """Closed configurations around `home`, itself first, shape (k, nq): random walks that start there."""

@@ -62,7 +62,7 @@ class Loops:
         """All rows; the drift is zero without `motion` and `bias` (velocities, and accelerations at constant rates)."""
         found: list[ConstraintRow] = []
         for name, equations, a, b in self.cuts:
-            ends = End(pose, pose.frame(f"cuts.{name}.a", a)), End(pose, pose.frame(f"cuts.{name}.b", b))
+            ends = CutEnd(pose, pose.frame(f"cuts.{name}.a", a)), CutEnd(pose, pose.frame(f"cuts.{name}.b", b))
             relative = Relative(pose, *ends, motion, bias)
             for equation in equations:
                 for coefficients, drift, residual in WRITTEN[equation.kind](relative, equation):
@@ -83,7 +83,7 @@ def _coupled(pose: TreePose, one: BoundCoupling) -> tuple[tuple[Number, ...], Nu
     return weights, one.constant if offset is None else -offset
 
 
-class End:
+class CutEnd:
     """One frame of a cut: its axes, and per rate the velocity of its origin and its angular velocity."""
 
     def __init__(self, pose: TreePose, frame: tuple[int, Matrix, Vector]) -> None:
@@ -108,7 +108,7 @@ class Relative:
     """
 
     def __init__(
-        self, pose: TreePose, a: End, b: End, motion: Motion | None = None, bias: Motion | None = None
+        self, pose: TreePose, a: CutEnd, b: CutEnd, motion: Motion | None = None, bias: Motion | None = None
     ) -> None:
         self.a, self.b = a, b
         self.apart = _apart(pose, a, b)
@@ -133,7 +133,7 @@ def _difference(on_b: dict[int, Vector], on_a: dict[int, Vector]) -> dict[int, V
     return {u: sub(on_b.get(u, ZERO), on_a.get(u, ZERO)) for u in sorted({*on_a, *on_b})}
 
 
-def _apart(pose: TreePose, a: End, b: End) -> Vector:
+def _apart(pose: TreePose, a: CutEnd, b: CutEnd) -> Vector:
     """From the origin of frame A to that of frame B.  The common part of the two paths cancels symbolically."""
     up_a, up_b = pose.tree.path(a.step), pose.tree.path(b.step)
     shared = set(up_a) & set(up_b)
@@ -147,7 +147,7 @@ def _apart(pose: TreePose, a: End, b: End) -> Vector:
     return total
 
 
-def _point(motion: Motion, bias: Motion, end: End) -> Vector:
+def _point(motion: Motion, bias: Motion, end: CutEnd) -> Vector:
     """Acceleration of a frame's origin at constant rates."""
     w = motion.angular[end.step]
     return add(bias.at(end.step, end.arm), cross(w, cross(w, end.arm)))

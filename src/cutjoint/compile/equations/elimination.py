@@ -79,14 +79,19 @@ class Elimination:
 
     def correction(self, change: Sequence[Number]) -> list[Number]:
         """Newton's step, length nv: closes the loops while the independent coordinates change by `change`."""
-        result: list[Number] = [0.0] * self._nv
-        for rate, value in zip(self.plan.independent, change, strict=True):
-            result[rate] = value
         right = [
             row.residual + dot([row.coefficients.get(k, 0.0) for k in self.plan.independent], change)
             for row in self._rows
         ]
-        for rate, value in self._solve(right):
+        result = self.held_closed(right)
+        for rate, value in zip(self.plan.independent, change, strict=True):
+            result[rate] = value
+        return result
+
+    def held_closed(self, opening: Sequence[Number]) -> list[Number]:
+        """Rates that make good what opens the rows, the independent ones at rest, length nv."""
+        result: list[Number] = [0.0] * self._nv
+        for rate, value in self._solve(opening):
             result[rate] = -value
         return result
 

@@ -15,7 +15,7 @@ robots, IEEE J. Robot. Autom. 3(6), 1987.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,8 +71,11 @@ class Moments:
         return Moments(self.mass + other.mass, self.first + other.first, self.second + other.second)
 
 
-def regrouped(steps: Sequence[TreeStep], moments: Mapping[int, Moments]) -> tuple[list[BodyInertia], Vector]:
-    """The bodies of a tree (step 0 is the world) after handing inwards all that can be.
+def regrouped(
+    steps: Sequence[TreeStep], moments: Mapping[int, Moments], loose: Collection[int] = ()
+) -> tuple[list[BodyInertia], Vector]:
+    """The bodies of a tree (step 0 is the world) after handing inwards all that can be; nothing goes through the steps
+    `loose`, whose place in the parent is an argument.
 
     Returns:
         The bodies, and the first moment [kg m] that ended up on the world: it only sets the zero of potential energy.
@@ -81,6 +84,8 @@ def regrouped(steps: Sequence[TreeStep], moments: Mapping[int, Moments]) -> tupl
     carried = {k: moments.get(k, none) for k in range(len(steps))}
     for k in range(len(steps) - 1, 0, -1):
         step = steps[k]
+        if k in loose:
+            continue
         kept, handed = _split(step, carried[k])
         carried[k] = kept
         rotation, offset = np.array(step.rotation, dtype=float), np.array(step.translation, dtype=float)
@@ -118,16 +123,16 @@ def _split(step: TreeStep, own: Moments) -> tuple[Moments, Moments]:
 
 def body_inertia(step: int, own: Moments) -> BodyInertia | None:
     """What a step carries, or None where that is nothing."""
-    size = max(float(np.abs(own.second).max()), 1e-300)
-    values, directions = np.linalg.eigh(own.second)
-    base, axes = _principal(values, directions, size)
+    base, axes = principal(own.second)
     if own.mass == 0.0 and not np.any(own.first) and base == 0.0 and not axes:
         return None
     return BodyInertia(step, own.mass, constant_vector(own.first), base, axes)
 
 
-def _principal(values: Array, directions: Array, size: float) -> tuple[float, tuple[tuple[float, Vector], ...]]:
-    """An inertia as `base` times the identity plus few weighted outer products: equal moments cost nothing."""
+def principal(tensor: Array) -> tuple[float, tuple[tuple[float, Vector], ...]]:
+    """A symmetric (3, 3) as `base` times the identity plus few weighted outer products: equal moments cost nothing."""
+    size = max(float(np.abs(tensor).max()), 1e-300)
+    values, directions = np.linalg.eigh(tensor)
     same = 8e-16 * size
     counts = [int(np.sum(np.abs(values - value) <= same)) for value in values]
     base = float(values[int(np.argmax(counts))]) if max(counts) > 1 else 0.0

@@ -74,7 +74,7 @@ class LedLoops:
 
     def led(self, pose: TreePose) -> Led:
         """The task at a pose of the tree."""
-        step, own, lever = self._tool
+        step, own, lever = pose.frame("tool", self._tool)
         position = add(pose.origin(step), pose.lever(step, lever))
         rotation = product(pose.rotation[step], own)
         columns = pose.columns(step, lever)

@@ -14,15 +14,15 @@ from cutjoint.chain.bound import BoundCut
 from cutjoint.chain.build import UNBOUNDED
 from cutjoint.compile.equations.acting import Acting, Coefficients, OnBall, OnCoordinate, OnRow
 from cutjoint.compile.equations.cut_physics import bushed, free
-from cutjoint.compile.equations.cut_rows import End, Relative
+from cutjoint.compile.equations.cut_rows import CutEnd, Relative
 from cutjoint.compile.equations.joints import JOINTS, StepKind
 from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.tree import JointTree
 from cutjoint.compile.equations.turning import from_quaternion
 from cutjoint.compile.expressions.functions import is_zero, maximum
 from cutjoint.compile.expressions.graph import Number
-from cutjoint.compile.expressions.vectors import IDENTITY, turn
-from cutjoint.description.model import CutJoint, Joint, JointType, RobotDescription
+from cutjoint.compile.expressions.vectors import IDENTITY, column, turn
+from cutjoint.description.model import CutJoint, Joint, RobotDescription
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ class TreePhysics:
         for one, steps, limits in self._joints:
             numbers = _of_joint(one, pose.given)
             if numbers.acts:
-                acting += self._on_joint(pose, one, steps, limits, numbers)
+                acting += self._on_joint(pose, steps, limits, numbers)
         for cut, bound in self._cuts:
             numbers = _of_cut(cut, pose.given)
             if cut.bushing is None and not numbers.acts:
@@ -118,26 +118,39 @@ class TreePhysics:
     def _relative(self, pose: TreePose, name: str, bound: BoundCut) -> Relative:
         a = self._tree.frame(bound.joint_a, bound.placement_a)
         b = self._tree.frame(bound.joint_b, bound.placement_b)
-        return Relative(pose, End(pose, pose.frame(f"cuts.{name}.a", a)), End(pose, pose.frame(f"cuts.{name}.b", b)))
+        return Relative(
+            pose, CutEnd(pose, pose.frame(f"cuts.{name}.a", a)), CutEnd(pose, pose.frame(f"cuts.{name}.b", b))
+        )
 
     def _rates(self, k: int) -> range:
         step = self._tree.steps[k]
         return range(step.u, step.u + step.kind.rates)
 
     def _on_joint(
-        self, pose: TreePose, joint: Joint, steps: range, limits: Sequence[float | None], numbers: Coefficients
+        self, pose: TreePose, steps: range, limits: Sequence[float | None], numbers: Coefficients
     ) -> list[Acting]:
-        if joint.type is JointType.SPHERICAL:
+        """What acts along a ball, along every coordinate, or, where coordinates are no such numbers, dampers alone."""
+        kinds = [self._tree.steps[k].kind for k in steps]
+        if kinds == [StepKind.BALL]:
             (k,) = steps
-            step = self._tree.steps[k]
-            assert step.kind is StepKind.BALL
-            x, y, z, w = pose.q[step.q : step.q + 4]
+            first = self._tree.steps[k].q
+            x, y, z, w = pose.q[first : first + 4]
             turned = turn(pose.placed[k], from_quaternion(x, y, z, w))
             return [OnBall(dict(zip(self._rates(k), IDENTITY, strict=True)), turned, numbers)]
-        if joint.type in (JointType.PLANAR, JointType.FLOATING):
+        if any(kind.coordinates != kind.rates for kind in kinds):
             return [OnRow({rate: 1.0}, 0.0, 0.0, numbers.damping) for k in steps for rate in self._rates(k)]
-        placed = [self._tree.steps[k] for k in steps]
-        return [OnCoordinate({step.u: 1.0}, pose.q[step.q], numbers, *limits) for step in placed]
+        return [
+            OnCoordinate(row, pose.q[self._tree.steps[k].q + index], numbers, *limits)
+            for k in steps
+            for index, row in enumerate(self._rows(pose, k))
+        ]
+
+    def _rows(self, pose: TreePose, k: int) -> list[dict[int, Number]]:
+        """Of every coordinate of a step, its speed by the rates."""
+        rates = self._rates(k)
+        if not self._tree.steps[k].kind.in_world:
+            return [{rate: 1.0} for rate in rates]
+        return [dict(zip(rates, column(pose.placed[k], index), strict=True)) for index in range(len(rates))]
 
 
 def _of_joint(joint: Joint, given: Mapping[str, Number]) -> Coefficients:

@@ -5,6 +5,7 @@ A joint with a slanted axis gets a frame of its own whose z axis is that axis: c
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +30,8 @@ from cutjoint.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class Mount:
-    """Where a joint of the model sits: step and constant rotation from the joint's frame to the step's."""
+    """Where a joint of the model sits: step and constant rotation from the joint's frame to the step's, or of its
+    first step from the step's to the joint's placement."""
 
     step: int
     rotation: Array
@@ -46,17 +48,25 @@ class JointTree:
         mounts: for every joint of the model, the step that carries its body.
         nq, nv: sizes of configuration and velocity.
         gravity: acceleration of gravity [m/s2].
+        first: for every joint of the model, its first step, and the constant rotation from its placement to that.
+
+    Args:
+        model: the tree.
+        loose: joints whose placement in the parent is an argument: no inertia is handed through them.
     """
 
-    def __init__(self, model: pin.Model) -> None:
+    def __init__(self, model: pin.Model, loose: Collection[int] = ()) -> None:
         self.nq, self.nv = int(model.nq), int(model.nv)
         self.gravity = constant_vector(np.asarray(model.gravity.linear))
         self.steps: list[TreeStep] = [TreeStep(-1, IDENTITY, ZERO, StepKind.TURN, 0, -1, -1, 0)]
         self.mounts: list[Mount] = [Mount(0, np.eye(3))]
+        self.first: list[Mount] = [Mount(0, np.eye(3))]
         for joint in range(1, model.njoints):
             self._add(model, joint)
         self.mass = sum(float(model.inertias[joint].mass) for joint in range(1, model.njoints))
-        self.bodies, self.anchored = regrouped(self.steps, self._moments(model))
+        self.bodies, self.anchored = regrouped(
+            self.steps, self._moments(model), {self.first[joint].step for joint in loose}
+        )
 
     def _add(self, model: pin.Model, joint: int) -> None:
         """The elementary joints of a joint; the second and later ones stand where the one before has its origin."""
@@ -76,6 +86,8 @@ class JointTree:
             own, axis = np.eye(3), 2
             if kind.has_axis:
                 own, axis = frame_along(twists[u - int(model.idx_vs[joint])].reshape(2, 3)[0 if kind.slides else 1])
+            if len(self.first) == joint:
+                self.first.append(Mount(len(self.steps), own))
             where = constant_rotation(rotation @ own), constant_vector(translation)
             self.steps.append(TreeStep(parent, *where, kind, axis, q, u, body))
             parent, rotation, translation = len(self.steps) - 1, own.T, np.zeros(3)

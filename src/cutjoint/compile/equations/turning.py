@@ -47,5 +47,5 @@ def leaning(a: Vector, b: Vector) -> tuple[Vector, Number]:
 def _along(sines: Vector, cosine: Number) -> tuple[Vector, Number]:
     """A rotation vector from the sine along its axis and the cosine; and its strain."""
     sine = size_of(sines)
-    strain = 1.0 / functions.maximum(1.0 + cosine, SQUARE)
+    strain = functions.where_less(cosine, 0.0, 1.0 / sine, 1.0)
     return scale(functions.atan2(sine, cosine) / sine, sines), strain

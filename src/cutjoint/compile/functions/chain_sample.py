@@ -11,7 +11,15 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.chain.rank import null_space
-from cutjoint.compile.functions.sample import DIFFERENCE, RobotSample, RobotUnits, goal_of
+from cutjoint.compile.functions.sample import (
+    DIFFERENCE,
+    FURTHER,
+    MOST_BUILT,
+    RobotSample,
+    RobotUnits,
+    goal_of,
+    twist_of,
+)
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.description.model import CutType, JointType, RobotDescription
 from cutjoint.mechanism import Pose, Posture
@@ -23,14 +31,24 @@ FORGIVEN = 1e-4
 
 
 class ChainSample(RobotSample):
-    """A closed chain at one state, of which all joints are known; `source` is what is traced."""
+    """A closed chain at one state, of which all joints are known; `source` is what is traced, and its model stands at
+    `origin`."""
 
-    def __init__(self, source: ChainSource, units: RobotUnits, at: Posture, chance: np.random.Generator) -> None:
+    def __init__(
+        self,
+        source: ChainSource,
+        units: RobotUnits,
+        at: Posture,
+        chance: np.random.Generator,
+        origin: Array | None = None,
+    ) -> None:
+        self.origin = source.chain.origin if origin is None else origin
         super().__init__(source.chain, units, at, chance)
         self.source, self.chain, self.q, scale = source, source.chain, at.q_full, source.rate_scale
         self.far = float(np.abs(np.array(source.origin) / units.length).max()) + 1.0
         self.spin = units.rate if source.idle else 0.0
-        self.axes.update(x=source.position_scale, u=scale)
+        self.axes.update(x=source.position_scale, u=scale, r=1.0 / source.row_scale)
+        self.axes["1/p"] = 1.0 / source.arguments.units(source.scale)
         self.mass = sum(float(inertia.mass) for inertia in list(source.model.inertias)[1:])
         motions = null_space(source.scaled_jacobian(self.q))
         self.v_full = np.asarray(units.rate * scale * (motions @ chance.normal(size=motions.shape[1])))
@@ -48,6 +66,31 @@ class ChainSample(RobotSample):
     @property
     def a_full(self) -> Array:
         return self.chain.full_forward_dynamics(self.at, self.v_full, self.effort_full).acceleration
+
+    def known_slopes(self, what: str) -> Mapping[str, Array]:
+        names, nominal = self.source.parameters, self.source.nominal
+        if len(names) > MOST_BUILT or (self.source.idle and what != "tool_by_parameters"):
+            return {}
+        columns = []
+        for k, unit in enumerate(1.0 / self.axes["1/p"]):
+            step = FURTHER * float(unit)
+            places = (-1.0, 1.0) if nominal[k] >= step or self.source.low[k] != 0.0 else (0.0, 1.0, 2.0)
+            weights = (-0.5, 0.5) if len(places) == 2 else (-1.5, 2.0, -0.5)
+            found = [self._built(what, nominal + place * step * np.eye(len(names))[k]) for place in places]
+            if what == "tool_by_parameters":
+                found = [twist_of(one, self.tool.rotation) for one in found]
+            columns.append(sum(weight * one for weight, one in zip(weights, found, strict=True)) / step)
+        return {"by_parameters": np.stack(columns, axis=1)}
+
+    def _built(self, what: str, values: Array) -> Array:
+        """The tool's frame (3, 4), or the effort, of the robot built anew with other parameters."""
+        source = self.source
+        robot = self.chain.rebuilt(source.arguments.rebuilt(dict(zip(source.parameters, values.tolist(), strict=True))))
+        at = robot.assemble(self.q)
+        if what == "tool_by_parameters":
+            tool = robot.tool(at)
+            return np.column_stack([tool.rotation, tool.position])
+        return robot.inverse_dynamics(at, self.v, self.a)
 
     def q_rate(self, v_full: Array) -> Array:
         step = DIFFERENCE / self.units.rate
@@ -67,7 +110,7 @@ class ChainSample(RobotSample):
 
     @property
     def goal(self) -> Array:
-        return goal_of(self.wanted, self.chain.origin)
+        return goal_of(self.wanted, self.origin)
 
     @property
     def towards(self) -> Mapping[str, Array]:
@@ -80,7 +123,7 @@ class ChainSample(RobotSample):
         q_next = np.asarray(pin.integrate(source.model, self.q, self.tangent @ (unit * change)))
         return {
             "q_next": q_next,
-            "place": tool.position - self.chain.origin,
+            "place": tool.position - self.origin,
             "rotation": tool.rotation,
             "size": np.array([np.abs((q_next - self.q) / source.position_scale).max()]),
             "gap": np.array([np.abs(missed / scale).max()]),

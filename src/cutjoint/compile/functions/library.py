@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import isfinite, prod
 
 import numpy as np
@@ -46,11 +46,12 @@ class Options:
     """How to compile.
 
     Attributes:
-        parameters: inertial parameters that stay arguments (see `ChainSource`, `PaperSource`).
+        parameters: what stays an argument (see `ChainSource`, `PaperSource`).
         fast: let the compiler reassociate sums (fast-math): a little quicker, other digits in the last places.
         cached: use the cache folder.
         report: called with every function that was made.
         backend: what makes machine code of the instructions, a name of `cutjoint.compile.machine.backends`.
+        ranges: of parameters of a chain, see `ChainSource`.
         quick: machine code that is made in a third of the time, and a third as quick; the digits are the same.
 
     Raises:
@@ -62,6 +63,7 @@ class Options:
     cached: bool = True
     report: Callable[[Made], None] | None = None
     backend: str = "llvm"
+    ranges: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]] = field(default_factory=dict)
     quick: bool = False
 
     def __post_init__(self) -> None:

@@ -16,9 +16,14 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.mechanism import Mechanism, Pose, Posture, Terms, Tool
+from cutjoint.mechanism.rotations import vector_of
 
 DIFFERENCE = 1e-5
 """Step of differences, in the robot's units."""
+FURTHER = 1e-4
+"""Step of differences in parameters, in their units: robots are built anew for them."""
+MOST_BUILT = 6
+"""For more parameters than these, robots are not built anew only to compare derivatives."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +82,10 @@ class RobotSample:
     def terms(self) -> Terms:
         """The equation of motion here."""
         return self.model.terms(self.at, self.v)
+
+    def terms_at(self, at: Posture, v: Array) -> Terms:
+        """The equation of motion elsewhere."""
+        return self.model.terms(at, v)
 
     @cached_property
     def tool(self) -> Tool:
@@ -142,6 +151,10 @@ class RobotSample:
         """A step of Newton's method to `goal`."""
         raise NotImplementedError
 
+    def known_slopes(self, what: str) -> Mapping[str, Array]:
+        """Derivatives in the parameters, of the tool or of the effort, where they can be told."""
+        raise NotImplementedError
+
     def aside(self, k: int, step: float) -> Posture:
         """A posture with actuated coordinate `k` moved by a small step."""
         return self.model.close(self.at.q + step * np.eye(len(self.v))[k], self.at)
@@ -205,6 +218,11 @@ def goal_of(pose: Pose, origin: Array) -> Array:
     return goal
 
 
+def twist_of(frame: Array, rotation: Array) -> Array:
+    """Place, and small turn since `rotation`, of a frame (3, 4), shape (6,)."""
+    return np.concatenate([frame[:, 3], vector_of(frame[:, :3] @ rotation.T)])
+
+
 def effort_for(terms: Terms, a: Array) -> Array:
     """Effort that gives an acceleration."""
     return np.asarray(terms.mass @ a + terms.bias)
@@ -220,7 +238,7 @@ def slopes(sample: RobotSample, value: Callable[[Terms], Array]) -> dict[str, Ar
     where these do not tell."""
     if not sample.smooth:
         return {}
-    ask, at, v, units = sample.model.terms, sample.at, sample.v, sample.units
+    ask, at, v, units = sample.terms_at, sample.at, sample.v, sample.units
     by_q, by_v = [], []
     for k, unit in enumerate(units.coordinate):
         step = float(DIFFERENCE * unit)

@@ -36,10 +36,11 @@ class ResultPart:
 
     Attributes:
         name: of it.
-        shape: sizes separated by commas: numbers, or `n`, `nv`, `positions`, `rows` (of the loops) of the model.
+        shape: sizes separated by commas: numbers, or `n`, `nv`, `positions`, `rows` (of the loops) or
+            `parameters` of the model.
         units: an axis each, in which it is compared: `q`, `v` of an actuated coordinate and velocity, `1/q`, `1/v` of
             what is conjugate to them, `u` of a joint's rate, `x` of a position variable, `m` length, `t` of the tool's
-            twist, `J` energy, `1` none.
+            twist, `J` energy, `r` of the loops' equations, `1/p` of what is per parameter, `1` none.
         size: of the terms it is the sum of, in those units; it is compared against that or its own, what is larger.
         tolerance: relative.
         periodic: whether whole turns of angles make no difference.
@@ -218,6 +219,15 @@ FUNCTIONS: dict[str, Function] = {
             lambda s: {"q_next": s.q},
         ),
         Function(
+            "residual",
+            "what the loops are open by",
+            ("q", "parameters"),
+            (ResultPart("residual", "rows", "r", lambda s: 1.0),),
+            tracing.residual,
+            lambda s: {"residual": np.zeros(len(s.axes["r"]))},
+            (Need.JOINTS, Need.ACTUATED),
+        ),
+        Function(
             "reach_step",
             "position variables after one Newton step to closed loops and the tool's task at a pose; before it the "
             "tool in the model and what the loops are open by; sizes of the step and of what was left; determinant",
@@ -266,6 +276,24 @@ FUNCTIONS: dict[str, Function] = {
                 "by_effort": np.asarray(np.linalg.inv(s.terms.mass)),
             },
             _DYNAMICS,
+        ),
+        Function(
+            "tool_by_parameters",
+            "how the tool moves (place, then rotation vector) with every parameter, actuators held and loops closed",
+            ("q", "parameters"),
+            (ResultPart("by_parameters", "6,parameters", "t,1/p", lambda s: 1.0, SLOPE),),
+            tracing.tool_by_parameters,
+            lambda s: s.known_slopes("tool_by_parameters"),
+            (Need.JOINTS, Need.ACTUATED, Need.TOOL, Need.PARAMETERS),
+        ),
+        Function(
+            "inverse_by_parameters",
+            "how the effort for an acceleration changes with every parameter, actuated coordinates held, loops closed",
+            ("q", "v", "a", "parameters"),
+            (ResultPart("by_parameters", "n,parameters", "1/q,1/p", lambda s: s.energy, SLOPE),),
+            tracing.inverse_by_parameters,
+            lambda s: s.known_slopes("inverse_by_parameters"),
+            (Need.JOINTS, Need.ACTUATED, Need.PARAMETERS),
         ),
         Function(
             "tangent",

@@ -8,7 +8,7 @@ from typing import TypeAlias
 from cutjoint.compile.equations.reduction import MassFactor
 from cutjoint.compile.expressions.derivative import tangent as along
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
-from cutjoint.compile.expressions.vectors import dot
+from cutjoint.compile.expressions.vectors import ZERO, Vector, add, cross, dot, scale
 from cutjoint.compile.sources.chain import ChainState
 from cutjoint.compile.sources.interface import Source, TracedState, size
 from cutjoint.compile.sources.paper import PaperSource
@@ -32,7 +32,7 @@ ARGUMENTS = {
 }
 """Every argument that a compiled function may have, and its size: position variables; actuated velocity, acceleration,
 effort and coordinates; tool position; place of the tool in the model, and its rotation; velocity of and force on all
-joints; force and moment on the tool; inertial parameters."""
+joints; force and moment on the tool; what else is an argument."""
 
 
 class Call:
@@ -40,7 +40,7 @@ class Call:
 
     Args:
         source: the model.
-        names: of the arguments: positions first, inertial parameters last.
+        names: of the arguments: positions first, parameters last.
     """
 
     state: TracedState
@@ -194,6 +194,34 @@ def forward_derivatives(call: Call) -> Traced:
     by_effort = [factor.solve(list(column)) for column in unit]
     results: Results = {"a": a, "by_q": _transposed(by_q), "by_v": _transposed(by_v)}
     return {**results, "by_effort": _transposed(by_effort)}, factor.strain
+
+
+def residual(call: Call) -> Traced:
+    """What the loops are open by."""
+    return {"residual": call.joints.whole.residuals}, 1.0
+
+
+def tool_by_parameters(call: Call) -> Traced:
+    """The tool's place and axes, differentiated; what turns the axes is half the sum of e x de."""
+    state = call.joints
+    traced = state.tool([0.0] * call.source.n)
+    axes = [list(axis) for axis in zip(*traced.rotation, strict=True)]
+    columns = []
+    for seed in state.directions_of_parameters():
+        changed = along(call.graph, [*traced.position, *(x for axis in axes for x in axis)], seed)
+        turned: Vector = ZERO
+        for k, (x, y, z) in enumerate(axes):
+            dx, dy, dz = changed[3 + 3 * k : 6 + 3 * k]
+            turned = add(turned, scale(0.5, cross((x, y, z), (dx, dy, dz))))
+        columns.append([*changed[:3], *turned])
+    return {"by_parameters": _transposed(columns)}, call.state.strain
+
+
+def inverse_by_parameters(call: Call) -> Traced:
+    """The expressions of the inverse dynamics, differentiated."""
+    effort = call.state.inverse(call["v"], call["a"])
+    columns = [along(call.graph, effort, seed) for seed in call.joints.directions_of_parameters()]
+    return {"by_parameters": _transposed(columns)}, call.state.strain
 
 
 def tangent(call: Call) -> Traced:

@@ -8,6 +8,7 @@ does not reproduce the model is refused.  What is compared, in which units and h
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from cutjoint.compile.functions.library import CompiledFunction
 from cutjoint.compile.functions.sample import RobotSample, RobotUnits, nearest_turn
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.compile.sources.interface import Need
 from cutjoint.compile.sources.paper import PaperSource
 from cutjoint.errors import CutjointError, DynamicsError, SingularError
 from cutjoint.mechanism import Mechanism, Posture
@@ -52,9 +54,7 @@ class Checker:
             length, gravity = source.model.length, source.model.parameters.g
         else:
             length, gravity = source.chain.length, float(np.linalg.norm(source.model.gravity.linear))
-        turning = tuple(one.kind == "rotation" for one in self.model.actuators)
-        rate = float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0
-        return RobotUnits(np.where(turning, 1.0, length), turning, length, rate)
+        return units_of_rates(tuple(one.kind == "rotation" for one in self.model.actuators), length, gravity)
 
     @once
     def postures(self) -> list[Posture]:
@@ -69,20 +69,56 @@ class Checker:
                 continue
         return [home]
 
+    @once
+    def other(self) -> tuple[ChainSource, Posture, Array] | None:
+        """The chain built anew at other values of its parameters, a posture of it, and the values."""
+        source = self.source
+        if not (isinstance(source, ChainSource) and source.parameters):
+            return None
+        for row in source.wide_cloud[::-1]:
+            q, values = row[: source.positions], row[source.positions :]
+            try:
+                description = source.arguments.rebuilt(dict(zip(source.parameters, values.tolist(), strict=True)))
+                built = ChainSource(source.chain.rebuilt(description), source.parameters)
+                return built, built.chain.posture(q), np.asarray(values)
+            except CutjointError:
+                continue
+        return None
+
     def __call__(self, function: CompiledFunction) -> str:
         chance, source = np.random.default_rng(len(function.row.name)), self.source
+        samples: list[tuple[RobotSample, Array]] = []
         for at in self.postures:
             if isinstance(source, ChainSource):
-                sample: RobotSample = ChainSample(source, self.units, at, chance)
+                samples.append((ChainSample(source, self.units, at, chance), self.parameters))
             else:
-                sample = RobotSample(self.model, self.units, at, chance)
-            try:
-                wrong = disagreement(function, sample, self.parameters)
-            except (np.linalg.LinAlgError, SingularError, DynamicsError):
-                wrong = "the robot has a motion that moves no mass, or is singular near home"
-            if wrong:
-                return wrong
-        return ""
+                samples.append((RobotSample(self.model, self.units, at, chance), self.parameters))
+        led = "goal" in function.row.arguments
+        if self.other is not None and isinstance(source, ChainSource):
+            built, at, values = self.other
+            if not led or source.keeps_task(values):
+                samples.append((ChainSample(built, self.units, at, chance, source.chain.origin), values))
+            if Need.PARAMETERS in function.row.needs:
+                samples = samples[-1:]
+        return judged(function, samples)
+
+
+def units_of_rates(turning: tuple[bool, ...], length: float, gravity: float) -> RobotUnits:
+    """Units of a robot of a length [m] under gravity [m/s2], of which coordinates are angles or not."""
+    rate = float(np.sqrt(gravity / length)) if gravity > 0.0 else 1.0
+    return RobotUnits(np.where(turning, 1.0, length), turning, length, rate)
+
+
+def judged(function: CompiledFunction, samples: Sequence[tuple[RobotSample, Array]]) -> str:
+    """What is wrong with a function at states with their parameters, in words, or nothing."""
+    for sample, parameters in samples:
+        try:
+            wrong = disagreement(function, sample, parameters)
+        except (np.linalg.LinAlgError, SingularError, DynamicsError):
+            wrong = "the robot has a motion that moves no mass, or is singular near home"
+        if wrong:
+            return wrong
+    return ""
 
 
 def well_posed(source: ChainSource) -> bool:

@@ -21,15 +21,15 @@ from cutjoint.compile.equations.coordinates import (
 from cutjoint.compile.equations.dynamics import Motion, accelerations, potential_energy, velocities
 from cutjoint.compile.equations.elimination import Elimination
 from cutjoint.compile.equations.led import Led, LedLoops
-from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.reduction import MassFactor, Reduction
 from cutjoint.compile.equations.tree import motion_subspace
 from cutjoint.compile.expressions import vectors
+from cutjoint.compile.expressions.derivative import tangent as along
 from cutjoint.compile.expressions.functions import absolute, maximum
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain_plan import ChainPlan
-from cutjoint.compile.sources.interface import PAYLOAD, Need, TracedTool
+from cutjoint.compile.sources.interface import Need, TracedTool
 from cutjoint.errors import ActuationError, CompileError, CutjointError, InputError
 from cutjoint.mechanism.physics import NO_PHYSICS
 
@@ -59,9 +59,11 @@ class TracedStep(NamedTuple):
 class ChainState:
     """A `TracedState` of a closed chain, and what only chains have."""
 
-    def __init__(self, source: ChainPlan, graph: Graph, q: Sequence[Expression], pose: TreePose) -> None:
-        self.source, self.graph, self.q = source, graph, list(q)
-        self.pose = pose
+    def __init__(
+        self, source: ChainPlan, graph: Graph, q: Sequence[Expression], parameters: Sequence[Expression]
+    ) -> None:
+        self.source, self.graph, self.q, self.parameters = source, graph, list(q), list(parameters)
+        self.pose = pose = source.pose(q, parameters)
         self.whole = Reduction(pose, source.loops, source.plan)
         idle = source.plan.idle
         self.reduction = self.whole if idle is None else Carried(self.whole, idle, source.rate_scale)
@@ -123,7 +125,7 @@ class ChainState:
         return potential_energy(self.pose, self.source.origin) + self.physics.potential()
 
     def tool(self, v: Sequence[Number]) -> TracedTool:
-        step, own, lever = self.source.tool_frame
+        step, own, lever = self.pose.frame("tool", self.source.tool_frame)
         arm = self.pose.lever(step, lever)
         position = vectors.add(self.source.origin, vectors.add(self.pose.origin(step), arm))
         rotation = vectors.product(self.pose.rotation[step], own)
@@ -148,6 +150,16 @@ class ChainState:
         if target is not None:
             change = [x - y for x, y in zip(target, self.actuated, strict=True)]
         return moved(self.pose, self.reduction.correction(change)), self.reduction.residuals
+
+    def directions_of_parameters(self) -> list[dict[int, Number]]:
+        """Seeds that move along each parameter: the loops stay closed, actuators and idle rates are held."""
+        found = []
+        for parameter in self.parameters:
+            seed: dict[int, Number] = {abs(parameter.ref): 1.0}
+            u = self.whole.held_closed(along(self.graph, self.whole.residuals, seed))
+            rate = configuration_rate(self.pose, u)
+            found.append(seed | {abs(x.ref): dx for x, dx in zip(self.q, rate, strict=True)})
+        return found
 
     def towards(self, goal: Sequence[Number]) -> TracedStep:
         """One Newton step to closed loops and the tool at `goal` (place (3) in the model, rotation (9)), the idle rates
@@ -217,16 +229,18 @@ class ChainSource(ChainPlan):
 
     Args:
         chain: any closed chain; it need not be determined by its actuators.
-        parameters: what stays an argument of the compiled functions: `payload` [kg], a point mass at the tool point, or
-            names of links, whose mass [kg] is then the argument (centre and shape of the inertia stay).
+        parameters: what stays an argument of the compiled functions, see `cutjoint.compile.sources.parameters`.
+        ranges: of parameters, for which the order of elimination shall be good; default a neighbourhood of the chain's
+            own values.
 
     Raises:
-        InputError: a payload without a tool, or a link without mass.
-        UnknownNameError: no such link.
+        InputError: a payload without a tool, a link without mass, or a range that is none.
+        UnknownNameError: no such path or link.
     """
 
     def __reduce__(self) -> tuple[object, ...]:
-        return ChainSource, (self.chain, self.parameters)
+        ranges = dict(zip(self.parameters, zip(self.low.tolist(), self.high.tolist(), strict=True), strict=True))
+        return ChainSource, (self.chain, self.parameters, ranges)
 
     def lacks(self, need: Need) -> CutjointError | None:
         if need is Need.ACTUATED and not self.determined:
@@ -235,6 +249,8 @@ class ChainSource(ChainPlan):
             return InputError(f"{self.name} has no tool frame; name one under [tool] in its loops.toml")
         if need is Need.TASK and self.determined:
             return self._lacks_task()
+        if need is Need.PARAMETERS and not self.parameters:
+            return InputError(f"no number of {self.name} is an argument; name some: compiled(..., parameters=[...])")
         if need is Need.CLOSED_FORM:
             return InputError(f"{self.name} has no inverse kinematics in closed form")
         if need is Need.SMOOTH and (names := self.physics.sticking(dict.fromkeys(self.parameters, np.nan))):
@@ -251,7 +267,7 @@ class ChainSource(ChainPlan):
 
     def state(self, graph: Graph, q: Sequence[Expression], parameters: Sequence[Expression]) -> ChainState:
         """The state at the configuration `q` (Pinocchio's layout)."""
-        return ChainState(self, graph, q, self.pose(q, parameters))
+        return ChainState(self, graph, q, parameters)
 
     @once
     def content(self) -> str:
@@ -282,8 +298,11 @@ class ChainSource(ChainPlan):
             "tool": None if description.tool is None else [description.tool.link, _numbers(description.tool.placement)],
             "task": self._task(),
             "home": _numbers(self.chain.home.q_full),
-            "parameters": [[name, None if name == PAYLOAD else self._link(name)] for name in self.parameters],
+            "parameters": self.parameters,
         }
+        if self.parameters:
+            parts["numbers"] = self.arguments.everything()
+            parts["ranges"] = [_numbers(self.low), _numbers(self.high)]
         passive = self._passive_numbers()
         return json.dumps({**parts, "passive": passive} if passive else parts)
 
@@ -308,12 +327,6 @@ class ChainSource(ChainPlan):
         except InputError:
             return None
         return [task.names, task.axes, _numbers(task.home.matrix)]
-
-    def _link(self, name: str) -> list[object]:
-        inertial = self.chain.description.link(name).inertial
-        assert inertial is not None
-        parts = (inertial.com, inertial.inertia, self.frame(name).placement.homogeneous)
-        return [inertial.mass, *map(_numbers, parts)]
 
     def _lacks_task(self) -> CutjointError | None:
         try:

@@ -33,6 +33,8 @@ class Need(Enum):
     """A task that says where the actuators are, and an order of elimination for it."""
     SMOOTH = auto()
     """No friction that jumps at rest (stiction)."""
+    PARAMETERS = auto()
+    """Parameters that are arguments."""
     CLOSED_FORM = auto()
     """Inverse kinematics in closed form."""
 
@@ -113,7 +115,7 @@ class Source(Protocol):
         positions: number of position variables.
         nv: number of velocities of all joints that the model has.
         rows: number of equations of its loops.
-        parameters: names of inertial parameters that stay arguments.
+        parameters: names of what stays an argument.
         content: all that the traced expressions depend on, as text; sources with the same text trace the same.
     """
 

@@ -20,10 +20,13 @@ from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.expressions.vectors import IDENTITY, dot
 from cutjoint.compile.sources.interface import PAYLOAD, Need, TracedTool
 from cutjoint.errors import CutjointError, InputError, UnknownNameError
+from cutjoint.mechanism.physics import JointPhysics
+from cutjoint.papers import motors
 from cutjoint.papers.reduced_model import ClosedFormModel, EquationState, PaperParameters
 from cutjoint.papers.scalars import Functions
 
 FUNCTIONS = cast(Functions, functions)
+BOUNDS = cast(motors.Bounds, functions)
 
 PaperModel: TypeAlias = ClosedFormModel[Any, Any]
 
@@ -64,7 +67,8 @@ class PaperSource:
     def content(self) -> str:
         """Everything that the expressions depend on."""
         kind = type(self.model)
-        return json.dumps([kind.__module__, kind.__qualname__, self._values(), self.branch, self.parameters])
+        parts = [kind.__module__, kind.__qualname__, self._values(), self.branch, self.parameters]
+        return json.dumps([*parts, [vars(one) for one in self.model.motors]] if self.model.motors else parts)
 
     def _values(self) -> dict[str, Number]:
         own: PaperParameters = self.model.parameters
@@ -83,7 +87,7 @@ class PaperSource:
     def state(self, graph: Graph, q: Sequence[Expression], parameters: Sequence[Expression]) -> PaperState:
         """The state at the actuated coordinates `q`."""
         p = self.with_expressions(dict(zip(self.parameters, parameters, strict=True)))
-        return PaperState(graph, q, self.model.state_at(p, tuple(q), self.branch, FUNCTIONS))
+        return PaperState(graph, q, self.model.state_at(p, tuple(q), self.branch, FUNCTIONS), self.model.motors)
 
     def inverse_kinematics(self, tool: Sequence[Expression], parameters: Sequence[Expression]) -> list[Number]:
         """Actuated coordinates for the tool position; not a number where it cannot be reached."""
@@ -94,8 +98,10 @@ class PaperSource:
 class PaperState:
     """A `TracedState` of a published model: the positions are the actuated coordinates."""
 
-    def __init__(self, graph: Graph, q: Sequence[Expression], own: EquationState) -> None:
-        self.graph, self.q, self._own = graph, list(q), own
+    def __init__(
+        self, graph: Graph, q: Sequence[Expression], own: EquationState, physics: Sequence[JointPhysics] = ()
+    ) -> None:
+        self.graph, self.q, self._own, self._motors = graph, list(q), own, tuple(physics)
         self.strain: Number = reduce(maximum, map(abs, own.strains()))
 
     @property
@@ -113,7 +119,10 @@ class PaperState:
         return list(self.q if target is None else target), []
 
     def mass(self) -> list[list[Number]]:
-        return [list(row) for row in self._own.mass()]
+        found = [list(row) for row in self._own.mass()]
+        for k, one in enumerate(self._motors):
+            found[k][k] = found[k][k] + one.armature
+        return found
 
     def gravity(self) -> list[Number]:
         return list(self._own.gravity())
@@ -122,13 +131,14 @@ class PaperState:
         return list(self._own.coriolis(tuple(v)))
 
     def springs(self) -> list[Number]:
-        return [0.0] * len(self.q)
+        return list(motors.springs(self._motors, tuple(self.q))) if self._motors else [0.0] * len(self.q)
 
     def friction(self, v: Sequence[Number]) -> list[Number]:
-        return [0.0] * len(self.q)
+        return list(motors.friction(self._motors, tuple(v), BOUNDS)) if self._motors else [0.0] * len(self.q)
 
     def bias(self, v: Sequence[Number]) -> list[Number]:
-        return [x + y for x, y in zip(self.coriolis(v), self.gravity(), strict=True)]
+        parts = (self.coriolis(v), self.gravity(), self.springs(), self.friction(v))
+        return [reduce(add, four) for four in zip(*parts, strict=True)]
 
     def inverse(self, v: Sequence[Number], a: Sequence[Number]) -> list[Number]:
         pushed = [reduce(add, map(mul, row, a)) for row in self.mass()]
@@ -136,7 +146,7 @@ class PaperState:
 
     def potential(self) -> Number:
         value: Number = self._own.potential_energy()
-        return value
+        return value + motors.spring_energy(self._motors, tuple(self.q)) if self._motors else value
 
     def tool(self, v: Sequence[Number]) -> TracedTool:
         position, jacobian, drift = self._own.tool(tuple(v))

@@ -1,5 +1,5 @@
 """Links and joints form one tree: unique names, known ends, one root, one parent a link, no cycle, not too deep;
-and the joints by themselves: axes, limits, damping, placements."""
+and the joints by themselves: axes, limits, placements."""
 
 from __future__ import annotations
 
@@ -132,14 +132,11 @@ _LOOSE = 1e-6
 
 
 def check_joints(robot: RobotDescription, findings: Findings) -> None:
-    """Note wrong axes, limits and damping of every joint."""
+    """Note wrong placements, axes and limits of every joint."""
     for joint in robot.joints:
         _placement(joint, findings)
         _axes(joint, findings)
         _limits(joint, findings)
-        for what, value in (("damping", joint.physics.damping), ("friction", joint.physics.friction)):
-            if not value >= 0.0 or math.isinf(value):
-                findings.error(f"{what} of joint '{joint.name}' is {value:g}", "a number >= 0", "", joint.place)
 
 
 def _placement(joint: Joint, findings: Findings) -> None:

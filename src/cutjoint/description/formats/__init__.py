@@ -15,11 +15,12 @@ from pathlib import Path
 from cutjoint.description.files import LARGEST_FILE
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import Reading
+from cutjoint.description.formats.common.unsaid import unsaid as beyond
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import UnknownNameError
 from cutjoint.files import write_files
 
-__all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "read", "write"]
+__all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "read", "unsaid", "write"]
 
 Texts = Callable[[RobotDescription, Path], Mapping[Path, bytes]]
 """(description, path to write) -> the content of every file, the first being the one to read again."""
@@ -37,6 +38,7 @@ class Format:
         write: its writer, None where there is none.
         key: what `cutjoint export --to` calls it.
         folder: whether what is written is a folder.
+        says: what of `common.unsaid.WORDS` other programs find in what is written, of joints; None for all.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Format:
     write: Texts | None = None
     key: str = ""
     folder: bool = False
+    says: tuple[str, ...] | None = None
 
     def place(self, name: str) -> Path:
         """Where a robot called `name` is written unless one says where."""
@@ -74,7 +77,7 @@ def _writer(module: str) -> Texts:
 
 PLAIN = Format("URDF", (".urdf", ".xml"), (b"<robot",), _reader("urdf.plain"))
 FORMATS: tuple[Format, ...] = (
-    Format("loops.toml", (".toml",), (b"schema",), _reader("loops_toml"), _writer("loops_toml"), "loops", folder=True),
+    Format("loops.toml", (".toml",), (b"schema",), _reader("loops_toml"), _writer("loops_toml"), "loops", True),
     Format("Gepetto robot.yaml", (".yaml", ".yml"), (b"closed_loop", b"name_mot"), _reader("gepetto")),
     Format(
         "URDF+", (".urdf", ".xml"), (b"<loop", b"<coupling", b"<predecessor", b"independent="), _reader("urdf.plus")
@@ -86,8 +89,17 @@ FORMATS: tuple[Format, ...] = (
         _reader("urdf.constraint"),
         _writer("urdf.writer"),
         "urdf",
+        says=("damping", "friction", "friction_speed"),
     ),
-    Format("MJCF", (".xml", ".mjcf"), (b"<mujoco",), _reader("mjcf.reader"), _writer("mjcf.writer"), "mjcf"),
+    Format(
+        "MJCF",
+        (".xml", ".mjcf"),
+        (b"<mujoco",),
+        _reader("mjcf.reader"),
+        _writer("mjcf.writer"),
+        "mjcf",
+        says=("damping", "friction", "springs", "rotors"),
+    ),
     Format("SDF", (".sdf", ".world", ".xml"), (b"<sdf",), _reader("sdf.reader")),
     PLAIN,
 )
@@ -131,6 +143,18 @@ def write(description: RobotDescription, path: str | os.PathLike[str], to: str =
     for file in contents:
         file.parent.mkdir(parents=True, exist_ok=True)
     return write_files(contents)
+
+
+def unsaid(description: RobotDescription, to: str) -> tuple[str, ...]:
+    """What joints and cuts do by themselves that programs other than cutjoint will not find in a file of a format.
+
+    Raises:
+        UnknownNameError: there is no such format.
+    """
+    if to not in WRITERS:
+        raise UnknownNameError("format", to, tuple(WRITERS))
+    says = WRITERS[to].says
+    return () if says is None else beyond(description, says)
 
 
 def format_of(path: Path) -> Format:

@@ -64,10 +64,10 @@ def ticks_of(period: float, jitter: float, tick: float | None, measurement: floa
     for name, time in times.items():
         count = time / length
         if abs(count - round(count)) > WHOLE * max(1.0, count) or (time > 0.0 and round(count) == 0):
-            what = f"the period of {period:g} s, which is the tick where none is given" if tick is None else "it"
+            usual = " (the period, as no tick is given)" if tick is None else ""
             raise InputError(
-                f"{name} of {time:g} s is not a whole number of ticks of {length:g} s; give the clock a tick that "
-                f"divides {what if tick is None else 'period, jitter and delays'}{_proposal(list(times.values()))}"
+                f"{name} of {time:g} s is not a whole number of ticks of {length:g} s{usual}; give the clock a tick "
+                f"that divides period, jitter and delays{_proposal(list(times.values()))}"
             )
     whole, most = round(period / length), round(jitter / length)
     seen, acts = (divmod(round(time / length), whole) for time in (measurement, command))
@@ -82,10 +82,9 @@ def ticks_of(period: float, jitter: float, tick: float | None, measurement: floa
 
 def _proposal(times: list[float]) -> str:
     """A tick that divides all times, as the end of a sentence; nothing where there is none that is not tiny."""
-    parts = [Fraction(time).limit_denominator(FINEST) for time in times if time > 0.0]
-    if any(
-        abs(float(part) - time) > WHOLE * time for part, time in zip(parts, (t for t in times if t > 0.0), strict=True)
-    ):
+    given = [time for time in times if time > 0.0]
+    parts = [Fraction(time).limit_denominator(FINEST) for time in given]
+    if any(abs(float(part) - time) > WHOLE * time for part, time in zip(parts, given, strict=True)):
         return ""
     common = parts[0]
     for part in parts[1:]:

@@ -3,12 +3,13 @@ the tool is, and all of it together as one description."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.formats.common.physics import with_rest
 from cutjoint.description.model import (
     Coupling,
     CutJoint,
@@ -56,7 +57,10 @@ EARTH = readonly([0.0, 0.0, -9.81])
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """What [joint.NAME] changes of a joint, because the tree's format cannot say it; None leaves it."""
+    """What [joint.NAME] changes of a joint, because the tree's format cannot say it; None leaves it.
+
+    `physics` holds what it gives of that, by the names in `JointPhysics`.
+    """
 
     name: str
     type: JointType | None
@@ -64,6 +68,7 @@ class Change:
     axis2: Array | None
     velocity: float | None
     effort: float | None
+    physics: Mapping[str, float]
     place: Place
 
     def of(self, joint: Joint) -> Joint:
@@ -76,7 +81,9 @@ class Change:
         effort = joint.limits.effort if self.effort is None else self.effort
         axis = joint.axis if self.axis is None else self.axis
         axis2 = joint.axis2 if self.axis2 is None else self.axis2
-        return replace(joint, type=kind, axis=axis, axis2=axis2, limits=Limits(lower, upper, velocity, effort))
+        limits = Limits(lower, upper, velocity, effort)
+        physics = replace(joint.physics, **self.physics)
+        return replace(joint, type=kind, axis=axis, axis2=axis2, limits=limits, physics=physics)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +151,9 @@ def _changed(joints: Sequence[Joint], extras: Extras, findings: Findings) -> lis
         if name not in known:
             found = f"[joint.{name}] is for a joint that the tree does not have"
             findings.error(found, "a joint of the tree", nearest(name, known), change.place)
-    return [changes[joint.name].of(joint) if joint.name in changes else joint for joint in joints]
+    changed = [changes[joint.name].of(joint) if joint.name in changes else joint for joint in joints]
+    given = {name: change.physics for name, change in changes.items()}
+    return [with_rest(joint, given.get(joint.name, ()), findings) for joint in changed]
 
 
 def actuated_by_default(joints: Sequence[Joint], couplings: Sequence[Coupling] = ()) -> tuple[str, ...]:

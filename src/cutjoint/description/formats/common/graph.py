@@ -15,7 +15,8 @@ import numpy as np
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree
-from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Link
+from cutjoint.description.formats.common.physics import CUT_KEYS, leftover
+from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointPhysics, JointType, Link
 from cutjoint.description.transforms import frame_along, inverse, turned
 
 
@@ -112,4 +113,13 @@ def _cut(edge: Joint, world: dict[str, Array], findings: Findings) -> CutJoint |
         align = np.column_stack([edge.axis, edge.axis2, np.cross(edge.axis, edge.axis2)])
     at = turned(edge.placement, align)
     a, b = (Frame(link, readonly(inverse(world[link]) @ at)) for link in (edge.parent, edge.child))
-    return CutJoint(edge.name, kind, a, b, edge.place)
+    return CutJoint(edge.name, kind, a, b, edge.place, _free_motion(edge, findings))
+
+
+def _free_motion(edge: Joint, findings: Findings) -> JointPhysics:
+    """What of a joint's physics its cut has: all but stops and rotors, which are noted."""
+    kept = {key: getattr(edge.physics, key) for key in CUT_KEYS}
+    if leftover(edge.physics, JointPhysics(**kept)):
+        found = f"stops or rotor of joint '{edge.name}', which closes a loop, are not used"
+        findings.warn(found, "stops and rotors in the tree", "let another joint of the loop close it", edge.place)
+    return JointPhysics(**kept)

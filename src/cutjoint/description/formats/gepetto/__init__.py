@@ -20,6 +20,7 @@ import numpy as np
 from cutjoint.description.files import read_text_file
 from cutjoint.description.findings import Findings, clip, listing, nearest
 from cutjoint.description.formats.common.extras import OpenTree
+from cutjoint.description.formats.common.physics import with_rest
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Place, RobotDescription
 
@@ -51,7 +52,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     return RobotDescription(
         name=tree.name,
         links=tuple(tree.links),
-        joints=tuple(tree.joints),
+        joints=tuple(with_rest(joint, (), findings) for joint in tree.joints),
         cuts=_cuts(tree, keys, findings),
         couplings=tuple(tree.couplings),
         actuators=tuple(entry.text for entry in motors),

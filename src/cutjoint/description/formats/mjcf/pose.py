@@ -28,7 +28,8 @@ class Defaults:
         own = {tag: dict(values) for tag, values in (above or self._classes.get(name, {})).items()}
         for child in children(element):
             if child.tag != "default":
-                own[str(child.tag)] = own.get(str(child.tag), {}) | {str(k): str(v) for k, v in child.attrib.items()}
+                tag = _shared(child)
+                own[tag] = own.get(tag, {}) | {str(k): str(v) for k, v in child.attrib.items()}
         self._classes[name] = own
         for child in children(element, "default"):
             inner = str(child.get("class") or "")
@@ -45,10 +46,20 @@ class Defaults:
             self.findings.error(found, "a class of <default>", nearest(name, self._classes), element.sourceline)
             name = "main"
         own = {str(key): str(value) for key, value in element.attrib.items()}
-        inherited = self._classes[name].get(str(element.tag), {})
+        inherited = self._classes[name].get(_shared(element), {})
         if set(own) & _ORIENTED:
             inherited = {key: value for key, value in inherited.items() if key not in _ORIENTED}
         return inherited | own
+
+
+_ACTUATORS = {"general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion"}
+
+
+def _shared(element: Element) -> str:
+    """What an element's defaults are kept under: all kinds of actuators have the same ones, as have tendons."""
+    if element.tag in _ACTUATORS:
+        return "general"
+    return "tendon" if element.tag in ("spatial", "fixed") else str(element.tag)
 
 
 _ORIENTED = {"quat", "axisangle", "xyaxes", "zaxis", "euler"}

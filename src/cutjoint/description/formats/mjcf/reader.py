@@ -16,13 +16,14 @@ from cutjoint.description.files import read_mesh
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.toml.keys import read_extras
+from cutjoint.description.formats.mjcf.actuator import driven, read_motors
 from cutjoint.description.formats.mjcf.body import Bodies, Compiler
 from cutjoint.description.formats.mjcf.equality import read_equalities
 from cutjoint.description.formats.mjcf.geom import Mesh
-from cutjoint.description.formats.mjcf.pose import AngleUnits
+from cutjoint.description.formats.mjcf.pose import AngleUnits, Defaults
 from cutjoint.description.formats.mjcf.types import MADE_OF, NUMBERS
 from cutjoint.description.model import Home, JointType, RobotDescription
-from cutjoint.description.numbers import read_numbers
+from cutjoint.description.numbers import parse_number, read_numbers
 from cutjoint.description.transforms import rotation_from_quaternion, rpy_from_rotation
 from cutjoint.description.xml import Element, children, read_xml
 
@@ -31,6 +32,11 @@ SECTIONS = frozenset(
     {"compiler", "option", "size", "visual", "statistic", "default", "custom", "asset", "worldbody", "contact"}
     | {"equality", "tendon", "actuator", "sensor", "keyframe", *REFUSED}
 )
+
+_TENDON: tuple[str, ...] = ("stiffness", "damping", "frictionloss", "armature")
+_FLUID = ("density", "viscosity")
+_BODY = ("gravcomp",)
+_SWITCHES = ("passive", "spring", "damper", "frictionloss", "gravity", "limit", "equality")
 
 
 def read(path: Path, findings: Findings) -> RobotDescription | None:
@@ -51,7 +57,10 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     named |= set() if extras.tool is None else {extras.tool.link}
     bodies.drop_empty_world(named)
     bodies.name_fixed_joints(extras.fixed)
-    bodies.tree.actuators = _actuators(root, bodies, findings)
+    _unused(root, bodies.defaults, findings)
+    motors = read_motors(root, bodies, findings)
+    bodies.tree.actuators = tuple(dict.fromkeys(motor.joint for motor in motors))
+    bodies.tree.joints = driven(bodies.tree.joints, motors)
     if not extras.homes:
         extras = replace(extras, homes=read_homes(root, bodies, findings))
     return described(bodies.tree, [*cuts, *extras.cuts], extras, path, findings)
@@ -66,6 +75,25 @@ def _refuse(root: Element, findings: Findings) -> None:
         for element in root.iter(tag):
             remedy = "save the compiled model first: mujoco.mj_saveLastXML"
             findings.error(f"<{tag}> is not supported", "a flat MJCF", remedy, element.sourceline)
+
+
+def _unused(root: Element, defaults: Defaults, findings: Findings) -> None:
+    """Note forces of MuJoCo that are not computed here: of tendons, of a fluid, against gravity, and switches."""
+    tendons = [element for section in children(root, "tendon") for element in children(section)]
+    given = [(element, f"<{element.tag}>", defaults.attributes(element, ""), _TENDON) for element in tendons]
+    given += [(element, "<option>", element.attrib, _FLUID) for element in children(root, "option")]
+    given += [(one, f"body '{one.get('name', '')}'", one.attrib, _BODY) for one in root.iter("body")]
+    for element, what, get, keys in given:
+        used = [key for key in keys if any(parse_number(word) != 0.0 for word in str(get.get(key, "0")).split())]
+        if used:
+            found = f"{', '.join(used)} of {what} not used"
+            findings.warn(found, "forces of joints, cuts and gravity", "", element.sourceline)
+    for option in children(root, "option"):
+        for flag in children(option, "flag"):
+            off = [key for key in _SWITCHES if flag.get(key) == "disable"]
+            if off:
+                found = f"{', '.join(off)} switched off by <flag>, which is not heeded"
+                findings.warn(found, "what acts in the model itself", "", flag.sourceline)
 
 
 def _compiler(root: Element, findings: Findings) -> Compiler:
@@ -115,23 +143,6 @@ def _custom(root: Element, findings: Findings) -> Extras | None:
             if text.get("name") == "cutjoint":
                 return read_extras(str(text.get("data") or ""), findings, text.sourceline)
     return None
-
-
-def _actuators(root: Element, bodies: Bodies, findings: Findings) -> tuple[str, ...]:
-    names: list[str] = []
-    for section in children(root, "actuator"):
-        for element in children(section):
-            joint = str(element.get("joint") or element.get("jointinparent") or bodies.default(element, "joint") or "")
-            if not joint:
-                found = f"<{element.tag}> without joint is not read"
-                findings.warn(found, "actuators of joints", "", element.sourceline)
-            elif joint not in bodies.joint_names:
-                remedy = nearest(joint, bodies.joint_names)
-                found = f"<{element.tag}> names the unknown joint '{joint}'"
-                findings.error(found, "a joint", remedy, element.sourceline)
-            else:
-                names.append(joint)
-    return tuple(dict.fromkeys(names))
 
 
 def read_homes(root: Element, bodies: Bodies, findings: Findings) -> tuple[Home, ...]:

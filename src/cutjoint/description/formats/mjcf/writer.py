@@ -3,7 +3,8 @@
 Cut joints become equalities between sites, so the file needs no closed posture: fixed a `weld`, spherical a `connect`,
 revolute two `connect`s along the axis.  MuJoCo has no equality for others (universal, prismatic): they get a body with
 next to no mass that has the joint, welded to the other link.  What MJCF cannot say (homes as given, variants, names of
-fixed joints, such cuts) goes into a custom text that the reader understands.
+fixed joints, such cuts, stops, what cuts do by themselves) goes into a custom text that the reader understands.  A cut
+with a bushing is in that text alone: to MuJoCo it is open.
 """
 
 from __future__ import annotations
@@ -17,13 +18,15 @@ from lxml import etree
 from cutjoint.arrays import Array
 from cutjoint.description.cuts import Kind
 from cutjoint.description.formats.common.exact import number, relative, serialised, words
+from cutjoint.description.formats.common.physics import leftover
 from cutjoint.description.formats.common.toml.text import JointKeys, toml_text
 from cutjoint.description.formats.mjcf.body import OWN, WORLD
 from cutjoint.description.formats.mjcf.geom import plain_name
 from cutjoint.description.formats.mjcf.types import EQUALITIES, carrier_parts, parts
-from cutjoint.description.model import CutJoint, Inertial, Joint, JointType, Link, RobotDescription, Shape
+from cutjoint.description.model import CutJoint, Inertial, Joint, JointPhysics, JointType, Link, RobotDescription, Shape
 from cutjoint.description.transforms import quaternion_from_rotation
 from cutjoint.description.xml import Element
+from cutjoint.mechanism.physics import NO_PHYSICS
 
 FLOOR = 1e-12
 """kg and kg m2 below which MuJoCo is told to lift a moving body's mass and moments: it refuses zeros."""
@@ -60,30 +63,44 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
         )
     actuator = etree.SubElement(root, "actuator")
     for name in robot.actuators:
-        etree.SubElement(actuator, "motor", name=name, joint=name)
+        motor = etree.SubElement(actuator, "motor", name=name, joint=name)
+        if _bounded(robot.joint(name), robot):
+            bound = robot.joint(name).limits.effort or 0.0
+            motor.set("forcerange", words((-bound, bound)))
     if robot.tool is not None:
         _site(bodies[robot.tool.link], f"{OWN}tool", robot.tool.placement)
     return {path: serialised(root)}
 
 
+def _is_equality(cut: CutJoint) -> bool:
+    """Whether one `<equality>` says all of a cut."""
+    return cut.type in _SAID and cut.bushing is None and cut.physics == NO_PHYSICS
+
+
 def _extras(robot: RobotDescription) -> str:
-    cuts = [cut for cut in robot.cuts if cut.type not in _SAID]
+    cuts = [cut for cut in robot.cuts if not _is_equality(cut)]
     fixed = {joint.child: joint.name for joint in robot.joints if not joint.type.moves}
     return toml_text(robot, urdf=None, cuts=cuts, couplings=(), joints=_joint_keys(robot), fixed=fixed)
 
 
+def _bounded(joint: Joint, robot: RobotDescription) -> bool:
+    """Whether its `<motor>` says how hard a joint is driven at most; a range from 0 to 0 is none."""
+    return joint.name in robot.actuators and bool(joint.limits.effort)
+
+
 def _joint_keys(robot: RobotDescription) -> JointKeys:
-    """[joint.NAME]: limits that MJCF lacks, the axis of joints that have none there, hinges without range."""
+    """[joint.NAME]: limits and physics that MJCF lacks, hinges without range."""
     tables: dict[str, dict[str, object]] = {}
     for joint in robot.joints:
         keys: dict[str, object] = {}
         ranged = joint.limits.lower is not None or joint.limits.upper is not None
         if joint.type.turns and joint.type.limited != ranged:
             keys["type"] = joint.type.value
-        for key in ("velocity", "effort"):
-            value = getattr(joint.limits, key)
-            if value is not None:
-                keys[key] = float(value)
+        if joint.limits.velocity is not None:
+            keys["velocity"] = joint.limits.velocity
+        if joint.limits.effort is not None and not _bounded(joint, robot):
+            keys["effort"] = joint.limits.effort
+        keys |= leftover(joint.physics, said(joint.physics))
         if keys:
             tables[joint.name] = keys
     return tables
@@ -144,7 +161,10 @@ def _site(body: Element, name: str, placement: Array) -> None:
 def _joints(body: Element, joint: Joint) -> None:
     """The joints in MuJoCo that together make one of the tree; free ones are on the world only."""
     if joint.type is JointType.FLOATING and body.getparent().tag == "worldbody":
-        etree.SubElement(body, "freejoint", name=joint.name)
+        if joint.physics == NO_PHYSICS:
+            etree.SubElement(body, "freejoint", name=joint.name)
+        else:
+            _physics(etree.SubElement(body, "joint", name=joint.name, type="free"), joint)
         return
     for count, (kind, axis) in enumerate(parts(joint), 1):
         _joint(body, joint.name if count == 1 else f"{joint.name}/{count}", kind, axis, joint)
@@ -159,10 +179,29 @@ def _joint(body: Element, name: str, kind: str, axis: Array | None, joint: Joint
         lower = -1e10 if limits.lower is None else limits.lower
         upper = 1e10 if limits.upper is None else limits.upper
         element.set("range", words((lower, upper)))
-    if joint.physics.damping:
-        element.set("damping", number(joint.physics.damping))
-    if joint.physics.friction:
-        element.set("frictionloss", number(joint.physics.friction))
+    _physics(element, joint)
+
+
+def _physics(element: Element, joint: Joint) -> None:
+    """The attributes of what a joint does by itself.  A `springref` counts from 0, since no `ref` is written."""
+    physics = said(joint.physics)
+    values = {"damping": physics.damping, "frictionloss": physics.friction, "stiffness": physics.stiffness}
+    values |= {"springref": physics.rest or 0.0, "armature": physics.rotor}
+    for key, value in values.items():
+        if value:
+            element.set(key, number(value))
+
+
+def said(physics: JointPhysics) -> JointPhysics:
+    """What of a joint's physics the attributes of a `<joint>` say, as they are read."""
+    spring = physics.stiffness != 0.0
+    return JointPhysics(
+        damping=physics.damping,
+        friction=physics.friction,
+        stiffness=physics.stiffness,
+        rest=(physics.rest or 0.0) if spring else None,
+        rotor=physics.armature,
+    )
 
 
 def _fill(body: Element, link: Link, meshes: Meshes) -> None:
@@ -205,6 +244,8 @@ def _geom(body: Element, shape: Shape, visual: bool, meshes: Meshes) -> None:
 
 def _cut(cut: CutJoint, bodies: Mapping[str, Element], equality: Element) -> None:
     a, b = (bodies[frame.link] for frame in (cut.a, cut.b))
+    if cut.bushing is not None:
+        return
     if cut.type in _SAID:
         sites = f"{cut.name}/a", f"{cut.name}/b"
         _site(a, sites[0], cut.a.placement)

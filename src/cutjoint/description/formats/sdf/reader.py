@@ -1,26 +1,24 @@
 """SDF models (http://sdformat.org/spec), whose links may have several parents: the joints left over close loops.
 
 One model, at the top or in a world.  Without `<static>` and without a joint to `world` the base floats.  Joint types:
-fixed, revolute, continuous, prismatic, ball, universal.  `<include>`, nested models, screws, gearboxes and springs are
-not supported and are reported.
+fixed, revolute, continuous, prismatic, ball, universal.  `<include>`, nested models, screws and gearboxes are not
+supported and are reported.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.graph import PlacedLink, span
+from cutjoint.description.formats.sdf.dynamics import read_limits, read_physics
 from cutjoint.description.formats.sdf.link import Poses, read_body, text_of
 from cutjoint.description.model import (
     IDENTITY,
     Coupling,
     Joint,
-    JointPhysics,
     JointType,
     Limits,
     Link,
@@ -32,8 +30,6 @@ from cutjoint.description.xml import Element, check_known, children, name_of, on
 
 WORLD = "world"
 TYPES = {kind.sdf: kind for kind in JointType if kind.sdf}
-UNLIMITED = 1e16
-"""SDF's own number for no limit."""
 
 _NONE: frozenset[str] = frozenset()
 _MODEL_TAGS = frozenset({"link", "joint", "frame", "pose", "static", "include", "model"})
@@ -173,12 +169,11 @@ def _edge(
     axis2 = only_child(element, "axis2", findings)
     first = readonly([1.0, 0.0, 0.0])
     second = readonly([0.0, 1.0, 0.0])
-    limits, damping, friction = Limits(), 0.0, 0.0
+    limits = Limits()
     if axis is not None:
         first = _axis(axis, name, world, poses, version, findings)
         if kind.single:
-            limits = _limits(axis, name, kind, findings)
-            damping, friction = _dynamics(axis, name, findings)
+            limits = read_limits(axis, name, kind, findings)
     elif kind.axes:
         findings.error(f"joint '{name}' without <axis>", "<axis><xyz>...</xyz></axis>", "", element.sourceline)
     if axis2 is not None:
@@ -186,7 +181,8 @@ def _edge(
     elif kind.axes == 2:
         findings.error(f"{kind.value} joint '{name}' without <axis2>", "two axes", "", element.sourceline)
     place = Place(findings.file, element.sourceline)
-    return Joint(name, kind, ends[0], ends[1], world, first, second, limits, JointPhysics(damping, friction), place)
+    physics = read_physics(element, name, kind, findings)
+    return Joint(name, kind, ends[0], ends[1], world, first, second, limits, physics, place)
 
 
 def _axis(axis: Element, name: str, world: Array, poses: Poses, version: float, findings: Findings) -> Array:
@@ -199,42 +195,6 @@ def _axis(axis: Element, name: str, world: Array, poses: Poses, version: float, 
     if frame:
         return readonly(world[:3, :3].T @ poses.world(frame, None, line)[:3, :3] @ unit)
     return readonly(world[:3, :3].T @ unit) if in_model or version < 1.5 else unit
-
-
-def _limits(axis: Element, name: str, kind: JointType, findings: Findings) -> Limits:
-    limit = only_child(axis, "limit", findings)
-    if limit is None:
-        return Limits()
-    values = {}
-    for key in ("lower", "upper", "velocity", "effort"):
-        element = only_child(limit, key, findings)
-        value = None if element is None else parse_number(text_of(element))
-        if element is not None and (value is None or np.isnan(value)):
-            found = f"{key} limit of joint '{name}' is '{text_of(element)}'"
-            findings.error(found, "a number", "", element.sourceline)
-        free = value is None or np.isnan(value) or abs(value) >= UNLIMITED
-        if key in ("velocity", "effort"):
-            free = free or (value is not None and value < 0.0)
-        values[key] = None if free else value
-    if not kind.limited:
-        values["lower"] = values["upper"] = None
-    return Limits(values["lower"], values["upper"], values["velocity"], values["effort"])
-
-
-def _dynamics(axis: Element, name: str, findings: Findings) -> tuple[float, float]:
-    dynamics = only_child(axis, "dynamics", findings)
-    if dynamics is None:
-        return 0.0, 0.0
-    numbers = []
-    for key in ("damping", "friction"):
-        element = only_child(dynamics, key, findings)
-        text = "0" if element is None else element.text
-        value = read_numbers(text, 1, f"{key} of joint '{name}'", findings, dynamics.sourceline)
-        numbers.append(value[0] if value else 0.0)
-    spring = only_child(dynamics, "spring_stiffness", findings)
-    if spring is not None and (parse_number(text_of(spring)) or 0.0) != 0.0:
-        findings.warn(f"the spring of joint '{name}' is ignored", "no springs", "", spring.sourceline)
-    return numbers[0], numbers[1]
 
 
 def _mimic(element: Element, name: str, findings: Findings) -> Coupling | None:

@@ -7,7 +7,8 @@
 
 Types are revolute, prismatic, universal, spherical (each also with `_joint` behind it) and link, which joins rigidly.
 Axes are in the frames that the origins give; a universal joint turns about both, the others need the parent's only.
-What the proposal cannot say (actuators, tool, homes, ...) may stand in a `<cutjoint>` element, as in a loops.toml.
+A `<dynamics>`, as of a joint, is of the motion left free.  What the proposal cannot say (bushings, actuators, tool,
+homes, ...) may stand in a `<cutjoint>` element, as in a loops.toml.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import described
 from cutjoint.description.formats.common.toml.keys import read_extras
 from cutjoint.description.formats.urdf import plain
+from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import CutJoint, CutType, Frame, Place, RobotDescription
 from cutjoint.description.numbers import read_numbers, unit_axis
@@ -35,7 +37,7 @@ TYPES = {
     "link": CutType.FIXED,
 }
 _NONE: frozenset[str] = frozenset()
-_TAGS = frozenset({"parent", "parent_origin", "parent_axis", "child", "child_origin", "child_axis"})
+_TAGS = frozenset({"parent", "parent_origin", "parent_axis", "child", "child_origin", "child_axis", "dynamics"})
 
 
 def read(path: Path, findings: Findings) -> RobotDescription | None:
@@ -64,7 +66,8 @@ def _constraint(element: Element, findings: Findings) -> CutJoint | None:
         return None
     align = _alignment(kind, axes[0], axes[1], name, findings, element.sourceline)
     a, b = (Frame(frame.link, turned(frame.placement, align)) for frame in frames if frame is not None)
-    return CutJoint(name, kind, a, b, Place(findings.file, element.sourceline))
+    physics = read_dynamics(element, f"<constraint> '{name}'", findings)
+    return CutJoint(name, kind, a, b, Place(findings.file, element.sourceline), physics)
 
 
 def _end(element: Element, side: str, name: str, findings: Findings) -> Frame | None:

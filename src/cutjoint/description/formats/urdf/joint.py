@@ -6,8 +6,9 @@ import math
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings
+from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import read_origin
-from cutjoint.description.model import Coupling, Joint, JointPhysics, JointType, Limits, Place
+from cutjoint.description.model import Coupling, Joint, JointType, Limits, Place
 from cutjoint.description.numbers import number_problem, parse_number, read_numbers, unit_axis
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 
@@ -23,7 +24,6 @@ _ATTRIBUTES = {
     "child": frozenset({"link"}),
     "axis": frozenset({"xyz"}),
     "limit": frozenset({"lower", "upper", "velocity", "effort", "acceleration", "deceleration", "jerk"}),
-    "dynamics": frozenset({"damping", "friction", "armature", "stiffness"}),
     "mimic": frozenset({"joint", "multiplier", "offset"}),
 }
 
@@ -42,7 +42,6 @@ def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coup
     if name is None or parent is None or child_name is None:
         return None, None
     place = Place(findings.file, element.sourceline)
-    damping, friction = _dynamics(element, name, findings)
     joint = Joint(
         name=name,
         type=kind,
@@ -51,7 +50,7 @@ def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coup
         placement=origin,
         axis=_axis(element, name, kind, findings),
         limits=_limits(element, name, kind, findings),
-        physics=JointPhysics(damping, friction),
+        physics=read_dynamics(element, f"joint '{name}'", findings),
         place=place,
     )
     return joint, _mimic(element, name, kind, findings)
@@ -135,18 +134,6 @@ def _limit(limit: Element, key: str, name: str, findings: Findings) -> float | N
         findings.error(f"{key} limit of joint '{name}' is nan", "a number", "", limit.sourceline)
         return None
     return value if math.isfinite(value) else None
-
-
-def _dynamics(element: Element, name: str, findings: Findings) -> tuple[float, float]:
-    dynamics = only_child(element, "dynamics", findings)
-    if dynamics is None:
-        return 0.0, 0.0
-    values = []
-    for key in ("damping", "friction"):
-        what = f"{key} of joint '{name}'"
-        value = read_numbers(dynamics.get(key, "0"), 1, what, findings, dynamics.sourceline)
-        values.append(value[0] if value else 0.0)
-    return values[0], values[1]
 
 
 def _mimic(element: Element, name: str, kind: JointType, findings: Findings) -> Coupling | None:

@@ -12,6 +12,7 @@ from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree, described
 from cutjoint.description.formats.urdf.joint import read_joint
 from cutjoint.description.formats.urdf.link import Colours, read_colours, read_link
+from cutjoint.description.formats.urdf.transmission import driven, geared
 from cutjoint.description.model import RobotDescription
 from cutjoint.description.xml import Element, check_known, children, read_xml, refuse_xacro
 
@@ -68,7 +69,7 @@ def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[st
         findings.error("<robot> without a name", '<robot name="...">', "", root.sourceline)
         name = path.stem
     colours: Colours = read_colours(root, findings)
-    tree = OpenTree(name, actuators=_transmissions(root))
+    tree = OpenTree(name, actuators=driven(root))
     for element in children(root, "link"):
         link = read_link(element, path, colours, findings)
         if link is not None:
@@ -79,6 +80,7 @@ def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[st
             tree.joints.append(joint)
         if coupling is not None:
             tree.couplings.append(coupling)
+    tree.joints = geared(tree.joints, root, findings)
     links = {link.name for link in tree.links}
     for joint in tree.joints:
         if joint.name in links:
@@ -88,13 +90,3 @@ def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[st
     if not tree.links:
         findings.error("a robot without links", "at least one <link>", "", root.sourceline)
     return tree
-
-
-def _transmissions(root: Element) -> tuple[str, ...]:
-    """The joints that a `<transmission>` drives or a `<ros2_control>` commands, each once."""
-    names = [
-        one.get("name") for transmission in children(root, "transmission") for one in children(transmission, "joint")
-    ]
-    for control in children(root, "ros2_control"):
-        names += [one.get("name") for one in children(control, "joint") if list(children(one, "command_interface"))]
-    return tuple(dict.fromkeys(str(name) for name in names if name))

@@ -14,6 +14,7 @@ from pathlib import Path
 from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.extras import Extras, OpenTree, described
 from cutjoint.description.formats.urdf import plain
+from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, Place, RobotDescription
 from cutjoint.description.numbers import read_numbers, unit_axis
@@ -76,8 +77,8 @@ def read_end(element: Element, tag: str, name: str, findings: Findings) -> tuple
 
 
 def _loop(element: Element, findings: Findings) -> CutJoint | None:
-    tags = frozenset({"predecessor", "successor", "axis", "origin"})
-    check_known(element, frozenset({"name", "type"}), tags, frozenset({"limit", "dynamics"}), findings)
+    tags = frozenset({"predecessor", "successor", "axis", "origin", "dynamics"})
+    check_known(element, frozenset({"name", "type"}), tags, frozenset({"limit"}), findings)
     name = name_of(element, findings)
     kind = str(element.get("type") or "").strip()
     if kind not in TYPES:
@@ -94,7 +95,8 @@ def _loop(element: Element, findings: Findings) -> CutJoint | None:
     align = frame_along(unit if TYPES[kind].axes == "z" else (0.0, 0.0, 1.0))
     a, b = (turned(read_origin(end, findings), align) for end in (before_element, after_element))
     place = Place(findings.file, element.sourceline)
-    return CutJoint(name, TYPES[kind], Frame(before, a), Frame(after, b), place)
+    physics = read_dynamics(element, f"<{element.tag}> '{name}'", findings)
+    return CutJoint(name, TYPES[kind], Frame(before, a), Frame(after, b), place, physics)
 
 
 def read_coupling(element: Element, tree: OpenTree, dependent: set[str], findings: Findings) -> Coupling | None:

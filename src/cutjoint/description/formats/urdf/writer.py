@@ -1,6 +1,7 @@
 """A description as URDF: the open tree alone, or with the cuts as the proposed `<constraint>` elements.
 
-Joint types that URDF lacks (spherical, universal) are written as floating and given back by the keys that go with them.
+Joint types that URDF lacks (spherical, universal) are written as floating and given back by the keys that go with them,
+as are rotors, gears, stops and bushings.
 """
 
 from __future__ import annotations
@@ -13,11 +14,14 @@ from lxml import etree
 
 from cutjoint.arrays import Array
 from cutjoint.description.formats.common.exact import number, relative, serialised, words
+from cutjoint.description.formats.common.physics import leftover
 from cutjoint.description.formats.common.toml.text import JointKeys, toml_text
 from cutjoint.description.formats.urdf.constraint import TYPES as CONSTRAINTS
-from cutjoint.description.model import Coupling, Inertial, Joint, JointType, Link, RobotDescription, Shape
+from cutjoint.description.formats.urdf.dynamics import said, write_dynamics
+from cutjoint.description.model import Coupling, CutJoint, Inertial, Joint, JointType, Link, RobotDescription, Shape
 from cutjoint.description.transforms import rpy_from_rotation
 from cutjoint.description.xml import Element
+from cutjoint.mechanism.physics import NO_PHYSICS
 
 _NAMES = {kind: name for name, kind in CONSTRAINTS.items()}
 
@@ -26,7 +30,7 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
     """One URDF with `<constraint>` elements, and the rest of the robot in a `<cutjoint>` element."""
     root = robot_element(robot, path)
     for cut in robot.cuts:
-        if cut.type not in _NAMES:
+        if not _is_constraint(cut):
             continue
         element = etree.SubElement(root, "constraint", name=cut.name, type=_NAMES[cut.type])
         for side, frame in (("parent", cut.a), ("child", cut.b)):
@@ -37,11 +41,17 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
         elif cut.type.axes == "xy":
             etree.SubElement(element, "parent_axis", xyz="1 0 0")
             etree.SubElement(element, "child_axis", xyz="0 1 0")
+        write_dynamics(element, cut.physics)
     rest = etree.SubElement(root, "cutjoint")
-    cuts = [cut for cut in robot.cuts if cut.type not in _NAMES]
+    cuts = [cut for cut in robot.cuts if not _is_constraint(cut)]
     couplings = couplings_without_mimic(robot)
     rest.text = "\n" + toml_text(robot, urdf=None, cuts=cuts, couplings=couplings, joints=foreign_joints(robot))
     return {path: serialised(root)}
+
+
+def _is_constraint(cut: CutJoint) -> bool:
+    """Whether `<constraint>` says a cut: its type, and that it holds rigidly."""
+    return cut.type in _NAMES and cut.bushing is None
 
 
 def robot_element(robot: RobotDescription, path: Path) -> Element:
@@ -66,11 +76,15 @@ def couplings_without_mimic(robot: RobotDescription) -> list[Coupling]:
 
 
 def foreign_joints(robot: RobotDescription) -> JointKeys:
-    """[joint.NAME] for joints whose type URDF lacks."""
+    """[joint.NAME] for joints whose type or physics URDF lacks."""
     keys: dict[str, dict[str, object]] = {}
     for joint in robot.joints:
+        own: dict[str, object] = {}
         if joint.type.urdf is None:
-            keys[joint.name] = {"type": joint.type.value, "axis": joint.axis, "axis2": joint.axis2}
+            own = {"type": joint.type.value, "axis": joint.axis, "axis2": joint.axis2}
+        own |= leftover(joint.physics, said(joint.physics) if joint.type.urdf else NO_PHYSICS)
+        if own:
+            keys[joint.name] = own
     return keys
 
 
@@ -130,9 +144,8 @@ def _joint(joint: Joint, mimic: Coupling | None) -> Element:
     if joint.type.urdf and joint.type.axes:
         etree.SubElement(element, "axis", xyz=words(joint.axis))
     _limits(element, joint)
-    if joint.physics.damping or joint.physics.friction:
-        physics = joint.physics
-        etree.SubElement(element, "dynamics", damping=number(physics.damping), friction=number(physics.friction))
+    if joint.type.urdf:
+        write_dynamics(element, joint.physics)
     if mimic is not None:
         numbers = {"multiplier": number(mimic.ratio), "offset": number(mimic.offset)}
         etree.SubElement(element, "mimic", joint=mimic.driver, **numbers)

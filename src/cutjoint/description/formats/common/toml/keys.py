@@ -1,7 +1,7 @@
 """The keys of a loops.toml, in a file of its own or inside another.
 
-Actuators, tool and its task, gravity, couplings, homes, variants, title, source, and joints whose type the tree's
-format lacks.
+Actuators, tool and its task, gravity, couplings, homes, variants, title, source, and of joints what the tree's format
+lacks: types, limits, physics.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from dataclasses import replace
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, clip
 from cutjoint.description.formats.common.extras import EARTH, Change, Extras
+from cutjoint.description.formats.common.physics import CUT_KEYS, KEYS
+from cutjoint.description.formats.common.toml.physics import take_bushing, take_physics
 from cutjoint.description.formats.common.toml.table import TomlTable, parse
 from cutjoint.description.model import (
     TASK_AXES,
@@ -22,6 +24,7 @@ from cutjoint.description.model import (
     Frame,
     Home,
     Inertial,
+    JointPhysics,
     JointType,
     Place,
     TaskAxes,
@@ -101,6 +104,7 @@ def _cut(table: TomlTable) -> CutJoint | None:
     name = table.string("name", required=True)
     text = table.string("type", required=True)
     frames = table.take("frames", required=True, expected="the two frames that the cut joins")
+    physics, bushing = JointPhysics(**take_physics(table, CUT_KEYS)), take_bushing(table)
     table.finish()
     kinds = [kind.value for kind in CutType]
     if text and text not in kinds:
@@ -112,7 +116,7 @@ def _cut(table: TomlTable) -> CutJoint | None:
         table.wrong("frames", frames, "a list of two frames")
     if not name or text not in kinds or len(ends) != 2 or ends[0] is None or ends[1] is None:
         return None
-    return CutJoint(name, CutType(text), ends[0], ends[1], table.place())
+    return CutJoint(name, CutType(text), ends[0], ends[1], table.place(), physics, bushing)
 
 
 def _tool(top: TomlTable) -> tuple[Frame | None, tuple[str, ...], TaskAxes]:
@@ -138,12 +142,13 @@ def _joint(name: str, table: TomlTable) -> Change | None:
     text = table.string("type")
     axes = [table.vector(key, 3) for key in ("axis", "axis2")]
     velocity, effort = table.number("velocity", None), table.number("effort", None)
+    physics = take_physics(table, KEYS)
     table.finish()
     if text and text not in kinds:
         table.findings.unknown(f"type '{text}' of {table.name}", text, kinds, table.place("type"))
         return None
     first, second = (None if one is None else unit_axis(one, name, table.findings, place) for one in axes)
-    return Change(name, JointType(text) if text else None, first, second, velocity, effort, place)
+    return Change(name, JointType(text) if text else None, first, second, velocity, effort, physics, place)
 
 
 def _coupling(table: TomlTable) -> Coupling | None:

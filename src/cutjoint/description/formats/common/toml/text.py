@@ -10,6 +10,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.description.formats.common.exact import number
+from cutjoint.description.formats.common.toml.physics import cut_lines
 from cutjoint.description.model import Coupling, CutJoint, Frame, Home, RobotDescription, Variant
 from cutjoint.description.transforms import rpy_from_rotation
 
@@ -51,7 +52,7 @@ def toml_text(
         lines += ["", f"[joint.{key(name)}]", *(f"{one} = {_value(value)}" for one, value in keys.items())]
     for cut in cuts:
         lines += ["", "[[cut]]", f"name = {text(cut.name)}", f'type = "{cut.type.value}"']
-        lines += ["frames = [", f"  {_frame(cut.a)},", f"  {_frame(cut.b)},", "]"]
+        lines += ["frames = [", f"  {_frame(cut.a)},", f"  {_frame(cut.b)},", "]", *cut_lines(cut)]
     for coupling in couplings:
         lines += ["", "[[coupling]]", f"name = {text(coupling.name)}", f"joint = {text(coupling.joint)}"]
         lines += [f"driver = {text(coupling.driver)}", f"ratio = {number(coupling.ratio)}"]
