@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from cutjoint.simulation.hardware import Hardware
 
 LONGEST_STEP = 1e-3
+PROGRESS = 0.02
+"""Part of a run after which its progress is shown anew."""
 SETTINGS = (
     *("plant", "not_compiled", "law", "gains", "trajectory", "locked", "loads", "integrator"),
     *("rate", "limits", "hardware"),
@@ -267,7 +269,14 @@ def _run(
     if method is None and rate is None and hardware is None:
         method = Adaptive(1e-8, 1e-10)
     with Progress(transient=True) as bar:
-        task = bar.add_task(f"{moving.name}, {law.name}", total=span)
+        task, shown = bar.add_task(f"{moving.name}, {law.name}", total=span), 0.0
+
+        def show(t: float) -> None:
+            nonlocal shown
+            if span is None or t - shown >= PROGRESS * span:
+                bar.update(task, completed=t)
+                shown = t
+
         return run(
             *what,
             integrator=method,
@@ -279,7 +288,7 @@ def _run(
             lock=lock,
             joint_limits=joint_limits,
             loads=loads,
-            progress=lambda t: bar.update(task, completed=t),
+            progress=show,
         )
 
 
