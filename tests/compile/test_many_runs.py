@@ -157,6 +157,10 @@ def test_limits_hold(kit: Any, reference: Reference) -> None:
     law = PID(12691.0, 300.0, 436.0)
     integral = simulate_many(kit.machine("paper cpm"), law, reference, limits=50.0, every=0.05)
     agree(integral, 0, one_by_one(paper, law, reference, limits=50.0))
+    # a law that holds its integral while an effort is at its limit
+    pid = PID(8e3, 400.0, 400.0)
+    single = one_by_one(paper, pid, reference, limits=[60.0, 50.0, 40.0])
+    agree(simulate_many(kit.machine("paper cpm"), pid, reference, limits=[60.0, 50.0, 40.0], every=0.05), 0, single)
 
 
 @pytest.mark.parametrize("link", ["payload", "limb1_distal"])
