@@ -49,10 +49,10 @@ def test_a_sampled_linear_robot_is_its_matrix_exponential(seed: int) -> None:
     a[1] = np.array([-stiffness, -damping, 1.0]) / mass
     step = expm(a / rate)
     x = np.array([0.2, 1.0, 0.0])
-    size = np.abs(found.v).max()
+    far, fast = np.abs(found.q).max(), np.abs(found.v).max()  # some of these loops diverge
     for q, v in zip(found.q[:, 0], found.v[:, 0], strict=True):
-        assert abs(q - x[0]) < 1e-10
-        assert abs(v - x[1]) < 1e-10 * max(1.0, size)
+        assert abs(q - x[0]) < 1e-10 * max(1.0, far)
+        assert abs(v - x[1]) < 1e-10 * max(1.0, fast)
         x[2] = -kp * x[0] - kd * x[1]
         x = step @ x
 
