@@ -41,6 +41,9 @@ def test_all_sections_run_and_agree() -> None:
     assert max(found["growth"]["differences"].values()) < 1e-9
     assert found["tolerances"]["differences"]["tool"] < 1e-12
     assert found["sweep"]["differences"]["chain against paper"] < 1e-10
+    built = found["built"]["differences"]
+    assert built.pop("MuJoCo RK4", 0.0) < 1e-5
+    assert max(built.values()) < 1e-10
     assert all(error < 1e-8 for error in found["loop"]["differences"].values())
     # every engine, peers included, solves the same task: the worst of them to a tenth of a millimetre
     errors = {name: min(error for _, error in points) for name, points in found["loop"]["points"].items()}

@@ -9,6 +9,7 @@ from importlib.util import find_spec
 import numpy as np
 
 from benchmarks import lengths, more_peers, motion_files, peers
+from benchmarks.built import GENTLE, IDEAL, REAL, BuiltTask
 from benchmarks.ladder import ladder
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
 from benchmarks.task import KD, KP, SAMPLE, Task
@@ -32,11 +33,12 @@ class Size:
     peer_steps: tuple[float, ...] = (2e-3, 1e-3, 5e-4, 2.5e-4)
     sweep: int = 1000
     sweep_sample: int = 8
+    built: int = 10_000
     inverse: int = 100_000
     loops: tuple[int, ...] = (2, 5, 10, 20, 30)
 
 
-SMALL = Size(2, 64, 3, 0.02, (1e-3,), (1e-3,), 16, 2, 100, (2, 3))
+SMALL = Size(2, 64, 3, 0.02, (1e-3,), (1e-3,), 16, 2, 16, 100, (2, 3))
 
 
 WORDS = {"scalar": "one by one", "batch": "batch"}
@@ -209,6 +211,48 @@ def gain_sweep(size: Size) -> Section:
     return section
 
 
+def built_loops(size: Size) -> Section:
+    """Many runs of the loop as it is built."""
+    task = BuiltTask(size.span)
+    section = Section(
+        f"{size.built} runs of {size.span:g} s at 1 ms, sampled, with friction, noise, quantisation and delays, CPU "
+        "time of all",
+        ("engine", "method", "CPU time", "of a step of a run"),
+    )
+    gains = {"kp": GENTLE * np.linspace(0.9 * KP, KP, size.built)}
+    law, contenders, finals = PD(1.0, GENTLE * KD), dict[str, Contender](), dict[str, Array]()
+    for label, model in (("paper, compiled", task.paper), ("chain, compiled", task.chain)):
+        for method in ("midpoint", "rk4"):
+            loop = ClosedLoop(
+                compiled(model), law, task.reference.mechanism, gains=("kp",), hardware=REAL, method=method
+            )
+            table = loop.reference_table(task.reference, 1e-3, round(task.span / 1e-3))
+            name = f"{label} | {method}"
+            contenders[name] = Contender(partial(loop.run, table, gains=gains))
+            finals[name] = loop.run(table, gains=gains).q[:, -1]
+    if peers.has_mujoco():
+        for method in ("implicitfast", "RK4"):
+            other = peers.MujocoRun(task, 1e-3, method, runs=size.sweep_sample)
+            scale = size.built / size.sweep_sample
+            contenders[f"MuJoCo rollout, without hardware | {method}"] = Contender(other.run, scale=scale)
+        loop = ClosedLoop(compiled(task.paper), task.law, task.reference.mechanism, hardware=IDEAL)
+        alike = loop.run(loop.reference_table(task.reference, 1e-3, round(task.span / 1e-3))).q[0, -1]
+        section.differences["MuJoCo RK4"] = float(np.abs(other.run()[-1] - alike).max())
+    times = measure(contenders, max(2, size.rounds // 2))
+    for method in ("midpoint", "rk4"):
+        ours = [values for name, values in finals.items() if name.endswith(method)]
+        section.differences[f"chain against paper, {method}"] = float(np.abs(np.subtract(*ours)).max())
+    evaluations = size.built * round(task.span / 1e-3)
+    for name, timing in times.items():
+        row = (*name.split(" | "), duration(timing.median), duration(timing.median / evaluations))
+        section.rows.append(row)
+        if not name.startswith("MuJoCo"):
+            for other_name in (one for one in times if one.startswith("MuJoCo")):
+                told = f"{name.replace(' | ', ', ')}, quicker than {other_name.replace(' | ', ', ')}"
+                section.ratios[told] = timing.ratio(times[other_name])
+    return section
+
+
 def inverse_dynamics(size: Size) -> Section:
     """Inverse dynamics of many states by the published models."""
     section = Section(
@@ -287,6 +331,19 @@ def motions(size: Size) -> Section:
     return section
 
 
+def tolerances(size: Size) -> Section:
+    """Lengths as arguments."""
+    section = Section("Tool of the Omega-3 chain at random tolerances, CPU time a sample", ("what", "CPU time"))
+    times, away = lengths.timings(size.inverse, min(size.calls, 10), max(2, size.rounds // 2))
+    section.rows = [
+        (f"batch of {size.inverse}, one core", duration(times["batch"].median)),
+        ("chain built anew", duration(times["anew"].median)),
+    ]
+    section.ratios["batch, quicker than a chain built anew"] = times["batch"].ratio(times["anew"])
+    section.differences["tool"] = away
+    return section
+
+
 def whole_process(size: Size) -> Section:
     """`cutjoint simulate` from the shell, on the compiled plant and on the chain."""
     section = Section(
@@ -304,26 +361,14 @@ def whole_process(size: Size) -> Section:
     return section
 
 
-def tolerances(size: Size) -> Section:
-    """Lengths as arguments."""
-    section = Section("Tool of the Omega-3 chain at random tolerances, CPU time a sample", ("what", "CPU time"))
-    times, away = lengths.timings(size.inverse, min(size.calls, 10), max(2, size.rounds // 2))
-    section.rows = [
-        (f"batch of {size.inverse}, one core", duration(times["batch"].median)),
-        ("chain built anew", duration(times["anew"].median)),
-    ]
-    section.ratios["batch, quicker than a chain built anew"] = times["batch"].ratio(times["anew"])
-    section.differences["tool"] = away
-    return section
-
-
 SECTIONS = {
     "forward": forward_dynamics,
     "loop": work_precision,
     "sweep": gain_sweep,
+    "built": built_loops,
     "inverse": inverse_dynamics,
     "growth": growth,
     "motions": motions,
-    "process": whole_process,
     "tolerances": tolerances,
+    "process": whole_process,
 }

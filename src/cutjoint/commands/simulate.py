@@ -29,8 +29,17 @@ LONGEST_STEP = 1e-3
 PROGRESS = 0.02
 """Part of a run after which its progress is shown anew."""
 SETTINGS = (
-    *("plant", "not_compiled", "law", "gains", "trajectory", "locked", "loads", "integrator"),
-    *("rate", "limits", "hardware"),
+    "plant",
+    "not_compiled",
+    "law",
+    "gains",
+    "trajectory",
+    "locked",
+    "loads",
+    "integrator",
+    "rate",
+    "limits",
+    "hardware",
 )
 Robot = TypeVar("Robot", bound="Mechanism")
 
@@ -138,7 +147,7 @@ def command(
     )
     robots = _robots(robot, variant, plant, model, payload)
     if reactions is not None:
-        check_reactions(reactions, robots.mechanism)
+        check_reactions(reactions, robots.robot)
     joints: JointLimits = "ignore" if ignore_limits else "respect"
     if free or efforts is not None:
         law = _unled(robots, controller, trajectory, efforts, lock or (), named_gains(gains, gain or ()))
@@ -167,7 +176,7 @@ def command(
     figures = _figures(result)
     if save is not None:
         figures["saved"] = str(write(result, save))
-    carried = None if reactions is None else written(reactions, result, robots.mechanism)
+    carried = None if reactions is None else written(reactions, result, robots.robot)
     if carried is not None:
         figures |= {"reactions": str(reactions), "reaction_peaks": peaks_of(carried)}
     if json:
@@ -179,12 +188,17 @@ def command(
 
 
 class Robots(NamedTuple):
-    """What moves, its model, the chain of the same robot, and what the controller believes."""
+    """What moves, the chain of the same robot, and what the controller believes."""
 
     moving: Plant | Mechanism
-    mechanism: Mechanism
     chain: ClosedChain
     inside: Mechanism
+
+    @property
+    def robot(self) -> Mechanism:
+        """What moves, without its plant."""
+        moving = self.moving
+        return moving if isinstance(moving, Mechanism) else moving.mechanism
 
 
 def _robots(robot: str, variant: str | None, plant: str, model: str | None, payload: float) -> Robots:
@@ -201,10 +215,9 @@ def _robots(robot: str, variant: str | None, plant: str, model: str | None, payl
     believes = model or ("paper" if name in PUBLISHED else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain
     if plant == "chain":
-        constrained = ConstrainedPlant(_loaded(chain, payload))
-        return Robots(constrained, constrained.chain, chain, inside)
+        return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
     moving: Mechanism = _loaded(published(name) if plant == "paper" else chain, payload)
-    return Robots(moving, moving, chain, quick(inside))
+    return Robots(moving, chain, quick(inside))
 
 
 def _law(robots: Robots, controller: str, gains: Mapping[str, str]) -> Law:
@@ -265,8 +278,9 @@ def _run(
     span = getattr(law, "duration", None) if duration is None else duration
     hardware = None if isinstance(machine, tuple) else machine
     rate, limit = machine if isinstance(machine, tuple) else (None, None)
-    method: Integrator | None = None if step is None else RungeKutta4(step)
-    if method is None and rate is None and hardware is None:
+    sampled = rate is not None or (hardware is not None and hardware.drive.backlash is None)
+    method: Integrator | None = RungeKutta4(step) if step is not None else None
+    if method is None and not sampled:
         method = Adaptive(1e-8, 1e-10)
     with Progress(transient=True) as bar:
         task, shown = bar.add_task(f"{moving.name}, {law.name}", total=span), 0.0
@@ -339,8 +353,8 @@ def _show(result: Result, figures: dict[str, object]) -> None:
     rows = [
         ("gains", gains),
         ("control", rate),
-        *([("not compiled", str(figures["not_compiled"]))] if "not_compiled" in figures else ()),
         *((f"  {name}", words) for name, words in built.told(result.about.get("hardware", {})) if name != "clock"),
+        *([("not compiled", str(figures["not_compiled"]))] if "not_compiled" in figures else ()),
         ("integrator", f"{figures['integrator']}: {figures['steps']} steps, {figures['evaluations']} evaluations"),
         *(_error_rows(figures) if result.followed else ()),
         *([("locked", ", ".join(result.about["locked"]))] if "locked" in result.about else ()),

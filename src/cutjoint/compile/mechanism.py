@@ -106,6 +106,11 @@ class Parametrised(Sealed, Generic[Model_co]):
         return dict(zip(self.options.parameters, self._values.tolist(), strict=True))
 
     @property
+    def nominal(self) -> dict[str, float]:
+        """Their values in the model itself."""
+        return dict(zip(self.options.parameters, self._nominal.tolist(), strict=True))
+
+    @property
     def plain(self) -> Model_co:
         """The model that is not compiled, with the present parameters."""
         if np.array_equal(self._values, self._nominal):

@@ -123,7 +123,7 @@ class Outcome:
                 "the run left what is compiled for; give the reference itself to have it done by the model"
             )
         values = {name: float(column[run]) for name, column in part.parameters.items()}
-        model = loop.plant.with_parameters(**values).plain
+        model = loop.plant.with_parameters(values).plain
         gains = {name: column[run] for name, column in part.gains.items()}
         hardware = loop.hardware
         result = simulate(

@@ -115,11 +115,15 @@ def measured_state(
     model: Mechanism, plant: Compiled, state: TracedState, graph: Graph, q: Sequence[Number]
 ) -> TracedState | None:
     """The plant's `state` as a law's model sees it that is shown the actuated coordinates `q`, or None where that needs
-    more than these."""
-    own = model.model if isinstance(model, CompiledMechanism) else model
+    more than these.  What varies in the plant, the model does not know: it keeps its own parameters."""
+    own = model.plain if isinstance(model, CompiledMechanism) else model
     exact = all(graph.reference(x) == graph.reference(y) for x, y in zip(q, state.actuated, strict=True))
-    if own is plant.model and exact:
-        return state
-    if isinstance(own, ClosedFormModel):
+    if isinstance(own, ClosedFormModel) and not (own is plant.model and exact and not plant.options.parameters):
         return PaperSource(own).state(graph, [x for x in q if isinstance(x, Expression)], [])
-    return None
+    moved = isinstance(plant.source, ChainSource) and bool(plant.source.placing)
+    if own is not plant.model or not exact or moved:
+        return None
+    if not plant.options.parameters:
+        return state
+    values = [Expression(graph, graph.constant(value)) for value in plant.nominal.values()]
+    return plant.source.state(graph, state.q, values)

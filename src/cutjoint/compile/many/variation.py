@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, as_vector
 from cutjoint.compile.many.traced import TracedLoop
+from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.errors import InputError
 
 
@@ -62,14 +63,9 @@ class Variation:
         if set(gains) != set(loop.gains):
             raise InputError(f"gains must be given for {', '.join(loop.gains) or 'none'}; found {', '.join(gains)}")
         names = plant.options.parameters
-        for name in parameters:
-            if name not in names:
-                raise InputError(
-                    f"'{name}' is not an argument of the compiled plant ({', '.join(names) or 'it has none'}); "
-                    "name it when compiling"
-                )
+        values: dict[str, npt.ArrayLike] = {**plant.parameters, **plant.arrays(parameters)}
         self.gains = {name: _rows(name, gains[name], n) for name in loop.gains}
-        self.parameters = {name: _column({**plant.parameters, **parameters}[name]) for name in names}
+        self.parameters = {name: _column(values[name]) for name in names}
         self.start = _rows("start", start, n)
         self.velocity = _rows("start_velocity", 0.0 if start_velocity is None else start_velocity, n)
         varied = (*self.gains.values(), *self.parameters.values(), self.start, self.velocity)
@@ -81,7 +77,8 @@ class Variation:
         self.count = counts.pop() if counts else 1
         if not all(np.isfinite(x).all() for x in varied):
             raise InputError("gains, parameters and initial states must be finite")
-        self._closed = None if len(self.start) > 1 else plant.batch.close(self.start)
+        self._moved = isinstance(plant.source, ChainSource) and bool(plant.source.placing)
+        self._closed = None if len(self.start) > 1 or self._moved else plant.batch.close(self.start)
 
     def given(self, begin: int, end: int) -> dict[str, Array]:
         """What the runs from `begin` to before `end` have of their own, by name: gains, parameters (N,), and `start`
@@ -106,9 +103,15 @@ class Variation:
             return np.broadcast_to(values if len(values) == 1 else values[begin:end], (count, values.shape[1]))
 
         start, velocity = some(self.start), some(self.velocity)
-        closed = self.loop.plant.batch.close(start) if self._closed is None else some(self._closed)
         gains = {name: some(x) for name, x in self.gains.items()}
         columns = {name: some(x) for name, x in self.parameters.items()}
+        batch = self.loop.plant.batch
+        if self._closed is not None:
+            closed = some(self._closed)
+        elif self._moved:
+            closed = batch.close(start, {name: x[:, 0] for name, x in columns.items()})
+        else:
+            closed = batch.close(start)
         state = np.concatenate([closed, velocity, np.zeros((count, self.loop.behind))], axis=1)
         given = np.concatenate([np.zeros((count, 0)), *gains.values(), *columns.values()], axis=1)
         return SomeRuns(begin, gains, {name: x[:, 0] for name, x in columns.items()}, start, velocity, state, given)

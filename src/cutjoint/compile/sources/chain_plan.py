@@ -149,8 +149,8 @@ class ChainPlan(ChainTree):
             stuck = ", ".join(self.fixed_by_loops())
             raise CompileError(
                 f"the loops of {self.name} close, and leave its freedoms, at {len(found)} of {len(own)} random values "
-                f"of its parameters{f'; not for any change of {stuck} alone' if stuck else ''}. Give ranges that it can "
-                "be built with, leave out what its loops fix, or join what they keep equal ('PATH = PATH')"
+                f"of its parameters{f'; not for any change of {stuck} alone' if stuck else ''}. Give ranges that it "
+                "can be built with, leave out what its loops fix, or join what they keep equal ('PATH = PATH')"
             )
         return survey.regular(np.concatenate([own, found]), self.actuated_rates)
 
