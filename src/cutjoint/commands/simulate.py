@@ -179,10 +179,9 @@ def command(
 
 
 class Robots(NamedTuple):
-    """What moves, its model, the chain of the same robot, and what the controller believes."""
+    """What moves, the chain of the same robot, and what the controller believes."""
 
     moving: Plant | Mechanism
-    mechanism: Mechanism
     chain: ClosedChain
     inside: Mechanism
 
@@ -209,10 +208,9 @@ def _robots(robot: str, variant: str | None, plant: str, model: str | None, payl
     believes = model or ("paper" if name in PUBLISHED else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain
     if plant == "chain":
-        constrained = ConstrainedPlant(_loaded(chain, payload))
-        return Robots(constrained, constrained.chain, chain, inside)
+        return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
     moving: Mechanism = _loaded(published(name) if plant == "paper" else chain, payload)
-    return Robots(moving, moving, chain, quick(inside))
+    return Robots(moving, chain, quick(inside))
 
 
 def _law(robots: Robots, controller: str, gains: Mapping[str, str]) -> Law:
