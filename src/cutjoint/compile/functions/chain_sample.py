@@ -30,6 +30,7 @@ FORGIVEN = 1e-4
 """Part of the strength of springs and dampers that counts as a force: what the rounding of a place makes of them."""
 
 
+# long: a property a quantity that something is compared with
 class ChainSample(RobotSample):
     """A closed chain at one state, of which all joints are known; `source` is what is traced, and its model stands at
     `origin`."""

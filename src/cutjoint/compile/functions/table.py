@@ -7,6 +7,8 @@ Arguments are those of `ARGUMENTS`: position variables (or the tool's position) 
 the parts of its result every function gives its `strain`.
 """
 
+# long: a row a function
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
