@@ -11,7 +11,8 @@ from datetime import date
 from pathlib import Path
 
 from benchmarks.rounds import machine
-from benchmarks.sections import SECTIONS, SMALL, Section, Size
+from benchmarks.section import SMALL, Section, Size
+from benchmarks.sections import SECTIONS
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCUMENT = ROOT / "docs" / "benchmarks.md"

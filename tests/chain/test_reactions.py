@@ -23,6 +23,7 @@ from oracles.placed import Placed
 import cutjoint
 from cutjoint.chain import ClosedChain, Reaction, Reactions
 from cutjoint.description import load_description
+from cutjoint.description.model import Bushing
 from cutjoint.errors import DynamicsError, InputError, RoundingWarning, UnknownNameError
 from cutjoint.mechanism import Load
 
@@ -378,6 +379,10 @@ def test_what_is_wrong_is_said() -> None:
         found["crank"].at([1.0, 2.0])
     with pytest.raises(InputError, match="shape"):
         chain.reactions(chain.home, [1.0, 2.0])
+    soft = replace(chain.description.cuts[0], bushing=Bushing(1e6))
+    rubber = ClosedChain(replace(chain.description, cuts=(soft,)))
+    with pytest.raises(InputError, match="is a bushing"):
+        rubber.full_reactions(rubber.home, effort_full=np.zeros(3), stiffness={"coupler_to_rocker": 1e6})
     infinite = chain.reactions(chain.home, stiffness={"crank": np.inf})
     assert infinite.undecided == found.undecided == 3
     assert isinstance(found["crank"], Reaction)

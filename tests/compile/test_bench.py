@@ -42,7 +42,7 @@ def test_all_sections_run_and_agree() -> None:
     assert found["tolerances"]["differences"]["tool"] < 1e-12
     assert found["sweep"]["differences"]["chain against paper"] < 1e-10
     built = found["built"]["differences"]
-    assert built.pop("MuJoCo RK4", 0.0) < 1e-5
+    assert built.pop("MuJoCo RK4", 0.0) < 3e-4
     assert max(built.values()) < 1e-10
     assert all(error < 1e-8 for error in found["loop"]["differences"].values())
     # every engine, peers included, solves the same task: the worst of them to a tenth of a millimetre

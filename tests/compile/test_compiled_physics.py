@@ -27,7 +27,7 @@ from cutjoint.motion.joint_space import JointSine
 from cutjoint.simulation import ReducedPlant, RungeKutta4, run
 
 SHIPPED = ("fourbar", "fivebar", "omega3", "cpm", "stewart")
-MADE = ("planar_3rrr", "prs_3", "ups_6", "scotch_yoke", "geared_fivebar", "ball_rod_delta")
+MADE = ("planar_3rrr", "prs_3", "ups_6", "scotch_yoke", "geared_fivebar", "ball_rod_delta", "ball_rod_slider_crank")
 JOINTS = ("revolute", "continuous", "prismatic", "universal", "spherical", "planar", "floating")
 DIGITS = 1e-10
 
@@ -57,6 +57,10 @@ def agrees(chain: Any, rng: np.random.Generator, count: int = 4, digits: float =
         found, right = machine.forward_dynamics(at, v, effort), chain.forward_dynamics(at, v, effort)
         quick = float(np.abs(np.linalg.inv(inertia)).max()) * (scale + np.abs(unit * effort).max())
         assert np.abs((found - right) / unit).max() < digits * quick
+        if machine.source.idle:
+            drift, unit_u = machine.library()["drift"](at.q_full, v, np.zeros(0)), machine.source.rate_scale
+            right = chain.drift(at, v) / unit_u
+            assert np.abs(drift["drift"] / unit_u - right).max() < 1e-9 * np.abs(right).max()
         potential, right = machine.potential_energy(at), chain.potential_energy(at)
         assert abs(potential - right) < digits * (abs(right) + size.energy)
 
@@ -120,7 +124,7 @@ def test_loops_of_every_kind(kit: Any, tmp_path: Path, kinds: tuple[str, str, st
         agrees(chain, rng, 3)
 
 
-@pytest.mark.parametrize("name", few(MADE, "scotch_yoke"))
+@pytest.mark.parametrize("name", few(MADE, "scotch_yoke", "ball_rod_slider_crank"))
 @pytest.mark.parametrize("scale", few((1e-3, 1.0, 1e3), 1e-3))
 def test_mechanisms_at_scales_and_mountings(tmp_path: Path, name: str, scale: float) -> None:
     rng = np.random.default_rng(6)

@@ -17,7 +17,8 @@ from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, compiled, simulate_many
 from cutjoint.compile.many.instants import Chances
 from cutjoint.compile.many.results import SAMPLED
-from cutjoint.control import PD, ComputedTorque, Feedforward
+from cutjoint.control import PD, PID, ComputedTorque, Feedforward
+from cutjoint.description import JointPhysics
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.motion import Circle, Hold, Reference
 from cutjoint.papers.cpm.published import CIRCLE
@@ -36,6 +37,12 @@ def robot(name: str) -> Any:
     """Model and compiled model."""
     if name.startswith("paper "):
         made: Any = published(name.removeprefix("paper "))
+    elif name == "cpm with friction":
+        slides = JointPhysics(damping=3.0, friction=5.0, friction_speed=0.02, rotor=0.3)
+        turns = JointPhysics(damping=0.01, friction=0.02, friction_speed=0.1)
+        description = load("cpm").description
+        joints = [replace(one, physics=slides if one.type == "prismatic" else turns) for one in description.joints]
+        made = ClosedChain(replace(description, joints=tuple(joints)))
     elif name.endswith(" with physics"):
         description = load(name.removesuffix(" with physics")).description
         made = ClosedChain(with_physics(description, np.random.default_rng(5)))
@@ -122,7 +129,7 @@ NOISY = Hardware(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", list(FIXED_STEP))
-@pytest.mark.parametrize("name", ["paper cpm", "cpm", "cpm with physics"])
+@pytest.mark.parametrize("name", ["paper cpm", "cpm", "cpm with friction"])
 def test_a_second_of_the_circle(name: str, method: str) -> None:
     _, plant = robot(name)
     reference = Reference(Circle(CIRCLE.centre, CIRCLE.radius, CIRCLE.omega), robot("paper cpm")[0], 1.0)
@@ -179,6 +186,16 @@ def test_rate_and_limits_are_hardware() -> None:
     )
     np.testing.assert_allclose(short.effort[0], single.effort, rtol=0, atol=1e-10)
     assert short.effort_max[0, 1] == 50.0
+
+
+def test_an_integral_moves_on_at_each_sample_and_stands_still_at_the_limits() -> None:
+    _, plant = robot("paper cpm")
+    law = PID(9000.0, 5000.0, 300.0)
+    hardware = replace(NOISY, drive=replace(NOISY.drive, limits=(60.0, 50.0, 40.0)))
+    start = plant.home.q + 0.02
+    many, single = both(plant, law, circle(1.0), hardware, "rk4", 4, start=start, duration=0.05)
+    agree(many, 4, single)
+    assert many.effort_max[4].max() == 60.0
 
 
 def test_every_run_has_its_own_chance_and_only_that() -> None:

@@ -154,8 +154,13 @@ def test_limits_hold(kit: Any, reference: Reference) -> None:
     agree(many, 0, single)
     assert (many.effort_max <= [60.0, 50.0, 40.0]).all()
     assert many.effort_max[0, 1] == 50.0
-    with pytest.raises(InputError, match=r"cannot be compiled|compare"):
-        simulate_many(kit.machine("paper cpm"), PID(8e3, 1.0, 400.0), reference, limits=50.0)
+    law = PID(12691.0, 300.0, 436.0)
+    integral = simulate_many(kit.machine("paper cpm"), law, reference, limits=50.0, every=0.05)
+    agree(integral, 0, one_by_one(paper, law, reference, limits=50.0))
+    # a law that holds its integral while an effort is at its limit
+    pid = PID(8e3, 400.0, 400.0)
+    single = one_by_one(paper, pid, reference, limits=[60.0, 50.0, 40.0])
+    agree(simulate_many(kit.machine("paper cpm"), pid, reference, limits=[60.0, 50.0, 40.0], every=0.05), 0, single)
 
 
 @pytest.mark.parametrize("link", ["payload", "limb1_distal"])

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
@@ -58,6 +59,13 @@ class Rails:
 
     def pushed(self, state: State, loads: Loads) -> Array:
         raise NotImplementedError("rails are not pushed")
+
+    @property
+    def sticking(self) -> Mapping[int, float]:
+        return {}
+
+    def joint_rows(self, state: State, joints: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+        raise NotImplementedError("rails have no stiction")
 
     @property
     def dissipates(self) -> bool:

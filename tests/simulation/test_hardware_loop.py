@@ -64,7 +64,7 @@ def some(seed: int) -> tuple[Hardware, Spring, int]:
     return Hardware(clock, encoder, speed, drive, seed=int(rng.integers(0, 1000))), law, int(rng.integers(0, 9))
 
 
-@pytest.mark.parametrize("seed", few(range(60), *range(12)))
+@pytest.mark.parametrize("seed", few(range(60), 0, 1, 4, 5))
 def test_a_block_moves_as_the_second_derivation_says(seed: int) -> None:
     hardware, law, number = some(seed)
     samples, period = 40, hardware.clock.period
@@ -102,7 +102,10 @@ MODEL = CpmModel()
 WAY = Reference(PointToPoint([0.6, 0.425, 0.3], [0.5, 0.45, 0.35], 0.4), MODEL)
 
 
-@pytest.mark.parametrize("method", [RungeKutta4(2e-3), Adaptive(1e-7, 1e-9), DormandPrince(1e-6, 1e-8)])
+METHODS = [RungeKutta4(2e-3), Adaptive(1e-7, 1e-9), DormandPrince(1e-6, 1e-8)]
+
+
+@pytest.mark.parametrize("method", few(METHODS, METHODS[0]))
 @pytest.mark.parametrize("law", [PDGravity(MODEL, 8507, 436), PID(2000, 6000, 200)])
 @pytest.mark.parametrize("limits", [None, 30.0])
 def test_ideal_hardware_is_the_sample_rate_bit_for_bit(method, law, limits):

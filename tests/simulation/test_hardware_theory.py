@@ -35,7 +35,7 @@ def at_random(seed: int, *ranges: tuple[float, float]) -> list[float]:
     return [float(np.exp(rng.uniform(*np.log(one)))) for one in ranges]
 
 
-@pytest.mark.parametrize("seed", few(range(20), 0, 1))
+@pytest.mark.parametrize("seed", few(range(20), 0))
 def test_a_sampled_linear_robot_is_its_matrix_exponential(seed: int) -> None:
     """A block on a spring with a damper under a held effort: x+ = e^(A T) x + (the integral of e^(A s) B) u."""
     mass, stiffness, damping, rate = at_random(seed, (1e-2, 1e2), (1e-1, 1e3), (1e-2, 1e2), (20.0, 500.0))
@@ -49,16 +49,16 @@ def test_a_sampled_linear_robot_is_its_matrix_exponential(seed: int) -> None:
     a[1] = np.array([-stiffness, -damping, 1.0]) / mass
     step = expm(a / rate)
     x = np.array([0.2, 1.0, 0.0])
-    size = np.abs(found.v).max()
+    far, fast = np.abs(found.q).max(), np.abs(found.v).max()  # some of these loops diverge
     for q, v in zip(found.q[:, 0], found.v[:, 0], strict=True):
-        assert abs(q - x[0]) < 1e-10
-        assert abs(v - x[1]) < 1e-10 * max(1.0, size)
+        assert abs(q - x[0]) < 1e-10 * max(1.0, far)
+        assert abs(v - x[1]) < 1e-10 * max(1.0, fast)
         x[2] = -kp * x[0] - kd * x[1]
         x = step @ x
 
 
 @pytest.mark.parametrize("seed", few(range(12), 0))
-@pytest.mark.parametrize("late", ["encoder", "drive", "both"])
+@pytest.mark.parametrize("late", few(["encoder", "drive", "both"], "both"))
 def test_a_delay_takes_the_phase_margin_that_it_should(seed: int, late: str) -> None:
     """A double integrator under PD, 2 ms late, sampled finely: it swings for ever at the gain whose phase margin is
     used up by the delay and half a period of hold; below it calms down, above it grows."""
@@ -89,7 +89,7 @@ def test_a_delay_takes_the_phase_margin_that_it_should(seed: int, late: str) -> 
     assert growth[1] > 1.1, growth
 
 
-@pytest.mark.parametrize("seed", few(range(12), 0, 1, 2))
+@pytest.mark.parametrize("seed", few(range(12), 0))
 def test_the_filter_of_differences_answers_a_step_of_speed_as_a_first_order(seed: int) -> None:
     """1 - e^(-2 pi f t) of the speed after t; without a filter all of it at once."""
     rate, part, speed = at_random(seed, (100.0, 1e4), (1e-3, 0.4), (1e-3, 1e3))
@@ -104,7 +104,7 @@ def test_the_filter_of_differences_answers_a_step_of_speed_as_a_first_order(seed
         assert found.measured_v[0, 0] == 0.0
 
 
-@pytest.mark.parametrize("seed", few(range(20), *range(4)))
+@pytest.mark.parametrize("seed", few(range(20), 0, 1))
 def test_steps_of_encoder_and_command_are_whole_and_at_most_half_a_step_off(seed: int) -> None:
     step, command_step, offset = at_random(seed, (1e-3, 1e3), (1e-3, 1e3), (1e-3, 1e3))
     hardware = Hardware(Clock(100.0), Encoder(step, offset), drive=Drive(7.3 * command_step, command_step))
@@ -129,7 +129,7 @@ def test_steps_of_encoder_and_command_are_whole_and_at_most_half_a_step_off(seed
     assert (np.abs(found.asked)[top] >= 7.0 * command_step).all()
 
 
-@pytest.mark.parametrize("seed", few(range(10), 0, 1))
+@pytest.mark.parametrize("seed", few(range(10), 0))
 def test_a_motor_at_full_voltage_tends_to_its_no_load_speed(seed: int) -> None:
     """v = v0 (1 - e^(-stall t / (m v0))); and back through rest with up to twice the stall effort."""
     mass, stall, top = at_random(seed, (1e-2, 1e2), (1e-1, 1e3), (1e-2, 1e2))
@@ -157,11 +157,11 @@ def geared(seed: int, damped: bool = True) -> tuple[float, Backlash]:
     return mass, Backlash(width, stiffness, 2.0 * ratio * rest, rotor * mass)
 
 
-@pytest.mark.parametrize("seed", few(range(16), 0, 1, 2))
+@pytest.mark.parametrize("seed", few(range(16), 0, 1))
 def test_a_gear_in_contact_is_two_masses_and_a_spring(seed: int) -> None:
     """A steady push keeps contact where the rotor is the lighter of both: the matrix exponential of four states."""
     mass, play = geared(seed)
-    rotor, push = float(play.rotor), 3.0
+    rotor, push = float(play.rotor), 3.0 * (-1.0) ** seed
     frequency = np.sqrt(play.stiffness / rotor)
     hardware = Hardware(Clock(frequency), drive=Drive(backlash=play))
     found = run(Rails([mass]), lambda t: [push], hardware=hardware, duration=20.0 / frequency, integrator=EXACT)
@@ -173,13 +173,13 @@ def test_a_gear_in_contact_is_two_masses_and_a_spring(seed: int) -> None:
     start = np.array([push / k, 0.0, 0.0, 0.0, 1.0])
     for i in range(0, len(found), 7):
         x = expm(a * found.time[i]) @ start
-        assert found.q[i, 0] == pytest.approx(x[1], abs=1e-10 * found.q.max())
-        assert found.rotor_q[i, 0] == pytest.approx(x[0] + 0.5 * play.width, abs=1e-10)
-        assert found.rotor_v[i, 0] == pytest.approx(x[2], abs=1e-10 * found.rotor_v.max())
+        assert found.q[i, 0] == pytest.approx(x[1], abs=1e-10 * np.abs(found.q).max())
+        assert found.rotor_q[i, 0] == pytest.approx(x[0] + np.copysign(0.5 * play.width, push), abs=1e-10)
+        assert found.rotor_v[i, 0] == pytest.approx(x[2], abs=1e-10 * np.abs(found.rotor_v).max())
     assert found.energy_drift() < 1e-8
 
 
-@pytest.mark.parametrize("seed", few(range(30), *range(5)))
+@pytest.mark.parametrize("seed", few(range(30), 0, 1))
 def test_impacts_in_a_gear_give_back_what_a_spring_and_damper_that_never_pull_do(seed: int) -> None:
     """T. Schwager, T. Poeschel: Coefficient of restitution and linear-dashpot model revisited, Granular Matter 9 (2007)
     465-469: exp(-b/w (pi - atan2(2 b w, w^2 - b^2))), b = c / (2 mu), w^2 = k / mu - b^2, mu the reduced mass."""
@@ -227,7 +227,7 @@ def swinging(
 
 
 @pytest.mark.parametrize("seed", few(range(6), 0))
-@pytest.mark.parametrize("damped", [False, True])
+@pytest.mark.parametrize("damped", few([False, True], True))
 def test_play_makes_no_energy(seed: int, damped: bool) -> None:
     """Of rotor, gear and block together: the work of the motor, less what the damper takes."""
     mass, gear = geared(seed)

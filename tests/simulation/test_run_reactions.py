@@ -110,7 +110,7 @@ def test_unique_means_all_the_time(tmp_path: Path) -> None:
     plan.cut("c", "revolute", "coupler", "rocker", [0, 0.45, 0.4], x)
     plan.actuators, plan.tool = ["turn", "a"], ("coupler", np.zeros(3))
     turntable = ClosedChain(load_description(plan.write(tmp_path)))
-    result = go(ConstrainedPlant(turntable), lambda t: [20.0, 1.0])
+    result = run(ConstrainedPlant(turntable), lambda t: [2.0, 0.0], duration=0.05, every=0.025)
     backwards = {name: getattr(result, name)[::-1] for name in ARRAYS if name != "time"}
     found = reactions_of(Result(time=result.time, **backwards, about=result.about), turntable, ["b"])
     assert found.unique[0] == (False, False, True, False, False, False)
@@ -181,11 +181,23 @@ def test_what_is_wrong_is_said(chain: ClosedChain, tmp_path: Path) -> None:
     falling = go(ConstrainedPlant(loose))
     with pytest.raises(ActuationError, match="do not tell how it moves"):
         reactions_of(falling, loose)
-    sticking = JointPhysics(friction=50.0, friction_speed=0.0)
+
+
+@pytest.mark.parametrize("plant", [ConstrainedPlant, ReducedPlant])
+def test_what_sticks_is_held(plant: Plants, chain: ClosedChain) -> None:
+    """A crank that its friction holds against motor and weights until the motor is stronger."""
+    sticking = JointPhysics(friction=1.0, friction_speed=0.0)
     joints = [replace(one, physics=sticking) if one.name == "crank" else one for one in chain.description.joints]
-    sticky = replace(chain.description, joints=tuple(joints))
-    with pytest.raises(InputError, match="its friction sticks"):
-        reactions_of(result, ClosedChain(sticky))
+    sticky = ClosedChain(replace(chain.description, joints=tuple(joints)))
+    result = run(plant(sticky), lambda t: [20.0 * t], duration=0.2, every=0.01)
+    found = reactions_of(result, sticky, axes="own")
+    k = found.names.index("crank")
+    rests = np.abs(result.v[:, 0]) <= 1e-12 * np.abs(result.v).max()
+    assert 3 < rests.sum() < len(result) - 3
+    gravity = sticky.terms(sticky.home).holding[0]
+    np.testing.assert_allclose(found.moment[rests, k, 2], gravity, rtol=0, atol=1e-8)
+    moving = result.effort[~rests, 0] - np.sign(result.v[~rests, 0])
+    np.testing.assert_allclose(found.moment[~rests, k, 2], moving, rtol=0, atol=1e-8)
 
 
 def test_the_command(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 
-from benchmarks.sections import Section
+from benchmarks.section import Section
 
 STYLES = (
     ("o", "#0b6e4f"),

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from functools import partial
 from importlib.util import find_spec
 
 import numpy as np
 
 from benchmarks import lengths, more_peers, motion_files, peers
-from benchmarks.built import GENTLE, IDEAL, REAL, BuiltTask
+from benchmarks.built import built_loops
 from benchmarks.ladder import ladder
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
+from benchmarks.section import SMALL, Section, Size
 from benchmarks.task import KD, KP, SAMPLE, Task
 from benchmarks.whole_process import WAYS, seconds
 from cutjoint.arrays import Array
@@ -20,41 +20,7 @@ from cutjoint.compile import ClosedLoop, compiled
 from cutjoint.control import PD
 from cutjoint.robots import load, published
 
-
-@dataclass(frozen=True)
-class Size:
-    """How much work: `full` for the document, small for a check that everything runs."""
-
-    rounds: int = 7
-    states: int = 20_000
-    calls: int = 2_000
-    span: float = 4.0
-    steps: tuple[float, ...] = (5e-3, 2.5e-3, 2e-3, 1e-3, 5e-4)
-    peer_steps: tuple[float, ...] = (2e-3, 1e-3, 5e-4, 2.5e-4)
-    sweep: int = 1000
-    sweep_sample: int = 8
-    built: int = 10_000
-    inverse: int = 100_000
-    loops: tuple[int, ...] = (2, 5, 10, 20, 30)
-
-
-SMALL = Size(2, 64, 3, 0.02, (1e-3,), (1e-3,), 16, 2, 16, 100, (2, 3))
-
-
 WORDS = {"scalar": "one by one", "batch": "batch"}
-
-
-@dataclass
-class Section:
-    """A table, and the ratios and differences that came out."""
-
-    title: str
-    columns: tuple[str, ...]
-    rows: list[tuple[str, ...]] = field(default_factory=list)
-    ratios: dict[str, float] = field(default_factory=dict)
-    differences: dict[str, float] = field(default_factory=dict)
-    points: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
-    """Work and precision: contender -> (CPU seconds, error)."""
 
 
 def _states(chain: ClosedChain, count: int) -> tuple[Array, Array, Array]:
@@ -208,48 +174,6 @@ def gain_sweep(size: Size) -> Section:
     if "MuJoCo RK4 rollout" in times:
         for name in finals:
             section.ratios[f"{name} quicker than MuJoCo RK4 rollout"] = times[name].ratio(times["MuJoCo RK4 rollout"])
-    return section
-
-
-def built_loops(size: Size) -> Section:
-    """Many runs of the loop as it is built."""
-    task = BuiltTask(size.span)
-    section = Section(
-        f"{size.built} runs of {size.span:g} s at 1 ms, sampled, with friction, noise, quantisation and delays, CPU "
-        "time of all",
-        ("engine", "method", "CPU time", "of a step of a run"),
-    )
-    gains = {"kp": GENTLE * np.linspace(0.9 * KP, KP, size.built)}
-    law, contenders, finals = PD(1.0, GENTLE * KD), dict[str, Contender](), dict[str, Array]()
-    for label, model in (("paper, compiled", task.paper), ("chain, compiled", task.chain)):
-        for method in ("midpoint", "rk4"):
-            loop = ClosedLoop(
-                compiled(model), law, task.reference.mechanism, gains=("kp",), hardware=REAL, method=method
-            )
-            table = loop.reference_table(task.reference, 1e-3, round(task.span / 1e-3))
-            name = f"{label} | {method}"
-            contenders[name] = Contender(partial(loop.run, table, gains=gains))
-            finals[name] = loop.run(table, gains=gains).q[:, -1]
-    if peers.has_mujoco():
-        for method in ("implicitfast", "RK4"):
-            other = peers.MujocoRun(task, 1e-3, method, runs=size.sweep_sample)
-            scale = size.built / size.sweep_sample
-            contenders[f"MuJoCo rollout, without hardware | {method}"] = Contender(other.run, scale=scale)
-        loop = ClosedLoop(compiled(task.paper), task.law, task.reference.mechanism, hardware=IDEAL)
-        alike = loop.run(loop.reference_table(task.reference, 1e-3, round(task.span / 1e-3))).q[0, -1]
-        section.differences["MuJoCo RK4"] = float(np.abs(other.run()[-1] - alike).max())
-    times = measure(contenders, max(2, size.rounds // 2))
-    for method in ("midpoint", "rk4"):
-        ours = [values for name, values in finals.items() if name.endswith(method)]
-        section.differences[f"chain against paper, {method}"] = float(np.abs(np.subtract(*ours)).max())
-    evaluations = size.built * round(task.span / 1e-3)
-    for name, timing in times.items():
-        row = (*name.split(" | "), duration(timing.median), duration(timing.median / evaluations))
-        section.rows.append(row)
-        if not name.startswith("MuJoCo"):
-            for other_name in (one for one in times if one.startswith("MuJoCo")):
-                told = f"{name.replace(' | ', ', ')}, quicker than {other_name.replace(' | ', ', ')}"
-                section.ratios[told] = timing.ratio(times[other_name])
     return section
 
 

@@ -26,18 +26,11 @@ if TYPE_CHECKING:
     from cutjoint.simulation.hardware import Hardware
 
 LONGEST_STEP = 1e-3
+PROGRESS = 0.02
+"""Part of a run after which its progress is shown anew."""
 SETTINGS = (
-    "plant",
-    "not_compiled",
-    "law",
-    "gains",
-    "trajectory",
-    "locked",
-    "loads",
-    "integrator",
-    "rate",
-    "limits",
-    "hardware",
+    *("plant", "not_compiled", "law", "gains", "trajectory", "locked", "loads", "integrator"),
+    *("rate", "limits", "hardware"),
 )
 Robot = TypeVar("Robot", bound="Mechanism")
 
@@ -186,15 +179,18 @@ def command(
 
 
 class Robots(NamedTuple):
-    """What moves, the chain of the same robot, and what the controller believes."""
+    """What moves, its model, the chain of the same robot, and what the controller believes."""
 
     moving: Plant | Mechanism
+    mechanism: Mechanism
     chain: ClosedChain
     inside: Mechanism
 
     @property
     def robot(self) -> Mechanism:
         """What moves, without its plant."""
+        from cutjoint.mechanism import Mechanism
+
         moving = self.moving
         return moving if isinstance(moving, Mechanism) else moving.mechanism
 
@@ -213,9 +209,10 @@ def _robots(robot: str, variant: str | None, plant: str, model: str | None, payl
     believes = model or ("paper" if name in PUBLISHED else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain
     if plant == "chain":
-        return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
+        constrained = ConstrainedPlant(_loaded(chain, payload))
+        return Robots(constrained, constrained.chain, chain, inside)
     moving: Mechanism = _loaded(published(name) if plant == "paper" else chain, payload)
-    return Robots(moving, chain, quick(inside))
+    return Robots(moving, moving, chain, quick(inside))
 
 
 def _law(robots: Robots, controller: str, gains: Mapping[str, str]) -> Law:
@@ -276,12 +273,18 @@ def _run(
     span = getattr(law, "duration", None) if duration is None else duration
     hardware = None if isinstance(machine, tuple) else machine
     rate, limit = machine if isinstance(machine, tuple) else (None, None)
-    sampled = rate is not None or (hardware is not None and hardware.drive.backlash is None)
-    method: Integrator | None = RungeKutta4(step) if step is not None else None
-    if method is None and not sampled:
+    method: Integrator | None = None if step is None else RungeKutta4(step)
+    if method is None and rate is None and hardware is None:
         method = Adaptive(1e-8, 1e-10)
     with Progress(transient=True) as bar:
-        task = bar.add_task(f"{moving.name}, {law.name}", total=span)
+        task, shown = bar.add_task(f"{moving.name}, {law.name}", total=span), 0.0
+
+        def show(t: float) -> None:
+            nonlocal shown
+            if span is None or t - shown >= PROGRESS * span:
+                bar.update(task, completed=t)
+                shown = t
+
         return run(
             *what,
             integrator=method,
@@ -293,7 +296,7 @@ def _run(
             lock=lock,
             joint_limits=joint_limits,
             loads=loads,
-            progress=lambda t: bar.update(task, completed=t),
+            progress=show,
         )
 
 
@@ -344,8 +347,8 @@ def _show(result: Result, figures: dict[str, object]) -> None:
     rows = [
         ("gains", gains),
         ("control", rate),
-        *((f"  {name}", words) for name, words in built.told(result.about.get("hardware", {})) if name != "clock"),
         *([("not compiled", str(figures["not_compiled"]))] if "not_compiled" in figures else ()),
+        *((f"  {name}", words) for name, words in built.told(result.about.get("hardware", {})) if name != "clock"),
         ("integrator", f"{figures['integrator']}: {figures['steps']} steps, {figures['evaluations']} evaluations"),
         *(_error_rows(figures) if result.followed else ()),
         *([("locked", ", ".join(result.about["locked"]))] if "locked" in result.about else ()),

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, as_vector
 from cutjoint.chain import ClosedChain, MobilityReport
 from cutjoint.chain.closing.ways import Near
-from cutjoint.compile.batch import ChainBatch
+from cutjoint.compile.chain_batch import ChainBatch
 from cutjoint.compile.closing import ChainClosing
 from cutjoint.compile.functions.library import Library, Options
 from cutjoint.compile.functions.verify import Checker

@@ -10,7 +10,7 @@ import pinocchio as pin
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.physics import ChainPhysics
+from cutjoint.chain.kinematics import Kinematics
 from cutjoint.crosscheck import Comparison, ComparisonRow, Reacher, SampledState
 from cutjoint.engines.mujoco import MujocoRobot, Opinion
 
@@ -41,7 +41,7 @@ def compare_with_mujoco(
     Raises:
         InputError: MuJoCo is not installed, or has no counterpart for one of the robot's joints.
     """
-    robot, data, physics = MujocoRobot(chain), chain.model.createData(), ChainPhysics(chain.model, chain.description)
+    robot, data, kinematics = MujocoRobot(chain), chain.model.createData(), Kinematics(chain.description)
     worst = dict.fromkeys(TOLERANCE, (0.0, 0))
     reacher = Reacher(chain)
     count = 0
@@ -52,7 +52,8 @@ def compare_with_mujoco(
         upper = pin.crba(chain.model, data, q)
         mass = np.triu(upper) + np.triu(upper, 1).T
         bias = np.array(pin.nonLinearEffects(chain.model, data, q, v))
-        passive = physics.springs(q) + physics.friction(q, v)
+        placed = kinematics.at(q)
+        passive = placed.springs + placed.friction(v)
         acceleration = chain.full_forward_dynamics(near, v, effort).acceleration
         tangent = chain.tangent(near)
         units = robot.units

@@ -27,6 +27,7 @@ from cutjoint.arrays import Array, Values
 from cutjoint.chain import ClosedChain
 from cutjoint.description.formats import write
 from cutjoint.description.model import JointPhysics, JointType, Limits, RobotDescription
+from cutjoint.engines.cut_motion import CutMotion, smooth_sign
 from cutjoint.engines.natural import natural, units_of
 from cutjoint.errors import InputError
 
@@ -68,12 +69,6 @@ class Opinion(Values):
     hard: Array
 
 
-def _smooth_sign(speed: Array, full: Array) -> Array:
-    """The sign of a speed from `full` on; below it 15/8 of the integral of (1 - x^2)^2 from 0 to speed / full."""
-    steps = np.divide(speed, full, out=np.sign(speed), where=full > 0.0).clip(-1.0, 1.0)
-    return np.asarray(np.polynomial.Polynomial([1.0, 0.0, -2.0, 0.0, 1.0]).integ()(steps) * 15.0 / 8.0)
-
-
 @dataclass(frozen=True)
 class _Stop:
     """One stop of a joint at `q` and `v` of MuJoCo's vectors; `end` is where it is, seen along `sign`."""
@@ -100,6 +95,7 @@ class MujocoRobot:
 
     MuJoCo's dry friction is a constraint that holds what rests, and its stops are relative to the inertia; here the
     smooth friction and the stops of the description are applied from outside, friction with the sizes that MuJoCo read.
+    So are dampers, friction and springs of cuts, in which it has no joint.
 
     Raises:
         InputError: MuJoCo is not installed, or the robot has joints or cuts that this comparison does not map.
@@ -112,10 +108,6 @@ class MujocoRobot:
             raise InputError("MuJoCo is not installed; pip install 'cutjoint[engines]'") from error
         self._mujoco: ModuleType = mujoco
         self._scale = units_of(chain.description, chain.length)
-        for cut in chain.description.cuts:
-            if cut.bushing is not None or cut.physics.acts:
-                what = "a bushing" if cut.bushing is not None else "dampers, friction or a spring"
-                raise InputError(f"cut '{cut.name}' of {chain.name} has {what}, which is not mapped to MuJoCo")
         with tempfile.TemporaryDirectory() as folder:
             robot = natural(chain.description, self._scale)
             path = write(robot, Path(folder) / "robot.xml", "mjcf")[0]
@@ -175,6 +167,8 @@ class MujocoRobot:
         for _, _, _, there in self._free:
             self._model.dof_damping[there : there + 3] *= self._scale.length**2  # a metre is not a length
         self._mujoco.mj_setConst(self._model, self._data)
+        acting = [cut for cut in robot.cuts if cut.physics.acts or cut.bushing is not None]
+        self._cuts = [CutMotion(self._mujoco, self._model, cut) for cut in acting]
 
     def opinion(self, q_full: Array, v_full: Array, effort_full: Array) -> Opinion:
         """MuJoCo's dynamics at a configuration (nq,), velocity and effort (nv,) of the chain."""
@@ -184,13 +178,16 @@ class MujocoRobot:
         turn, bend = self._transform(q, v)
         self._place(q)
         data.qvel[:] = turn @ v
-        outside = model.dof_frictionloss * _smooth_sign(data.qvel, self._full)
+        mujoco.mj_fwdPosition(model, data)
+        outside = sum((cut.effort(data) for cut in self._cuts), np.zeros(model.nv))
+        outside += model.dof_frictionloss * smooth_sign(data.qvel, self._full)
         for stop in self._stops:
             outside[stop.v] += stop.sign * stop.force(data)
         data.qfrc_applied[:] = np.linalg.solve(turn.T, effort_full * units / energy) - outside
         mujoco.mj_forward(model, data)
         passive = outside - data.qfrc_passive
-        potential = energy * (float(data.energy[0]) + sum(stop.energy(data) for stop in self._stops))
+        stored = sum(one.energy(data) for one in self._stops) + sum(one.energy(data) for one in self._cuts)
+        potential = energy * (float(data.energy[0]) + stored)
         mass = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, mass)
         bias, jacobian, soft = data.qfrc_bias.copy(), self._constraint_jacobian(), data.qacc.copy()

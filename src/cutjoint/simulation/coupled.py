@@ -239,7 +239,13 @@ class Coupled:
     @property
     def holds(self) -> bool:
         """Whether efforts only change at instants of the hardware."""
-        return self.electronics is not None and self.electronics.holds and self.pushing is None and not self.locks.names
+        return (
+            self.electronics is not None
+            and self.electronics.holds
+            and self.pushing is None
+            and not self.locks.names
+            and self.stiction is None
+        )
 
     def put(self, done: Advanced) -> None:
         """Take what became of the plant, which integrated itself."""

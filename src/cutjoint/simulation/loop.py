@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, NoReturn
+from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -13,19 +13,19 @@ from cutjoint.arrays import Array, as_vector, positive
 from cutjoint.control import GivenEfforts, Law, NoControl, as_law
 from cutjoint.errors import CutjointError, InputError, LimitError, SimulationError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
-from cutjoint.motion import Desired, Reference
+from cutjoint.motion import Reference
 from cutjoint.simulation.choice import plant_of
 from cutjoint.simulation.coupled import Coupled
 from cutjoint.simulation.hardware import Clock, Drive, Hardware
 from cutjoint.simulation.hardware.checks import check_robot, check_span
-from cutjoint.simulation.hardware.electronics import Electronics, Signals
+from cutjoint.simulation.hardware.electronics import Electronics
 from cutjoint.simulation.hardware.parts import parts_of
 from cutjoint.simulation.integrators import Adaptive, Integrator, Step, StepError
 from cutjoint.simulation.joint_limits import JointGuard, Passed, crossing, hermite
 from cutjoint.simulation.locks import Locks
-from cutjoint.simulation.observables import OBSERVABLES, Instant, Works, gathered
 from cutjoint.simulation.plant import Advancing, Plant, State
 from cutjoint.simulation.pushing import Pushing, RunLoads
+from cutjoint.simulation.recording import Kept, Recording
 from cutjoint.simulation.result import About, Result, result_of
 from cutjoint.simulation.stiction import LOOKS
 
@@ -198,17 +198,6 @@ def _built(hardware: Hardware | None, rate: float | None, bounds: Array | None, 
     return hardware
 
 
-class Kept(NamedTuple):
-    """What is recorded of an instant, before the state is looked at; see `Instant`."""
-
-    t: float
-    state: State
-    desired: Desired | None
-    effort: Array
-    works: Works
-    signals: Signals | None
-
-
 class _Run:
     """One run: a clock over steps, instants of the hardware and record samples (every `spacing`)."""
 
@@ -223,13 +212,11 @@ class _Run:
         self.coupled, self.method, self.guard, self.about = coupled, method, guard, about
         self.span, self.spacing, self.every_step = clock
         self.same = SAME * self.span
-        self.columns: dict[str, list[npt.ArrayLike]] = {name: [] for name in OBSERVABLES}
+        self.recording = Recording(coupled.plant)
         self.t, self.steps, self.records, self.creeps = 0.0, 0, 0, 0
         self.h, self.recorded = math.inf, 0.0
         self.slope: Array | None = None
-        self.at_once = coupled.plant if isinstance(coupled.plant, Advancing) else None
         self.itself: Advancing | None = None
-        self.kept: list[Kept] = []
 
     def go(self, progress: Callable[[float], None] | None) -> Result:
         """From 0 to the end of the span."""
@@ -395,28 +382,13 @@ class _Run:
         self.recorded, coupled = t, self.coupled
         desired = None if coupled.reference is None else coupled.desired(t)
         signals = coupled.signals(y) if "hardware" in self.about else None
-        self.kept.append(Kept(t, state, desired, coupled.effort_at(t, state, y), coupled.works(y), signals))
-        if self.at_once is None:
-            self.observe()
-
-    def observe(self) -> None:
-        """Fill the columns with what was kept; a plant that can, looks at many states at once."""
-        kept, states = self.kept, [one.state for one in self.kept]
-        seen = map(self.coupled.plant.observe, states) if self.at_once is None else self.at_once.observe_all(states)
-        for one, observation in zip(kept, seen, strict=True):
-            now = Instant(one.t, observation, one.desired, one.effort, one.works, one.signals)
-            for name, observable in OBSERVABLES.items():
-                if (taken := observable.take(now)) is not None:
-                    self.columns[name].append(taken)
-        kept.clear()
+        self.recording.keep(Kept(t, state, desired, coupled.effort_at(t, state, y), coupled.works(y), signals))
 
     def result(self) -> Result:
         """Everything until now."""
-        self.observe()
         coupled = self.coupled
         ending = About(steps=self.steps, evaluations=coupled.evaluations, strayed=coupled.strayed)
-        columns = gathered({name: samples for name, samples in self.columns.items() if samples})
-        return result_of(columns, {**self.about, **ending})
+        return result_of(self.recording.columns(), {**self.about, **ending})
 
     def stopped(self, reason: str) -> SimulationError:
         """The error that ends a run early; nothing is lost."""

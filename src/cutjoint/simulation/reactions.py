@@ -17,12 +17,12 @@ import numpy as np
 
 from cutjoint.arrays import Array, Frozen
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.joints import rates_of
 from cutjoint.chain.reactions import Reaction, Stiffness
 from cutjoint.errors import ActuationError, InputError, UnknownNameError
 from cutjoint.files import check_place, write_whole
 from cutjoint.mechanism import Load, Posture
 from cutjoint.mechanism.loads import as_loads
+from cutjoint.simulation.held import with_held
 from cutjoint.simulation.plant import Observation
 from cutjoint.simulation.pushing import RunLoads
 from cutjoint.simulation.result import Result
@@ -143,13 +143,12 @@ def reactions_of(
     pushed = _loads_of(result, loads)
     force, moment = np.zeros((2, len(result), len(chosen), 3))
     unique = np.ones((len(chosen), 6), dtype=bool)
-    for i in range(len(result)):
-        at = _posture(result, chain, i)
-        v = _velocity(chain, at, result.v[i])
-        _refuse_stuck(chain, v, float(result.time[i]))
-        effort = chain.full_effort(result.effort[i])
+    states = [(at := _posture(result, chain, i), _velocity(chain, at, result.v[i])) for i in range(len(result))]
+    fastest = max((abs(float(v[index])) for _, v in states for index in chain.sticking), default=0.0)
+    for i, (at, v) in enumerate(states):
         outside = pushed(float(result.time[i]), _observation(result, i)) if callable(pushed) else pushed
-        found = chain.full_reactions(at, v, effort_full=effort, loads=outside, stiffness=stiffness)
+        moving, effort = with_held(chain, at, (v, chain.full_effort(result.effort[i])), outside, fastest)
+        found = chain.full_reactions(at, moving, effort_full=effort, loads=outside, stiffness=stiffness)
         for k, name in enumerate(chosen):
             one: Reaction = found[name]
             one = one.in_axes(one.own_axes) if axes == "own" else one
@@ -198,16 +197,6 @@ def _velocity(chain: ClosedChain, at: Posture, v: Array) -> Array:
             free=report.idle,
         )
     return full
-
-
-def _refuse_stuck(chain: ClosedChain, v: Array, t: float) -> None:
-    """Raises InputError where a joint rests whose friction sticks."""
-    for joint in chain.description.joints:
-        if joint.physics.sticks and not v[rates_of(chain.model, joint)].any():
-            raise InputError(
-                f"'{joint.name}' rests at {t:.6g} s, and its friction sticks: what holds it is not recorded; give it a "
-                "friction speed > 0"
-            )
 
 
 def _loads_of(result: Result, loads: RunLoads | None) -> RunLoads:

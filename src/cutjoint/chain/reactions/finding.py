@@ -77,7 +77,7 @@ class ReactionFinder:
         joints, cuts = self._carried(placed, a, placements, outside, loops)
         choice = _Choice(*chosen(self._held(joints, cuts, loops), soft, loops.loose), loops.loose)
         parts = zip(k.description.joints, joints, strict=True), zip(k.description.cuts, cuts, strict=True)
-        of_joints, of_cuts = ({part.name: self._reaction(part.name, one, choice) for part, one in all} for all in parts)
+        of_joints, of_cuts = ({part.name: self._reaction(part.name, one, choice) for part, one in own} for own in parts)
         gears, undecided = self._gear_forces(loops, choice), choice.left.shape[1]
         return Reactions(of_joints, of_cuts, gears, loops.stresses, undecided, effort)
 
@@ -175,15 +175,14 @@ class ReactionFinder:
 
     def _reaction(self, name: str, one: _Carried, chosen: _Choice) -> Reaction:
         k = self._k
-        wrench, stresses = one.wrench @ chosen.part, chosen.felt(one.wrench)
-        stresses[:3] *= k.length
-        axes = np.eye(3)
-        return Reaction(name, wrench[:3], wrench[3:], one.point + k.origin, axes, one.axes, stresses, k.length)
+        wrench, weights = one.wrench @ chosen.part, np.array([k.length] * 3 + [1.0] * 3)
+        stresses, point = chosen.felt(weights[:, None] * one.wrench), one.point + k.origin
+        return Reaction(name, wrench[:3], wrench[3:], point, np.eye(3), one.axes, stresses, k.length)
 
     def _gear_forces(self, loops: CarriedLoops, chosen: _Choice) -> dict[str, GearForce]:
         found = {}
         for gear, force in zip(self._k.closure.couplings, loops.couplings, strict=True):
-            stress = chosen.felt(force[None, :]) * (self._k.length if gear.is_length else 1.0)
+            stress = chosen.felt(force[None, :] * (self._k.length if gear.is_length else 1.0))
             unique = float(np.abs(stress).max(initial=0.0)) < tolerances.STRESSED.value
             found[gear.name] = GearForce(float(force @ chosen.part), unique)
         return found
@@ -198,10 +197,11 @@ class _Choice:
     loose: int
 
     def felt(self, columns: Array) -> Array:
-        """What undecided stresses do to something of 1 + k columns, shape (c, u); loose ones only beyond rounding."""
+        """What undecided stresses do to something dimensionless of 1 + k columns, shape (c, u); loose ones only where
+        that is more than rounding."""
         felt = columns @ self.left
         rough = felt[:, felt.shape[1] - self.loose :]
-        rough[np.abs(rough) < tolerances.ROUNDED_GAP.value * np.abs(columns).max(initial=0.0)] = 0.0
+        rough[np.abs(rough) < tolerances.ROUNDED_GAP.value] = 0.0
         return np.asarray(felt)
 
 

@@ -25,17 +25,20 @@ def compliances(stiffness: Stiffness, description: RobotDescription, length: flo
     """Compliances by name: (6,) of joints and cuts, (1,) of couplings, [m/N] or [rad/(N m)].
 
     Raises:
-        InputError: not one or six numbers > 0, or a name that two of them have.
+        InputError: not one or six numbers > 0, a bushing, or a name that two of them have.
         UnknownNameError: no joint, cut or coupling has that name.
     """
     found: dict[str, Array] = {}
     gears = [one.name for one in description.couplings]
     known = [*(one.name for one in description.joints), *(one.name for one in description.cuts), *gears]
+    rubber = [one.name for one in description.cuts if one.bushing is not None]
     for name, given in stiffness.items():
         if name not in known:
             raise UnknownNameError(f"joint, cut or coupling of {description.name}", str(name), known)
         if known.count(name) > 1:
             raise InputError(f"'{name}' names several of the joints, cuts and couplings of {description.name}")
+        if name in rubber:
+            raise InputError(f"'{name}' is a bushing, whose stiffness is its own; leave it out of the stated ones")
         wanted = {1: "one number"} if name in gears else {1: "one number", 6: "six"}
         try:
             values = np.atleast_1d(np.asarray(given, dtype=np.float64))

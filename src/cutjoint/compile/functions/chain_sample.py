@@ -92,6 +92,11 @@ class ChainSample(RobotSample):
             return np.column_stack([tool.rotation, tool.position])
         return robot.inverse_dynamics(at, self.v, self.a)
 
+    def q_rate(self, v_full: Array) -> Array:
+        step = DIFFERENCE / self.units.rate
+        ahead, behind = (pin.integrate(self.source.model, self.q, s * v_full) for s in (step, -step))
+        return np.asarray((ahead - behind) / (2.0 * step))
+
     @property
     def lost_full(self) -> Array:
         return np.array([self.chain.full_dissipation(self.at, self.v_full)])

@@ -9,7 +9,7 @@ from cutjoint.compile.equations.reduction import MassFactor
 from cutjoint.compile.expressions.derivative import tangent as along
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.expressions.vectors import ZERO, Vector, add, cross, dot, scale
-from cutjoint.compile.sources.chain import ChainState
+from cutjoint.compile.sources.chain_state import ChainState
 from cutjoint.compile.sources.interface import Source, TracedState, size
 from cutjoint.compile.sources.paper import PaperSource
 

@@ -149,8 +149,8 @@ class ChainPlan(ChainTree):
             stuck = ", ".join(self.fixed_by_loops())
             raise CompileError(
                 f"the loops of {self.name} close, and leave its freedoms, at {len(found)} of {len(own)} random values "
-                f"of its parameters{f'; not for any change of {stuck} alone' if stuck else ''}. Give ranges that it "
-                "can be built with, leave out what its loops fix, or join what they keep equal ('PATH = PATH')"
+                f"of its parameters{f'; not for the whole range of {stuck} alone' if stuck else ''}. Give ranges that "
+                "it can be built with, leave out what its loops fix, or join what they keep equal ('PATH = PATH')"
             )
         return survey.regular(np.concatenate([own, found]), self.actuated_rates)
 
@@ -161,13 +161,13 @@ class ChainPlan(ChainTree):
         return np.asarray(self.low + share * (self.high - self.low))
 
     def fixed_by_loops(self) -> tuple[str, ...]:
-        """Parameters that alone cannot change to either end of their range around home, or the loops stay open or take
+        """Parameters that alone cannot go to both ends of their range around home: there the loops stay open, or take
         freedoms away."""
         survey, x = self._survey, self._whole(self.cloud[0])
         found: list[str] = []
         for k in self.placing:
             ends = [np.where(np.arange(len(self.nominal)) == k, end, self.nominal) for end in (self.low, self.high)]
-            if all(survey.at_values(x, values) is None for values in ends):
+            if any(survey.at_values(x, values) is None for values in ends):
                 found.append(self.parameters[k])
         return tuple(found)
 
@@ -185,7 +185,7 @@ class ChainPlan(ChainTree):
         if plan.independent[:n] != self.actuated_rates or len(plan.independent) != n + self.idle:
             raise CompileError(
                 f"no fixed order of elimination keeps the actuators of {self.name} around its home posture: it is "
-                "too near to a singularity. Choose another home"
+                f"too near to a singularity. Choose another home{' or other ranges' if self.parameters else ''}"
             )
         return self._with_idle(plan) if self.idle else plan
 

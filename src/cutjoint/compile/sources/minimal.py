@@ -11,7 +11,8 @@ from cutjoint.compile.equations.coordinates import from_rate_derivatives, moved,
 from cutjoint.compile.equations.turned import Turned
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.once import once
-from cutjoint.compile.sources.chain import ChainSource, ChainState
+from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.compile.sources.chain_state import ChainState
 from cutjoint.compile.sources.interface import Need
 from cutjoint.errors import CutjointError, InputError
 
