@@ -12,6 +12,7 @@ import pytest
 from kit.small import ROBOTS, write
 from typer.testing import CliRunner
 
+from cutjoint import Load
 from cutjoint.chain import ClosedChain
 from cutjoint.cli import app
 from cutjoint.description import load_description
@@ -55,6 +56,12 @@ def calls(chain: ClosedChain) -> dict[str, Any]:
         "idle_is_cyclic": lambda: chain.idle_is_cyclic,
         "integrate": lambda: chain.integrate(q, full),
         "inverse_dynamics": lambda: chain.inverse_dynamics(at, v, v),
+        "load_effort": lambda: chain.load_effort(at, Load([1.0, 2.0, 3.0], link=chain.description.links[-1].name)),
+        "full_load_effort": lambda: chain.full_load_effort(at, Load([1.0, 2.0, 3.0])),
+        "pushes_idle": lambda: chain.pushes_idle(at, Load([1.0, 2.0, 3.0])),
+        "minimal": lambda: chain.minimal().terms(at).mass,
+        "rebuilt": lambda: chain.rebuilt(chain.description).home.q_full,
+        "sticking": lambda: np.array(list(chain.sticking.values())),
         "length": lambda: chain.length,
         "limit_violations": lambda: chain.limit_violations(at),
         "link_placements": lambda: chain.link_placements(q),

@@ -18,6 +18,7 @@ import pytest
 from kit.rods import ankle
 from kit.sharing import alike
 
+from cutjoint import Load
 from cutjoint.chain import ClosedChain
 from cutjoint.description import RobotDescription, load_description
 from cutjoint.errors import ClosureError, UnreachableError
@@ -93,6 +94,12 @@ METHODS: dict[str, Callable[[Any, Any, Pose], Any] | None] = {
     "idle_is_cyclic": lambda c, at, p: c.idle_is_cyclic,
     "integrate": lambda c, at, p: c.integrate(at.q_full, effort(c)),
     "inverse_dynamics": lambda c, at, p: c.inverse_dynamics(at, v(c), v(c)),
+    "load_effort": lambda c, at, p: c.load_effort(at, Load([1.0, 2.0, 3.0], link=c.description.links[-1].name)),
+    "full_load_effort": lambda c, at, p: c.full_load_effort(at, Load([1.0, 2.0, 3.0])),
+    "pushes_idle": lambda c, at, p: c.pushes_idle(at, Load([1.0, 2.0, 3.0])),
+    "minimal": lambda c, at, p: c.minimal().terms(at, v(c)).coriolis,
+    "rebuilt": None,
+    "sticking": lambda c, at, p: dict(c.sticking),
     "length": None,
     "limit_violations": lambda c, at, p: c.limit_violations(at),
     "link_placements": lambda c, at, p: c.link_placements(at),

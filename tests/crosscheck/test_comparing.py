@@ -65,6 +65,13 @@ class Cart:
     def potential_energy(self, at: Posture) -> float:
         return 9.81 * self.mass * float(at.q[2])
 
+    @property
+    def dissipates(self) -> bool:
+        return False
+
+    def dissipation(self, at: Posture, v: Any) -> float:
+        return 0.0
+
     def load_effort(self, at: Posture, loads: Any) -> np.ndarray:
         return np.asarray(self.tool(at).frame_jacobian.T @ tool_wrench(as_loads(loads), self.tool(at), self.name))
 

@@ -34,6 +34,7 @@ class PinocchioJoint:
         about_z: whether the model has its axis along z, so that its frame is turned there.
         first_with_parent: whether its first axis turns with the parent alone, which Pinocchio 4.1 leaves out of the
             rates of the joint Jacobian.
+        rates: what its velocities are called, where there are several; of what turns freely, in the axes of its body.
     """
 
     models: tuple[type[pin.JointModel], ...]
@@ -42,6 +43,7 @@ class PinocchioJoint:
     anywhere: Anywhere | None = None
     about_z: bool = False
     first_with_parent: bool = False
+    rates: tuple[str, ...] = ()
 
 
 def _quaternion(rpy: Array) -> Array:
@@ -78,11 +80,12 @@ JOINTS: dict[JointType, PinocchioJoint] = {
     JointType.REVOLUTE: PinocchioJoint(_TURNING),
     JointType.CONTINUOUS: PinocchioJoint(_TURNING),
     JointType.PRISMATIC: PinocchioJoint(_SLIDING),
-    JointType.UNIVERSAL: PinocchioJoint((pin.JointModelUniversal,), first_with_parent=True),
+    JointType.UNIVERSAL: PinocchioJoint((pin.JointModelUniversal,), first_with_parent=True, rates=("first", "second")),
     JointType.SPHERICAL: PinocchioJoint(
         (pin.JointModelSpherical,),
         to_q=_quaternion,
         from_q=_rpy,
+        rates=("wx", "wy", "wz"),
         anywhere=lambda random, middle, reach: _orientation(random),
     ),
     JointType.PLANAR: PinocchioJoint(
@@ -91,11 +94,13 @@ JOINTS: dict[JointType, PinocchioJoint] = {
         from_q=_place_and_angle,
         anywhere=_in_plane,
         about_z=True,
+        rates=("vx", "vy", "w"),
     ),
     JointType.FLOATING: PinocchioJoint(
         (pin.JointModelFreeFlyer,),
         to_q=lambda at: np.concatenate([at[:3], _quaternion(at[3:])]),
         from_q=_place_and_rpy,
+        rates=("vx", "vy", "vz", "wx", "wy", "wz"),
         anywhere=lambda random, middle, reach: np.concatenate(
             [middle + random.uniform(-reach, reach, 3), _orientation(random)]
         ),

@@ -10,15 +10,6 @@ from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.joints import JOINTS, type_of
 from cutjoint.chain.kinematics import Kinematics, Placed
-from cutjoint.description.model import JointType
-
-_MANY: dict[JointType, tuple[str, ...]] = {
-    JointType.UNIVERSAL: ("first", "second"),
-    JointType.SPHERICAL: ("wx", "wy", "wz"),
-    JointType.PLANAR: ("vx", "vy", "w"),
-    JointType.FLOATING: ("vx", "vy", "vz", "wx", "wy", "wz"),
-}
-"""What the velocities of a joint with several coordinates are called; of those that turn, in the axes of their body."""
 
 
 class Independent:
@@ -51,7 +42,7 @@ class Independent:
             q_index += range(model.idx_qs[joint], model.idx_qs[joint] + model.nqs[joint])
             v_index += range(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
             lengths += kind.lengths
-            names += [name] if kind.single else [f"{name} {label}" for label in _MANY[kind]]
+            names += [name] if kind.single else [f"{name} {label}" for label in JOINTS[kind].rates]
             flat = flat and JOINTS[kind].to_q is None
         self.names, self.flat, self.n = tuple(names), flat, len(v_index)
         self.units = tuple("m" if one else "rad" for one in lengths)
