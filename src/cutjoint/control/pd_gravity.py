@@ -1,4 +1,4 @@
-"""PD with the gravity of the desired posture fed forward: effort = kp e + kd e_dot + g(q_d).
+"""PD with the gravity of the desired posture fed forward: effort = kp e + kd e_dot + g(q_d), g with that of springs.
 
 Elkady et al. 2008, equation 41.
 """
@@ -22,6 +22,5 @@ class PDGravity(PD):
         self.model = model
 
     def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
-        """Feedback and gravity, shape (n,)."""
-        gravity = self.model.terms(desired.posture_of(self.model)).gravity
-        return self.feedback(desired, q, v) + gravity
+        """Feedback, and what holds weights and springs, shape (n,)."""
+        return self.feedback(desired, q, v) + self.model.terms(desired.posture_of(self.model)).holding

@@ -43,6 +43,8 @@ class ConstrainedPlant:
             raise InputError(f"{chain.name} has no tool frame to simulate; name one under [tool] in its loops.toml")
         self.actuated = np.rint(chain.actuated_velocity(np.arange(chain.nv, dtype=np.float64))).astype(np.intp)
         self._turns = tool_turns(chain, chain.home, chain.length)
+        self._rotors, self._bare = np.array(chain.model.armature), pin.Model(chain.model)
+        self._bare.armature[:] = 0.0
         self._tool_joint, self._tool_place = bind_frame(chain.model, chain.description.tool)
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -128,7 +130,9 @@ class ConstrainedPlant:
     def observe(self, state: State) -> Observation:
         """What to record.  Energies and tool come from the full state, drift and all."""
         model, data = self.chain.model, self._data
-        kinetic = float(pin.computeKineticEnergy(model, data, state.q, state.v))
+        # Pinocchio 4.1 leaves out the rotors (armature) of joints about a slanted axis
+        kinetic = float(pin.computeKineticEnergy(self._bare, data, state.q, state.v))
+        kinetic += 0.5 * float(self._rotors @ state.v**2)
         potential = float(pin.computePotentialEnergy(model, data, state.q)) + self.chain.spring_energy(state.q)
         tool = data.oMi[self._tool_joint] * self._tool_place
         motion = self._tool_place.actInv(data.v[self._tool_joint])

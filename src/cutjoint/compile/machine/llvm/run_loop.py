@@ -89,12 +89,15 @@ class RunLoopText:
         self.out.do(f"call void @rate(ptr {self.x}, ptr {self.y})")
         self.judge(self.a.load(self.y, self.sizes.state + self.sizes.watched))
 
-    def settle(self) -> None:
-        """One Newton step onto the loops, from and to the arguments."""
+    def settle(self, *, within: bool = False) -> None:
+        """One Newton step onto the loops, from and to the arguments.  Of a stage within a step, which is off by the
+        order of the stage, the residual is noted that the step leaves: its square."""
         s = self.sizes
         self.out.do(f"call void @settle(ptr {self.x}, ptr {self.settled})")
         self.copy(s.settled, self.settled, self.x)
         residual = self.a.load(self.settled, s.settled)
+        if within:
+            residual = self.out.emit(f"fmul {self.a.type} {residual}, {residual}")
         self.a.store(self.sums, s.totals - 1, self.larger(residual, self.a.load(self.sums, s.totals - 1)))
         self.judge(self.a.load(self.settled, s.settled + 1))
 
@@ -272,7 +275,7 @@ class RunLoopText:
                 for k in range(s.state):
                     self.a.store(self.x, k, self.a.fma(length, self.a.load(self.y, k), self.a.load(self.base, k)))
                 if s.settled:
-                    self.settle()
+                    self.settle(within=True)
                 if nodes[stage] != nodes[stage - 1] and not self.parts.events:
                     self.row(out.emit(f"add i64 {self.doubled}, {1 if nodes[stage] == 0.5 else 2}"))
                 self.evaluate()
