@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kit.built_loops import PERIOD, some_hardware
+from kit.hardware import PERIOD, some_hardware
 from kit.quickly import few
 from kit.real import with_physics
 

@@ -87,7 +87,7 @@ def run(
     span = _span(duration, control, reference)
     spacing = math.inf if every is None else positive("every", every, "s")
     bounds = None if limits is None else _limits(limits, n)
-    built = _built(hardware, rate, bounds, run_number)
+    sampled = _sampled(hardware, rate, bounds, run_number)
     locks = Locks(plant, lock)
     v = np.zeros(n) if start_velocity is None else as_vector("start_velocity", start_velocity, n)
     first = start if isinstance(start, State) else plant.start(_posture(plant, reference, start), v)
@@ -119,7 +119,7 @@ def run(
         about |= {"rate": hardware.clock.rate, "hardware": parts_of(hardware), "run_number": run_number}
         if (top := hardware.drive.limits) is not None:
             about["limits"] = np.asarray(top).tolist()
-    between = bounds if built is None else Electronics(built, n, run_number)
+    between = bounds if sampled is None else Electronics(sampled, n, run_number)
     coupled = Coupled(plant, Asking(control, reference, between), locks, first, pushing)
     guard = JointGuard(plant.mechanism, first) if joint_limits == "respect" else None
     itself = plant if integrator is None and isinstance(plant, Advancing) and coupled.holds else None
@@ -171,8 +171,8 @@ def _limits(limits: npt.ArrayLike, n: int) -> Array:
     return array
 
 
-def _built(hardware: Hardware | None, rate: float | None, bounds: Array | None, run_number: int) -> Hardware | None:
-    """What is between law and joints, or None under continuous control.
+def _sampled(hardware: Hardware | None, rate: float | None, bounds: Array | None, run_number: int) -> Hardware | None:
+    """The hardware of sampled control, or None under continuous control.
 
     Raises:
         InputError: hardware is given twice, or the number of a run without any.

@@ -150,7 +150,7 @@ class Running:
         self.creeps = self.creeps + 1 if step.t - self.t < CREEPING * self.span else 0
         if self.creeps == CREEPS:
             raise coupled.failure or StepError(
-                f"steps of {step.t - self.t:.2g} s get nowhere; a law that jumps needs a sample time (rate=, --rate), "
+                f"steps of {step.t - self.t:.2g} s get nowhere; a law that jumps needs a sample rate (rate=, --rate), "
                 "at a stretched limb full coordinates go on (ConstrainedPlant)"
             )
         return begin, step
