@@ -192,6 +192,7 @@ def test_a_function_follows_like_a_law() -> None:
     assert np.array_equal(one.q, two.q)
 
 
+@pytest.mark.slow
 def test_a_wall_that_is_crept_up_to_ends_the_run() -> None:
     """A limb of the five-bar comes to be stretched, where actuated coordinates end: steps shrink and never reach it."""
     plant = ReducedPlant(cutjoint.load("fivebar"))
