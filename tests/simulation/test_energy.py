@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from kit.physics import with_physics
 from kit.quickly import few
-from kit.real import with_physics
 
 from cutjoint.chain import ClosedChain
 from cutjoint.control import NoControl
