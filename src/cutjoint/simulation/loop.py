@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, as_vector, positive
+from cutjoint.arrays import as_vector, positive
 from cutjoint.control import GivenEfforts, Law, NoControl, as_law
 from cutjoint.errors import InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
@@ -16,8 +16,9 @@ from cutjoint.motion import Reference
 from cutjoint.simulation.asking import Asking
 from cutjoint.simulation.choice import plant_of
 from cutjoint.simulation.coupled import Coupled
-from cutjoint.simulation.hardware import Clock, Drive, Hardware
+from cutjoint.simulation.hardware import Hardware
 from cutjoint.simulation.hardware.checks import check_robot, check_span
+from cutjoint.simulation.hardware.control import control_of, limits_of
 from cutjoint.simulation.hardware.electronics import Electronics
 from cutjoint.simulation.hardware.parts import parts_of
 from cutjoint.simulation.integrators import Adaptive, Integrator
@@ -86,8 +87,10 @@ def run(
     control = _law(law, reference)
     span = _span(duration, control, reference)
     spacing = math.inf if every is None else positive("every", every, "s")
-    bounds = None if limits is None else _limits(limits, n)
-    sampled = _sampled(hardware, rate, bounds, run_number)
+    bounds = limits_of(limits, n)
+    between = control_of(hardware, rate, bounds)
+    if hardware is None and run_number != 0:
+        raise InputError("a run number picks the noise of hardware; give hardware too")
     locks = Locks(plant, lock)
     v = np.zeros(n) if start_velocity is None else as_vector("start_velocity", start_velocity, n)
     first = start if isinstance(start, State) else plant.start(_posture(plant, reference, start), v)
@@ -119,8 +122,8 @@ def run(
         about |= {"rate": hardware.clock.rate, "hardware": parts_of(hardware), "run_number": run_number}
         if (top := hardware.drive.limits) is not None:
             about["limits"] = np.asarray(top).tolist()
-    between = bounds if sampled is None else Electronics(sampled, n, run_number)
-    coupled = Coupled(plant, Asking(control, reference, between), locks, first, pushing)
+    drives = Electronics(between, n, run_number) if isinstance(between, Hardware) else between
+    coupled = Coupled(plant, Asking(control, reference, drives), locks, first, pushing)
     guard = JointGuard(plant.mechanism, first) if joint_limits == "respect" else None
     itself = plant if integrator is None and isinstance(plant, Advancing) and coupled.holds else None
     if itself is not None:
@@ -158,32 +161,3 @@ def _posture(plant: Plant, reference: Reference | None, start: Posture | None) -
     if start is not None:
         return start
     return plant.mechanism.home if reference is None else reference.at(0.0).posture_of(plant.mechanism)
-
-
-def _limits(limits: npt.ArrayLike, n: int) -> Array:
-    wanted = f"limits must be one number > 0 or {n} of them, found {limits!r}"
-    try:
-        array = np.asarray(limits, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(wanted) from error
-    if array.shape not in ((), (n,)) or not (array > 0.0).all():
-        raise InputError(wanted)
-    return array
-
-
-def _sampled(hardware: Hardware | None, rate: float | None, bounds: Array | None, run_number: int) -> Hardware | None:
-    """The hardware of sampled control, or None under continuous control.
-
-    Raises:
-        InputError: hardware is given twice, or the number of a run without any.
-    """
-    if hardware is None:
-        if run_number != 0:
-            raise InputError("a run number picks the noise of hardware; give hardware too")
-        if rate is None:
-            return None
-        clock = Clock(positive("rate", rate, "Hz"))
-        return Hardware(clock, drive=Drive(None if bounds is None else bounds.tolist()))
-    if rate is not None or bounds is not None:
-        raise InputError("rate and limits are in the hardware (clock and drive); leave them out beside it")
-    return hardware
