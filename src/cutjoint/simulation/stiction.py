@@ -80,11 +80,16 @@ class Stiction:
         return changed
 
     def _let_go(self, joint: int, state: State, effort: Array, push: Array | None) -> None:
-        self.modes[joint] = -np.sign(self._forces(state, effort, push)[joint])
+        self.modes[joint] = -np.sign(self.forces(state, effort, push)[joint])
+
+    def forces(self, state: State, effort: Array, push: Array | None) -> Array:
+        """Friction on every joint, along its rate, shape (k,); infinite where no friction could hold it, as at the
+        moment at which its rate passes through zero while the robot moves on."""
+        return self._solved(state, effort, push)[2]
 
     def excess(self, state: State, effort: Array, push: Array | None) -> Array:
         """By what part what holds every joint exceeds its friction; -1 of those that slip, shape (k,)."""
-        forces = np.abs(self._forces(state, effort, push)) / self._friction - 1.0
+        forces = np.abs(self.forces(state, effort, push)) / self._friction - 1.0
         return np.where(self.modes == 0.0, forces, -1.0)
 
     def passed(self, state: State, effort: Array, push: Array | None) -> int | None:
@@ -148,11 +153,6 @@ class Stiction:
         # a rate may also pass through zero while the robot moves on
         moves_on = 0.0 < RESTED * self._fastest < np.abs(change).max()
         return state.v if moves_on else np.asarray(state.v - change)
-
-    def _forces(self, state: State, effort: Array, push: Array | None) -> Array:
-        """Friction on every joint, along its rate, shape (k,); infinite where no friction could hold it, as at the
-        moment at which its rate passes through zero while the robot moves on."""
-        return self._solved(state, effort, push)[2]
 
     def _solved(self, state: State, effort: Array, push: Array | None) -> tuple[Array, Array, Array]:
         """Efforts, acceleration, and friction forces."""
