@@ -23,7 +23,7 @@ RESTS = 1e-9
 """A rate below this part of the largest of the run is that of a joint which sticks."""
 
 
-class Held:
+class HeldJoints:
     """The joints of a chain that stick.
 
     Args:
