@@ -16,6 +16,10 @@ SAME = 1e-12
 """Part of a step within which its end is the instant at which a joint comes to rest."""
 
 
+NEAR = 1e-3
+"""Part of a step within which it is looked for: further away it is no correction, but another joint's."""
+
+
 class ModeEnds:
     """When the joints with stiction of a run begin to stick or to slip.
 
@@ -49,7 +53,7 @@ class ModeEnds:
             if again.t < t:
                 return again, None
             late = stiction.late(joint, *coupled.acting(again.t, again.y))
-            if not (abs(late) > SAME * (t - begin.t) and begin.t < t - late < step.t):
+            if not SAME < abs(late) / (t - begin.t) < NEAR or t - late > step.t:
                 break
             t -= late
         return Step(again.t, again.y, None, step.ahead, again.between), joint
@@ -58,6 +62,6 @@ class ModeEnds:
         """The mode of a joint has ended at `t` [s]."""
         coupled, stiction = self._coupled, self._stiction
         assert stiction is not None
-        stiction.switch(joint, *coupled.acting(t, coupled.y))
+        stiction.stop(joint)
         coupled.accept(coupled.y)
         stiction.settle(*coupled.acting(t, coupled.y))
