@@ -14,7 +14,7 @@ from oracles.physics import laws_of
 from cutjoint.chain import ClosedChain
 from cutjoint.description import load_description
 from cutjoint.description.model import Bushing, RobotDescription
-from cutjoint.mechanism.physics import JointPhysics
+from cutjoint.mechanism.physics import NO_PHYSICS, JointPhysics
 
 Rng = np.random.Generator
 SPRUNG = ("revolute", "continuous", "prismatic", "universal", "spherical")
@@ -33,11 +33,11 @@ def random_physics(rng: Rng, kind: str, length: float, weight: float, cut: bool 
     if kind not in SPRUNG:
         # lengths and angles have one number, which must not outweigh either
         small = min(1.0, length * length)
-        return JointPhysics(damping=small * damping / length, rotor=0.0 if cut else small * rotor / length**2, gear=0.7)
+        return JointPhysics(damping=small * damping / length)
     speed = rate * float(rng.choice([0.01, 5.0]))
     rest = None if kind == "spherical" else place * float(rng.normal())
     friction, stiffness = 0.3 * unit * rng.uniform(), 0.3 * unit / place * rng.uniform()
-    return JointPhysics(damping, friction, speed, stiffness, rest, rotor, 0.5)
+    return JointPhysics(damping, friction, speed, stiffness, rest, rotor, 1.0 if cut else 0.5)
 
 
 def with_physics(description: RobotDescription, rng: Rng, length: float, weight: float) -> RobotDescription:
@@ -63,7 +63,10 @@ def soft(
         name: Bushing(*(rng.uniform(0.3, 1.0, 4) * (k, c, k * length**2, c * length**2)))
         for name in cuts
     }  # fmt: skip
-    changed = (replace(one, bushing=numbers[one.name]) if one.name in numbers else one for one in description.cuts)
+    changed = (
+        replace(one, bushing=numbers[one.name], physics=NO_PHYSICS) if one.name in numbers else one
+        for one in description.cuts
+    )
     return replace(description, cuts=tuple(changed))
 
 

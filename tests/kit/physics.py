@@ -74,5 +74,8 @@ def with_physics(rng: Rng, robot: RobotDescription, scale: float = 1.0, stops: b
 def with_elastic_cuts(rng: Rng, robot: RobotDescription, scale: float = 1.0) -> RobotDescription:
     """The robot with random physics of all its cuts, and bushings of every other one."""
     cuts = [replace(one, physics=of_cut(rng, one, scale)) for one in robot.cuts]
-    held = [replace(one, bushing=bushing(rng, one, scale)) if rng.integers(2) else one for one in cuts]
+    held = [
+        replace(one, bushing=bushing(rng, one, scale), physics=JointPhysics()) if rng.integers(2) else one
+        for one in cuts
+    ]
     return replace(robot, cuts=tuple(held))

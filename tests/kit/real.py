@@ -19,7 +19,7 @@ def physics_of(kind: str, rng: Rng, *, rotor: bool = True) -> JointPhysics:
     if not rotor:
         dampers = replace(dampers, rotor=0.0, gear=1.0)
     if kind in ("planar", "floating"):
-        return dampers
+        return JointPhysics(damping=dampers.damping)
     rest = 0.0 if kind == "spherical" else rng.normal()
     spring = replace(dampers, stiffness=rng.uniform(1.0, 30.0), rest=rest)
     return replace(spring, friction=rng.uniform(0.1, 3.0), friction_speed=rng.uniform(0.05, 0.5))
