@@ -97,6 +97,8 @@ def run(
     spacing = math.inf if every is None else positive("every", every, "s")
     bounds = None if limits is None else _limits(limits, n)
     built = _built(hardware, rate, bounds, run_number)
+    if built is not None:
+        check_span(built, span)
     locks = Locks(plant, lock)
     v = np.zeros(n) if start_velocity is None else as_vector("start_velocity", start_velocity, n)
     first = start if isinstance(start, State) else plant.start(_posture(plant, reference, start), v)
@@ -123,7 +125,6 @@ def run(
         about["loads"] = pushing.about
         pushing.on(0.0, first)  # what is wrong with them is wrong before the first step
     if hardware is not None:
-        check_span(hardware, span)
         check_robot(hardware, plant.mechanism, locks.names)
         about |= {"rate": hardware.clock.rate, "hardware": parts_of(hardware), "run_number": run_number}
         if (top := hardware.drive.limits) is not None:
@@ -193,6 +194,8 @@ def _built(hardware: Hardware | None, rate: float | None, bounds: Array | None, 
             return None
         clock = Clock(positive("rate", rate, "Hz"))
         return Hardware(clock, drive=Drive(None if bounds is None else bounds.tolist()))
+    if not isinstance(hardware, Hardware):
+        raise InputError(f"hardware must be Hardware(Clock(rate), ...), found {hardware!r}")
     if rate is not None or bounds is not None:
         raise InputError("rate and limits are in the hardware (clock and drive); leave them out beside it")
     return hardware
