@@ -122,9 +122,9 @@ def test_vector_code_and_lazy_values_are_made_once(kit: Any, restless: None, mon
     machines: list[tuple[str, ...]] = []
     own = native.Machine
 
-    def counted(*functions: str) -> Any:
+    def counted(*functions: str, **settings: bool) -> Any:
         machines.append(functions)
-        return own(*functions)
+        return own(*functions, **settings)
 
     monkeypatch.setattr(native, "Machine", counted)
     home = kit.machine("fivebar").home.q_full
