@@ -26,8 +26,10 @@ def changed(
 
 
 def softened(robot: RobotDescription, bushing: Callable[[CutJoint], Bushing | None]) -> RobotDescription:
-    """The robot with bushings in place of the cuts for which the function gives one."""
-    return replace(robot, cuts=tuple(replace(one, bushing=bushing(one)) for one in robot.cuts))
+    """The robot with bushings in place of the cuts for which the function gives one, and of their physics."""
+    soft = [(one, bushing(one)) for one in robot.cuts]
+    cuts = (one if made is None else replace(one, bushing=made, physics=JointPhysics()) for one, made in soft)
+    return replace(robot, cuts=tuple(cuts))
 
 
 # ---- moderate ------------------------------------------------------------------------------------------------------
@@ -41,7 +43,7 @@ def physics_of(kind: str, rng: Rng, *, rotor: bool = True) -> JointPhysics:
     if not rotor:
         dampers = replace(dampers, rotor=0.0, gear=1.0)
     if kind in ("planar", "floating"):
-        return dampers
+        return JointPhysics(damping=dampers.damping)
     rest = 0.0 if kind == "spherical" else rng.normal()
     spring = replace(dampers, stiffness=rng.uniform(1.0, 30.0), rest=rest)
     return replace(spring, friction=rng.uniform(0.1, 3.0), friction_speed=rng.uniform(0.05, 0.5))
@@ -77,11 +79,11 @@ def sized_physics(rng: Rng, kind: str, length: float, weight: float, cut: bool =
     if kind not in SPRUNG:
         # lengths and angles have one number, which must not outweigh either
         small = min(1.0, length * length)
-        return JointPhysics(damping=small * damping / length, rotor=0.0 if cut else small * rotor / length**2, gear=0.7)
+        return JointPhysics(damping=small * damping / length)
     speed = rate * float(rng.choice([0.01, 5.0]))
     rest = None if kind == "spherical" else place * float(rng.normal())
     friction, stiffness = 0.3 * unit * rng.uniform(), 0.3 * unit / place * rng.uniform()
-    return JointPhysics(damping, friction, speed, stiffness, rest, rotor, 0.5)
+    return JointPhysics(damping, friction, speed, stiffness, rest, rotor, 1.0 if cut else 0.5)
 
 
 def with_sized_physics(

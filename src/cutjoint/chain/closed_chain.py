@@ -29,6 +29,7 @@ from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
 from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.reactions import ReactionFinder, Reactions, Stiffness
 from cutjoint.chain.reduced import ReducedDynamics
+from cutjoint.description.checks.physics import require_possible
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import ActuationError
 from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
@@ -60,10 +61,12 @@ class ClosedChain(Sealed):
 
     Raises:
         UnknownNameError: there is no such home posture.
+        DescriptionError: physics or limits of joints and cuts cannot be.
         ClosureError: the loops cannot be closed at home.
     """
 
     def __init__(self, description: RobotDescription, home: str | None = None) -> None:
+        require_possible(description)
         self.description, self._home_name = description, home
         self.model = build_model(description)
         k = Kinematics(description)

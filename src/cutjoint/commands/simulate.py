@@ -195,7 +195,8 @@ class Robots(NamedTuple):
 
 
 def _robots(robot: str, variant: str | None, plant: str, model: str | None, payload: float) -> Robots:
-    from cutjoint.errors import UnknownNameError
+    from cutjoint.errors import InputError, UnknownNameError
+    from cutjoint.mechanism.physics import NO_PHYSICS
     from cutjoint.robots import PUBLISHED, load, published
     from cutjoint.simulation import ConstrainedPlant
     from cutjoint.simulation.choice import quick
@@ -205,6 +206,11 @@ def _robots(robot: str, variant: str | None, plant: str, model: str | None, payl
             raise UnknownNameError(option, side, known)
     chain = load(robot, variant)
     name = chain.description.name
+    if plant == "paper" and (acting := [one.name for one in chain.description.joints if one.physics != NO_PHYSICS]):
+        raise InputError(
+            f"--plant paper moves freely, and {robot} has physics of {', '.join(acting)}; take --plant chain, or "
+            "published(...).with_motors(...) in Python"
+        )
     believes = model or ("paper" if name in PUBLISHED else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain
     if plant == "chain":

@@ -89,6 +89,8 @@ def run(
     spacing = math.inf if every is None else positive("every", every, "s")
     bounds = limits_of(limits, n)
     between = control_of(hardware, rate, bounds)
+    if isinstance(between, Hardware):
+        check_span(between, span)
     if hardware is None and run_number != 0:
         raise InputError("a run number picks the noise of hardware; give hardware too")
     locks = Locks(plant, lock)
@@ -117,7 +119,6 @@ def run(
         about["loads"] = pushing.about
         pushing.on(0.0, first)  # what is wrong with them is wrong before the first step
     if hardware is not None:
-        check_span(hardware, span)
         check_robot(hardware, plant.mechanism, locks.names)
         about |= {"rate": hardware.clock.rate, "hardware": parts_of(hardware), "run_number": run_number}
         if (top := hardware.drive.limits) is not None:

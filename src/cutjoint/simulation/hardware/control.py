@@ -27,6 +27,8 @@ def control_of(hardware: Hardware | None, rate: float | None, limits: Array | No
         InputError: hardware is given twice, or the rate is not positive.
     """
     if hardware is not None:
+        if not isinstance(hardware, Hardware):
+            raise InputError(f"hardware must be Hardware(Clock(rate), ...), found {hardware!r}")
         if rate is not None or limits is not None:
             raise InputError("rate and limits are in the hardware (clock and drive); leave them out beside it")
         return hardware
