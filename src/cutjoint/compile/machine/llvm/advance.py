@@ -31,10 +31,10 @@ class AdvanceText:
     absolute, double limit)`.
 
     Carries `state` (positions, velocities, works) on by `span` under what is `given` (efforts, parameters) all the
-    time, with steps that begin with `h`, which is then what the next one should begin with.  Works ride along and do
-    not steer the steps.  Positions are put onto the loops at the end.  `found` is what the loops were open by before
-    that, and after, and what else is asked for of the last state.  Returns the number of evaluations; -1 where there is
-    no step that may be trusted.
+    time, with steps that begin with `h`, which is then what the next one should begin with.  Works steer the steps too:
+    where a joint meets its stop or turns round they are the first to notice.  Positions are put onto the loops at the
+    end.  `found` is what the loops were open by before that, and after, and what else is asked for of the last state.
+    Returns the number of evaluations; -1 where there is no step that may be trusted.
 
     Calls `rate(x, y)` with x = positions, velocities, given and y = rates of the state, what is asked for, strain; and,
     where there are loops, `settle(x, y)` with x = positions, target, parameters and y = positions, residual, strain.
@@ -136,7 +136,7 @@ class AdvanceText:
         """Whether the step is small enough, and how long the next one should be."""
         out, a = self.out, self.a
         worst = self.number(0.0)
-        for k in range(self.count):
+        for k in range(self.all):
             error = a.absolute(a.mul("%step.h", self.summed(ERROR, k)))
             before, after = a.absolute(a.load("%state", k)), a.absolute(a.load(self.after, k))
             allowed = a.fma("%relative", self.larger(before, after), "%absolute")
