@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cutjoint.compile import Made, compiled
+from cutjoint.compile import Made, compiled, kept
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.functions import cache
 
@@ -158,7 +158,7 @@ def test_the_name_depends_on_model_code_and_options(kit: Any, monkeypatch: pytes
 def test_the_version_is_the_source_text() -> None:
     assert cache.code_version() == cache.code_version()
     assert len(cache.code_version()) == len(sha256().hexdigest())
-    files = dict(one for place in cache.DECISIVE for one in cache.sources(place))
+    files = dict(one for place in kept.DECISIVE for one in kept.sources(place))
     for name in ("compile/machine/llvm/text.py", "compile/equations/cut_rows.py", "papers/omega3/equations.py"):
         assert files[name]
     assert files["description/cuts.py"].startswith(b'"""The types of cut joints')

@@ -209,8 +209,11 @@ def _robots(robot: str, variant: str | None, plant: str, model: str | None, payl
     inside: Mechanism = published(name) if believes == "paper" else chain
     if plant == "chain":
         return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
+    quickly = quick(inside)
+    if inside is chain and plant == "compiled" and payload == 0.0:
+        return Robots(quickly, chain, quickly)
     moving: Mechanism = _loaded(published(name) if plant == "paper" else chain, payload)
-    return Robots(moving, chain, quick(inside))
+    return Robots(moving, chain, quickly)
 
 
 def _law(robots: Robots, controller: str, gains: Mapping[str, str]) -> Law:

@@ -249,7 +249,7 @@ class Condition:
             q, rate = np.array(vector), self._into @ away
             half = w * np.eye(3) - crossing(q)
             q_rate, w_rate = 0.5 * half @ rate, -0.5 * float(q @ rate)
-            swept = half @ self._into @ np.cross(wanted_twist[3:], away)
+            swept = half @ self._into @ (crossing(wanted_twist[3:]) @ away)
             found[3:] = (w_rate * np.eye(3) - crossing(q_rate)) @ rate - swept
         return found[self._rows]
 

@@ -157,11 +157,13 @@ class Library:
 
     def program(self, what: str) -> Program:
         """The instructions of the function called `what`, checked but not compiled; errors as of it."""
-        found = self._functions.get(what)
-        return self._made(function(what), interpreted=True)[0].kernel.program if found is None else found.kernel.program
+        return self.soon(what).kernel.program
 
-    def interpreted(self, what: str) -> CompiledFunction:
-        """The function called `what` without machine code: for batches that are done once."""
+    def soon(self, what: str) -> CompiledFunction:
+        """The function called `what`, for what is done once: in machine code where that is kept from process to
+        process, or there already, else interpreted; errors as of it."""
+        if self.options.cached or what in self._functions:
+            return self[what]
         return self._made(function(what), interpreted=True)[0]
 
     def _make(self, row: Function) -> CompiledFunction:
@@ -181,7 +183,7 @@ class Library:
                     return kept, True
             cache.drop(name)
         program = row.program(self.source, fused=fused)
-        made = self._compiled(row, program, interpreted)
+        made = self._compiled(row, program, interpreted, kept=stored is None)
         wrong = self._check(made)
         if wrong:
             raise CompileError(
@@ -192,10 +194,13 @@ class Library:
             cache.write(name, program)
         return made, False
 
-    def _compiled(self, row: Function, program: Program, interpreted: bool) -> CompiledFunction:
+    def _compiled(self, row: Function, program: Program, interpreted: bool, kept: bool = True) -> CompiledFunction:
+        """`kept`: whether machine code of an earlier process will do."""
         options = self.options
         kind = Interpreter if interpreted else backend(options.backend).kernel
-        return CompiledFunction(row, kind(program, fast=options.fast, quick=options.quick), self.source)
+        return CompiledFunction(
+            row, kind(program, fast=options.fast, quick=options.quick, kept=kept and options.cached), self.source
+        )
 
     def _reported(self, made: CompiledFunction, cached: bool, seconds: float) -> CompiledFunction:
         if self.options.report is not None:
