@@ -323,7 +323,7 @@ def _plain_inverse(matrix: Array) -> Array | None:
     except np.linalg.LinAlgError:
         return None
     squares = matrix.ravel().dot(matrix.ravel()) * inverse.ravel().dot(inverse.ravel())
-    return inverse if squares < FAR_FROM_SINGULAR**2 else None
+    return np.asarray(inverse) if squares < FAR_FROM_SINGULAR**2 else None
 
 
 def _size(mechanism: Mechanism) -> float:

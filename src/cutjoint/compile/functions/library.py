@@ -181,10 +181,15 @@ class Library:
                 kept = self._compiled(row, stored, interpreted)
                 if not self._check(kept):
                     return kept, True
+                kept.kernel.forget()
             cache.drop(name)
         program = row.program(self.source, fused=fused)
-        made = self._compiled(row, program, interpreted, kept=stored is None)
+        made = self._compiled(row, program, interpreted)
         wrong = self._check(made)
+        if wrong:  # machine code of an earlier process is wrong, if anything
+            made.kernel.forget()
+            made = self._compiled(row, program, interpreted)
+            wrong = self._check(made)
         if wrong:
             raise CompileError(
                 f"'{row.name}' of {self.source.name}, compiled, does not agree with the model it was made from: "
@@ -194,12 +199,11 @@ class Library:
             cache.write(name, program)
         return made, False
 
-    def _compiled(self, row: Function, program: Program, interpreted: bool, kept: bool = True) -> CompiledFunction:
-        """`kept`: whether machine code of an earlier process will do."""
+    def _compiled(self, row: Function, program: Program, interpreted: bool) -> CompiledFunction:
         options = self.options
         kind = Interpreter if interpreted else backend(options.backend).kernel
         return CompiledFunction(
-            row, kind(program, fast=options.fast, quick=options.quick, kept=kept and options.cached), self.source
+            row, kind(program, fast=options.fast, quick=options.quick, kept=options.cached), self.source
         )
 
     def _reported(self, made: CompiledFunction, cached: bool, seconds: float) -> CompiledFunction:

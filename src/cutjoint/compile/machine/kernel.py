@@ -40,6 +40,9 @@ class Kernel:
         """One evaluation: arguments of the program's lengths in, all results one after another out."""
         raise AssertionError
 
+    def forget(self) -> None:
+        """Whatever is kept of it for the next process is not to be used."""
+
     @property
     def address(self) -> int:
         """Address of `void f(const double *x, double *y)`, to be called from other compiled code; x holds all arguments

@@ -119,7 +119,13 @@ class Machine:
             self._engine = llvm.create_mcjit_compiler(_module("", target), target)
             self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
             self._engine.finalize_object()
+        self._name = name
         self.compile_time = time.perf_counter() - start
+
+    def forget(self) -> None:
+        """See `Kernel.forget`."""
+        if self._name is not None:
+            objects.drop(self._name)
 
     def address(self, symbol: str) -> int:
         """Address of a function."""
@@ -144,6 +150,10 @@ class NativeKernel(Kernel):
         self._rows = _LOOP(self._machine.address("rows"))
         self._own = threading.local()
         self._lock = threading.RLock()
+
+    def forget(self) -> None:
+        """See `Kernel.forget`."""
+        self._machine.forget()
 
     @property
     def address(self) -> int:

@@ -33,6 +33,11 @@ def read(name: str) -> bytes | None:
     return data[DIGEST:]
 
 
+def drop(name: str) -> None:
+    """Forget an object file."""
+    kept.drop(KIND, name)
+
+
 def write(name: str, code: bytes) -> None:
     """Keep an object file."""
     kept.write(KIND, name, sha256(code).digest() + code)
