@@ -16,8 +16,8 @@ from kit.quickly import few
 import cutjoint
 from cutjoint import Load
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.joints import velocity_scale
 from cutjoint.errors import InputError, UnknownNameError
-from cutjoint.mechanism.rotations import vector_of
 from cutjoint.robots import PUBLISHED
 
 QUICK = ("floating_fourbar", "prs_3", "geared_fivebar", "ball_rod_delta")
@@ -29,21 +29,23 @@ def test_the_power_of_loads_is_that_of_their_points(name: str, scale: float, tmp
     """Virtual work, by differences of where the links are."""
     rng = np.random.default_rng([31, *name.encode()])
     chain, _ = built(MECHANISMS[name](rng).plan, tmp_path, random_mounting(rng), scale)
-    jacobian = chain.constraint_jacobian(chain.home)
+    unit = velocity_scale(chain.model, chain.length)
+    jacobian = chain.constraint_jacobian(chain.home) * unit
     motions = (
         np.linalg.svd(jacobian)[2][np.linalg.matrix_rank(jacobian, tol=1e-8) :].T if len(jacobian) else np.eye(chain.nv)
     )
-    v = motions @ rng.normal(size=motions.shape[1])
+    v = unit * (motions @ rng.normal(size=motions.shape[1]))
     loads = [load for load in random_loads(chain, rng, 5.0) if load.link is not None]
-    step = 1e-5
-    here = chain.link_placements(chain.home)
-    ahead, behind = (chain.link_placements(chain.integrate(chain.home.q_full, s * step * v)) for s in (1.0, -1.0))
+    here, step = chain.link_placements(chain.home), 1e-3  # large, for a small robot may be mounted far away
+    near = {k: chain.link_placements(chain.integrate(chain.home.q_full, k * step * v)) for k in (-2, -1, 1, 2)}
     power, size = 0.0, 0.0
     for load in loads:
-        at, one, two = (places[str(load.link)] for places in (here, ahead, behind))
-        axes = np.eye(3) if load.axes == "world" else at[:3, :3]
-        moved = (one - two) / (2.0 * step) @ np.append(load.point, 1.0)
-        turned = vector_of(one[:3, :3] @ two[:3, :3].T) / (2.0 * step)
+        link = str(load.link)
+        one = {k: there[link] for k, there in near.items()}
+        axes = np.eye(3) if load.axes == "world" else here[link][:3, :3]
+        rate = (8.0 * (one[1] - one[-1]) - (one[2] - one[-2])) / (12.0 * step)
+        moved, spin = rate @ np.append(load.point, 1.0), rate[:3, :3] @ here[link][:3, :3].T
+        turned = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
         parts = (axes @ load.force @ moved[:3], axes @ load.moment @ turned)
         power, size = power + sum(parts), size + sum(map(abs, parts))
     assert chain.full_load_effort(chain.home, loads) @ v == pytest.approx(power, abs=1e-8 * size)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kit.quickly import few
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
@@ -72,7 +73,7 @@ def test_redundant_rows_can_go(kit: Any) -> None:
         assert np.linalg.matrix_rank(jacobian[kept], tol=1e-7) == len(kept) == chain.mobility().rank
 
 
-@pytest.mark.parametrize("name", ["cpm", "omega3"])
+@pytest.mark.parametrize("name", few(["cpm", "omega3"], "cpm"))
 def test_three_hundred_reachable_postures_have_three_degrees_of_freedom(name: str, kit: Any) -> None:
     chain, rng = kit.robot(name), np.random.default_rng(0)
     home, done = chain.tool(chain.home).position, 0

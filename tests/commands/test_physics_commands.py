@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kit.physics import with_physics
+from kit.physics import with_any_physics
 from typer.testing import CliRunner
 
 from cutjoint.cli import app
@@ -22,7 +22,7 @@ ALL = JointPhysics(2.0, 3.0, 0.0, 4.0, 0.5, 0.01, 10.0, 600.0, 7.0)
 @pytest.fixture
 def robot() -> RobotDescription:
     """A five-bar in which every joint does something, and whose cut yields and is damped."""
-    given = with_physics(np.random.default_rng(0), load_description("fivebar"), stops=True)
+    given = with_any_physics(load_description("fivebar"), np.random.default_rng(0), stops=True)
     joints = [replace(joint, physics=ALL) if joint.name in given.actuators else joint for joint in given.joints]
     cut = replace(given.cuts[0], physics=JointPhysics(damping=0.25), bushing=Bushing(1e5, 10.0, 1e3, 0.125))
     return replace(given, joints=tuple(joints), cuts=(cut,))

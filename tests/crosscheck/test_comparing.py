@@ -188,8 +188,7 @@ def test_what_a_heavier_cart_costs() -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "planar_3rrr",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in LED if name not in ("planar_3rrr", "delta")),
+        *(pytest.param(name, marks=pytest.mark.slow) for name in LED if name != "delta"),
     ],
 )
 def test_robots_whose_point_does_not_say_all_are_compared_as_they_are_led(name: str, seed: int, tmp_path: Path) -> None:

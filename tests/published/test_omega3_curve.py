@@ -20,6 +20,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "setup"), CASES)
 def test_error_is_below_three_millimetres(name, setup):
     result = curve_run(name, setup)

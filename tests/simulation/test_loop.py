@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from kit.quickly import few
 
 from cutjoint.control import PD, PID, ComputedTorque, NoControl, PDGravity
 from cutjoint.errors import InputError, SimulationError
@@ -101,7 +102,7 @@ def test_saturation_is_kept_and_is_the_loops():
     assert np.isclose(run(PLANT, PD(8507, 436), WAY, every=1e-3, limits=20.0).peak_effort().max(), 20.0)
 
 
-@pytest.mark.parametrize("rate", [None, 500.0])
+@pytest.mark.parametrize("rate", few([None, 500.0], 500.0))
 def test_the_integral_takes_the_rest_of_the_error_away(rate):
     hold = Reference(Hold(START, 4.0), MODEL)
     plain = run(PLANT, PD(2000, 200), hold, rate=rate, every=0.1, integrator=RungeKutta4(2e-3))

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from kit.led_robots import LED, somewhere
-from kit.quickly import few
 
 import cutjoint
 from cutjoint.control import ComputedTorque
@@ -58,7 +57,8 @@ def test_a_tool_that_never_turns_has_no_orientation(name: str, plant: str) -> No
         led.worst_turn()
 
 
-@pytest.mark.parametrize("plant", few(PLANTS, "constrained"))
+@pytest.mark.slow
+@pytest.mark.parametrize("plant", PLANTS)
 def test_a_robot_led_by_pose_is_tracked(plant: str, tmp_path: Path) -> None:
     """Computed torque on a matched plant, from rest on the way of a pose to another one: to 1e-9 all along."""
     robot = cutjoint.load("stewart")

@@ -79,6 +79,7 @@ def test_every_step_starts_with_the_slope_of_the_state_it_starts_from(robot, met
     assert max(apart) > 1e-9 * np.abs(moved[-1][2]).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plant", ["reduced", "constrained"])
 def test_runge_kutta_4_converges_with_slope_4(robot, plant):
     made = ReducedPlant(robot.paper) if plant == "reduced" else ConstrainedPlant(robot.chain)
@@ -105,6 +106,7 @@ def test_free_fall_keeps_energy_until_a_limb_is_nearly_singular(robot):
         assert result.kinetic.max() > 0.1 * np.ptp(result.potential) > 0.0
 
 
+@pytest.mark.slow
 def test_the_constrained_plant_passes_limb_singularities_where_the_reduced_one_stops(robot):
     """A stretched limb is a singular point of actuated coordinates, not of the robot."""
     still = Reference(Hold(robot.paper.tool(robot.paper.home).position, 0.5), robot.paper)

@@ -103,7 +103,8 @@ def rubbing(robot: str, friction: float) -> ClosedChain:
     return ClosedChain(replace(description, joints=joints))
 
 
-@pytest.mark.parametrize("robot", few(["fourbar", "fivebar"], "fourbar"))
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", ["fourbar", "fivebar"])
 def test_passive_joints_stick_too(robot: str) -> None:
     """More friction than weights: it stays where it is.  Less: it falls, and energy is kept."""
     held = rubbing(robot, 50.0)

@@ -525,11 +525,11 @@ class ClosedChain(Sealed):
 
     def link_placements(self, at: Posture | npt.ArrayLike) -> dict[str, Array]:
         """World placement (4, 4) of every link."""
-        return self._k.links(self._configuration(at))
+        return self._k.world.links(self._configuration(at))
 
     def cut_placements(self, at: Posture | npt.ArrayLike) -> list[tuple[str, Array, Array]]:
         """Name and world placements (4, 4) of both frames of every cut."""
-        return self._k.cuts(self._configuration(at))
+        return self._k.world.cuts(self._configuration(at))
 
     def centre_of_mass(self, at: Posture | npt.ArrayLike) -> Array:
         """Centre of mass of all moving links, shape (3,) [m].

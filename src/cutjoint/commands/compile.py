@@ -24,7 +24,11 @@ def command(
         str, typer.Option(help="What to compile: names separated by commas, or `all`.  Default: the usual ones.")
     ] = "",
     arguments: Annotated[
-        str, typer.Option(help="Inertial parameters that stay arguments: payload, names of links, separated by commas.")
+        str,
+        typer.Option(
+            help="Numbers that stay arguments, separated by commas: payload, and paths such as links.rod.mass or "
+            "joints.elbow.origin.x."
+        ),
     ] = "",
     fast: Annotated[bool, typer.Option("--fast", help="Fast-math: other digits in the last places.")] = False,
     cache: Annotated[bool, typer.Option("--cache/--no-cache", help="Use the user's cache folder.")] = True,
@@ -40,7 +44,8 @@ def command(
     model: Mechanism = published_model(robot) if published else load(robot, variant)
     mechanism = compiled(model, parameters=_names(arguments), fast=fast, cached=cache, report=made.append)
     known = functions_of(mechanism)
-    chosen = _names(functions) or tuple(name for name in known if name in USUAL or len(known) == 1)
+    usual = tuple(name for name in known if name in USUAL)
+    chosen = _names(functions) or usual or known
     for name in known if chosen == ("all",) else chosen:
         mechanism.kernel(name)
         if not json:

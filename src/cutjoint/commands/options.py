@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
 Robot = Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")]
 Variant = Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")]
+Ideal = Annotated[
+    bool, typer.Option("--ideal", help="Joints move freely: no damping, friction, springs, rotors, stops or bushings.")
+]
 Home = Annotated[str | None, typer.Option(help="Named home posture; default the first.")]
 Lenient = Annotated[
     bool, typer.Option("--lenient", help="Pass flaws that do not prevent computing, such as missing meshes.")

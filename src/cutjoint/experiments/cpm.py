@@ -52,7 +52,7 @@ def model(column: str) -> Mechanism:
 @lru_cache(maxsize=4)
 def chain(variant: str) -> ClosedChain:
     """The closed chain with lumped or distributed rods."""
-    return load(ROBOT, variant)
+    return load(ROBOT, variant, dynamics="ideal")
 
 
 @lru_cache(maxsize=2)

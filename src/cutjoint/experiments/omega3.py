@@ -67,7 +67,7 @@ def model() -> Omega3Model:
 @lru_cache(maxsize=4)
 def chain(variant: str, payload: float = 0.0) -> ClosedChain:
     """The closed chain with lumped or distributed rods, with a payload [kg] on top of the paper's."""
-    robot = load(ROBOT, variant)
+    robot = load(ROBOT, variant, dynamics="ideal")
     return robot.with_payload(payload) if payload else robot
 
 

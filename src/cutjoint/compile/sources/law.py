@@ -14,7 +14,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
+from typing import NamedTuple, Protocol, cast
 
 import numpy as np
 
@@ -121,34 +121,14 @@ class TracedModel:
         return self._state
 
 
-class _TracedTerms:
-    """What follows from the terms; see `cutjoint.mechanism.Terms`."""
-
-    if TYPE_CHECKING:
-        coriolis: Objects
-        gravity: Objects
-        springs: Objects
-        friction: Objects
-
-    @property
-    def bias(self) -> Objects:
-        """(n,)."""
-        return cast(Objects, self.coriolis + self.gravity + self.springs + self.friction)
-
-    @property
-    def holding(self) -> Objects:
-        """(n,)."""
-        return cast(Objects, self.gravity + self.springs)
-
-
-class _DesiredTerms(_TracedTerms):
-    """Terms of the desired motion; only those that are read become columns."""
+class _DesiredTerms:
+    """Terms of the desired motion; only those that are read become columns, sums of them too."""
 
     def __init__(self, model: Mechanism, desired: TracedDesired, *, moving: bool) -> None:
         self._model, self._desired, self._moving = model, desired, moving
 
     def __getattr__(self, name: str) -> Objects:
-        if name not in ("mass", "coriolis", "gravity", "springs", "friction"):
+        if name not in ("mass", "coriolis", "gravity", "springs", "friction", "bias", "holding"):
             raise AttributeError(f"terms of a traced law have no {name}")
         model, moving, n = self._model, self._moving, self._model.n
 
@@ -162,12 +142,24 @@ class _DesiredTerms(_TracedTerms):
 
 
 @dataclass(frozen=True, eq=False)
-class _MeasuredTerms(_TracedTerms):
+class _MeasuredTerms:
+    """Terms of the measured motion; see `cutjoint.mechanism.Terms`."""
+
     mass: Objects
     coriolis: Objects
     gravity: Objects
     springs: Objects
     friction: Objects
+
+    @property
+    def bias(self) -> Objects:
+        """(n,)."""
+        return cast(Objects, self.coriolis + self.gravity + self.springs + self.friction)
+
+    @property
+    def holding(self) -> Objects:
+        """(n,)."""
+        return cast(Objects, self.gravity + self.springs)
 
 
 class _SymbolicLaw(Protocol):
