@@ -3,6 +3,7 @@
 This is the face alone; the parts behind it, each on its own, are told in docs/chain.md.
 """
 
+# long: the public face of a robot, a line or two of code a method
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence

@@ -69,10 +69,12 @@ def command(
     model: Annotated[
         str | None,
         typer.Option(
-            metavar="chain|paper", help="What the controller believes; default the published model where there is one."
+            metavar="chain|paper",
+            help="What the controller believes; default the published model of an ideal robot that has one.",
         ),
     ] = None,
     variant: options.Variant = None,
+    ideal: options.Ideal = False,
     gain: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME=K", help="A gain by name, also of controllers from outside; may be repeated."),
@@ -131,7 +133,7 @@ def command(
     machine = built.hardware_of_options(
         built.Built(hardware, delay, command_delay, jitter, tick, resolution, noise, filter, seed), rate, limit
     )
-    robots = _robots(robot, variant, plant, model, payload)
+    robots = _robots(robot, variant, plant, model, payload, ideal)
     if reactions is not None:
         check_reactions(reactions, robots.robot)
     joints: JointLimits = "ignore" if ignore_limits else "respect"
@@ -191,9 +193,8 @@ class Robots(NamedTuple):
         return plain
 
 
-def _robots(robot: str, variant: str | None, plant: str, model: str | None, payload: float) -> Robots:
+def _robots(robot: str, variant: str | None, plant: str, model: str | None, payload: float, ideal: bool) -> Robots:
     from cutjoint.errors import InputError, UnknownNameError
-    from cutjoint.mechanism.physics import NO_PHYSICS
     from cutjoint.robots import PUBLISHED, load, published
     from cutjoint.simulation import ConstrainedPlant
     from cutjoint.simulation.choice import quick
@@ -201,14 +202,15 @@ def _robots(robot: str, variant: str | None, plant: str, model: str | None, payl
     for option, side, known in (("plant", plant, ("compiled", "chain", "paper")), ("model", model, ("chain", "paper"))):
         if side is not None and side not in known:
             raise UnknownNameError(option, side, known)
-    chain = load(robot, variant)
+    chain = load(robot, variant, dynamics="ideal" if ideal else "real")
     name = chain.description.name
-    if plant == "paper" and (acting := [one.name for one in chain.description.joints if one.physics != NO_PHYSICS]):
+    acting = chain.description.acting
+    if plant == "paper" and acting:
         raise InputError(
-            f"--plant paper moves freely, and {robot} has physics of {', '.join(acting)}; take --plant chain, or "
-            "published(...).with_motors(...) in Python"
+            f"--plant paper moves freely, and {robot} has physics of {', '.join(acting)}; take --plant chain or "
+            "--ideal, or published(...).with_motors(...) in Python"
         )
-    believes = model or ("paper" if name in PUBLISHED else "chain")
+    believes = model or ("paper" if name in PUBLISHED and not acting else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain
     if plant == "chain":
         return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)

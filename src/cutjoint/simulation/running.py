@@ -141,6 +141,8 @@ class Running:
         with np.errstate(all="ignore"):
             if self.steps == 0:
                 self.h = self.method.first(coupled.field, *begin, self.span)
+                if not self.h > 0.0:
+                    raise StepError("no step is small enough at the start: what acts is out of proportion")
             try:
                 step = self.method.step(coupled.field, *begin, self.h, stop, self.span)
             except StepError as error:
