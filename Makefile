@@ -12,12 +12,13 @@ unexport PYTHONPATH
 unexport PYTHONHOME
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-slow test-all lint bench clean
+.PHONY: help setup demo test test-slow test-thorough test-all lint bench clean
 
 help:
 	@echo "make demo      set up, cross-check both robots, reproduce the papers' experiments"
 	@echo "make test      set up and run the tests"
-	@echo "make test-all  the same with the slow tests (make test-slow: those alone)"
+	@echo "make test-slow the slow tests, of large families some cases (make test-thorough: the others)"
+	@echo "make test-all  all of them"
 	@echo "make lint      ruff, mypy --strict, the layers and the house's rules"
 	@echo "make bench     benchmarks, with the peers that are installed"
 	@echo "make clean     remove the virtual environment, builds and caches"
@@ -34,7 +35,10 @@ test: setup
 	@$(PYTEST) -m "not slow"
 
 test-slow: setup
-	@$(PYTEST) -m slow
+	@$(PYTEST) -m "slow and not thorough"
+
+test-thorough: setup
+	@$(PYTEST) -m thorough
 
 test-all: setup
 	@$(PYTEST)

@@ -20,6 +20,25 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))  # what rooms share is 
 os.environ.setdefault("MPLBACKEND", "Agg")
 
 
+SLOW_CASES = 8
+"""So many slow cases of one test run in CI, spread over its family; the others are marked `thorough`."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark all but a few of the slow cases of every test."""
+    families: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.get_closest_marker("slow") is not None:
+            families.setdefault(item.nodeid.split("[")[0], []).append(item)
+    for family in families.values():
+        count = len(family)
+        kept = {round(k * (count - 1) / (SLOW_CASES - 1)) for k in range(SLOW_CASES)}
+        for number, item in enumerate(family):
+            if count > SLOW_CASES and number not in kept:
+                item.add_marker(pytest.mark.thorough)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def own_caches(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Compiled robots and matplotlib's fonts go to a folder of this run, in this process and those that it starts."""

@@ -69,6 +69,7 @@ OUTSIDE: Mapping[str, frozenset[str]] = {
 # dependency of the project (docs/dependencies.md); numpy is everybody's.
 OWNERS: Mapping[str, frozenset[str]] = {
     "pinocchio": frozenset({"chain", "compile", "engines", "simulation", "viewer"}),
+    "eigenpy": frozenset({"chain"}),
     "scipy": frozenset({"simulation", "crosscheck", "chain", "motion"}),
     "yourdfpy": frozenset({"description", "engines"}),
     "lxml": frozenset({"description"}),
@@ -90,7 +91,19 @@ OWNERS: Mapping[str, frozenset[str]] = {
 
 # What is too heavy to be loaded by a program that only starts.
 HEAVY = frozenset(
-    {"pinocchio", "scipy", "matplotlib", "meshcat", "llvmlite", "pyarrow", "mujoco", "trimesh", "yourdfpy", "lxml"}
+    {
+        "pinocchio",
+        "eigenpy",
+        "scipy",
+        "matplotlib",
+        "meshcat",
+        "llvmlite",
+        "pyarrow",
+        "mujoco",
+        "trimesh",
+        "yourdfpy",
+        "lxml",
+    }
 )
 STARTS: Mapping[str, str] = {
     "import cutjoint": "import cutjoint",

@@ -17,10 +17,15 @@ from cutjoint.errors import InputError
 
 Array = npt.NDArray[np.float64]
 T = TypeVar("T")
+_FLOAT = np.dtype(np.float64)
 
 
 def readonly(values: npt.ArrayLike) -> Array:
-    """A float copy of `values` that nobody can write into."""
+    """A float copy of `values` that nobody can write into; what nobody can write into already, is as it is."""
+    if type(values) is np.ndarray and values.dtype == _FLOAT and not values.flags.writeable:
+        base = values.base
+        if base is None or (type(base) is np.ndarray and base.base is None and not base.flags.writeable):
+            return values
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array

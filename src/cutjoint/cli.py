@@ -3,6 +3,7 @@ which imports what is heavy only when it runs, so that `cutjoint --help` is quic
 
 from __future__ import annotations
 
+import gc
 import sys
 import warnings
 from importlib import import_module
@@ -13,6 +14,9 @@ import typer
 from cutjoint.errors import CutjointError
 
 COMMANDS = ("list", "info", "check", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
+
+RARELY = 50_000
+"""New objects until Python looks for circles among them: a command makes many that stay, and ends soon."""
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, context_settings={"help_option_names": ["-h", "--help"]})
 for _name in COMMANDS:
@@ -44,6 +48,7 @@ def _say(message: Warning | str, *_: object, **__: object) -> None:
 def main() -> None:
     """Entry point of `cutjoint`.  Exit status: 0 done, 1 a check did not hold, 2 bad input."""
     warnings.showwarning = _say
+    gc.set_threshold(RARELY, 20, 50)
     try:
         app()
     except CutjointError as error:

@@ -22,7 +22,7 @@ def everything(rng: np.random.Generator, rotor: bool) -> JointPhysics:
     """All that a hinge may have, of the size of the four-bar's weights; its friction is full or rising."""
     damping, friction, stiffness, rest, inertia, gear = rng.uniform(0.1, 1.0, 6) * (0.3, 0.5, 2.0, 3.0, 1e-5, 100.0)
     speed = float(rng.choice([0.01, 20.0]))
-    return JointPhysics(damping, friction, speed, stiffness, rest, inertia if rotor else 0.0, gear)
+    return JointPhysics(damping, friction, speed, stiffness, rest, inertia if rotor else 0.0, gear if rotor else 1.0)
 
 
 def robots(seed: int) -> tuple[ClosedChain, FourBar, Maximal]:

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 from kit.blueprint import random_mounting
+from kit.built import built_with_physics
 from kit.by_joint import by_joint, coordinates
 from kit.loops import CUTS, EXTRAS, SPACES, loop
 from kit.mechanisms import MECHANISMS
-from kit.physical import built_with_physics
 from kit.postures import moving, random_posture
 from kit.quickly import few
 from kit.random_robots import random_robot

@@ -67,10 +67,12 @@ def test_a_row_is_right_about_its_joint(kind: JointType, axis: tuple[float, ...]
     for index in angles(model):
         turned = home.copy()
         turned[index] += 2.0 * np.pi
-        np.testing.assert_allclose(placements.links(turned)["link"], placements.links(home)["link"], atol=1e-14)
+        np.testing.assert_allclose(
+            placements.world.links(turned)["link"], placements.world.links(home)["link"], atol=1e-14
+        )
     moved = home.copy()
     moved[travelling(model)] += 1.0
-    apart = placements.links(moved)["link"] - placements.links(home)["link"]
+    apart = placements.world.links(moved)["link"] - placements.world.links(home)["link"]
     np.testing.assert_allclose(apart[:3, :3], 0.0, atol=1e-14)
     assert np.linalg.norm(apart[:3, 3]) == pytest.approx(np.sqrt(len(travelling(model))))
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from kit.ball_rods import ankle
+from kit.physics import physics_of, with_physics
 from kit.quickly import few
 from kit.random_robots import random_robot
-from kit.real import physics_of, with_physics
 
 from cutjoint.chain import ClosedChain
 from cutjoint.description import JointPhysics, Limits, load_description

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 from kit.blueprint import Blueprint, random_mounting, random_rotation
-from kit.built import built
+from kit.built import built, built_with_physics
 from kit.by_joint import by_joint
 from kit.mechanisms import MECHANISMS, on_circle
-from kit.physical import built_with_physics
 from kit.quickly import few
 from kit.shipped import DETERMINED
 from kit.writing import rpy_of

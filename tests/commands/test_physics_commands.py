@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kit.physics import with_physics
+from kit.physics import with_any_physics
 from typer.testing import CliRunner
 
 from cutjoint.cli import app
@@ -21,10 +21,10 @@ ALL = JointPhysics(2.0, 3.0, 0.0, 4.0, 0.5, 0.01, 10.0, 600.0, 7.0)
 
 @pytest.fixture
 def robot() -> RobotDescription:
-    """A five-bar in which every joint does something, and whose cut yields and is damped."""
-    given = with_physics(np.random.default_rng(0), load_description("fivebar"), stops=True)
+    """A five-bar in which every joint does something, and whose cut is damped."""
+    given = with_any_physics(load_description("fivebar"), np.random.default_rng(0), stops=True)
     joints = [replace(joint, physics=ALL) if joint.name in given.actuators else joint for joint in given.joints]
-    cut = replace(given.cuts[0], physics=JointPhysics(damping=0.25), bushing=Bushing(1e5, 10.0, 1e3, 0.125))
+    cut = replace(given.cuts[0], physics=JointPhysics(damping=0.25))
     return replace(given, joints=tuple(joints), cuts=(cut,))
 
 
@@ -37,7 +37,6 @@ def run(*arguments: str) -> tuple[str, str]:
 
 @pytest.mark.parametrize("command", ["info", "check"])
 def test_everything_that_acts_is_listed(command: str, robot: RobotDescription, tmp_path: Path) -> None:
-    robot = replace(robot, cuts=(replace(robot.cuts[0], bushing=None),))
     path = str(write(robot, tmp_path)[0])
     more = ["--no-modes"] if command == "info" else []
     text = " ".join(run(command, path, *more)[0].split())
@@ -64,12 +63,24 @@ def test_robots_that_move_freely_have_no_table() -> None:
 
 @pytest.mark.parametrize("form", ["loops", "urdf", "mjcf"])
 def test_export_tells_what_others_will_not_find(form: str, robot: RobotDescription, tmp_path: Path) -> None:
+    yields = replace(robot.cuts[0], name="yields", physics=NO_PHYSICS, bushing=Bushing(1e5, 10.0, 1e3, 0.125))
+    robot = replace(robot, cuts=(*robot.cuts, yields))
     path, out = str(write(robot, tmp_path / "given")[0]), str(tmp_path / "out.xml")
     told = run("export", path, "--to", form, "--out", out if form != "loops" else str(tmp_path / "out"))[1]
     if form == "loops":
         assert told == ""
         return
-    for lost in ("stops of joint", f"damping of cut {robot.cuts[0].name}", f"bushings of cut {robot.cuts[0].name}"):
+    for lost in ("stops of joint", f"damping of cut {robot.cuts[0].name}", "bushings of cut yields"):
         assert lost in told, lost
     assert ("springs of joint" in told) == (form == "urdf")
     assert all("only cutjoint reads it back" in line for line in told.splitlines())
+
+
+def test_a_published_model_does_not_stand_in_for_a_robot_with_friction(tmp_path: Path) -> None:
+    given = load_description("cpm")
+    rubs = [
+        replace(one, physics=JointPhysics(damping=500.0)) if one.name == "limb1_slide" else one for one in given.joints
+    ]
+    path = str(write(replace(given, joints=tuple(rubs)), tmp_path)[0])
+    result = CliRunner().invoke(app, ["simulate", path, "--plant", "paper", "--duration", "0.01"])
+    assert "physics of limb1_slide; take --plant chain" in str(result.exception)

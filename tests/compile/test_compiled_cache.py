@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cutjoint.compile import Made, compiled
+from cutjoint.compile import Made, compiled, kept
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.functions import cache
 
@@ -158,7 +158,7 @@ def test_the_name_depends_on_model_code_and_options(kit: Any, monkeypatch: pytes
 def test_the_version_is_the_source_text() -> None:
     assert cache.code_version() == cache.code_version()
     assert len(cache.code_version()) == len(sha256().hexdigest())
-    files = dict(one for place in cache.DECISIVE for one in cache.sources(place))
+    files = dict(one for place in kept.DECISIVE for one in kept.sources(place))
     for name in ("compile/machine/llvm/text.py", "compile/equations/cut_rows.py", "papers/omega3/equations.py"):
         assert files[name]
     assert files["description/cuts.py"].startswith(b'"""The types of cut joints')
@@ -197,3 +197,62 @@ def test_a_program_that_takes_or_gives_other_things_is_not_used(kit: Any, folder
     assert not again.cached
     np.testing.assert_array_equal(found, right)
     assert file.read_bytes() == data
+
+
+# ---- machine code ------------------------------------------------------------------------------------------------
+
+
+def code_of(folder: Path) -> Path:
+    return only_file(folder.parent / "machine")
+
+
+def without_llvm(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From here on, whoever compiles fails."""
+    from cutjoint.compile.machine.llvm import native
+
+    def refuse(*_: Any) -> None:
+        raise AssertionError("compiled once more")
+
+    monkeypatch.setattr(native, "_flat", refuse)
+
+
+def test_machine_code_is_made_once(kit: Any, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _, right = made(kit)
+    assert oct(code_of(folder).stat().st_mode & 0o777) == "0o600"
+    without_llvm(monkeypatch)
+    np.testing.assert_array_equal(made(kit)[1], right)
+    with pytest.raises(AssertionError, match="once more"):
+        made(kit, cached=False)
+
+
+@pytest.mark.parametrize("harm", ["empty", "truncated", "flipped", "writable by others", "link"])
+def test_machine_code_that_may_not_be_used_is_made_anew(kit: Any, folder: Path, tmp_path: Path, harm: str) -> None:
+    _, right = made(kit)
+    file = code_of(folder)
+    data = file.read_bytes()
+    if harm == "writable by others":
+        file.chmod(0o666)
+    elif harm == "link":
+        (tmp_path / "elsewhere").write_bytes(data)
+        file.unlink()
+        file.symlink_to(tmp_path / "elsewhere")
+    else:
+        flipped = data[:900] + bytes([data[900] ^ 1]) + data[901:]
+        file.write_bytes({"empty": b"", "truncated": data[: len(data) // 2], "flipped": flipped}[harm])
+    np.testing.assert_array_equal(made(kit)[1], right)
+    assert code_of(folder).read_bytes() == data
+    assert not code_of(folder).is_symlink()
+    assert oct(code_of(folder).stat().st_mode & 0o777) == "0o600"
+
+
+def test_machine_code_of_something_else_is_not_used(kit: Any, folder: Path) -> None:
+    """Right name, right digest, and the code of a heavier robot."""
+    _, right = made(kit)
+    file = code_of(folder)
+    data = file.read_bytes()
+    compiled(kit.model("fivebar").with_payload(0.1)).kernel("forward")
+    (other,) = set((folder.parent / "machine").iterdir()) - {file}
+    file.write_bytes(data[:65] + other.read_bytes()[65:])
+    other.unlink()
+    np.testing.assert_array_equal(made(kit)[1], right)
+    assert code_of(folder).read_bytes() == data

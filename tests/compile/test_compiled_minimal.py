@@ -13,12 +13,15 @@ from kit.built import built
 from kit.loaded import minimal_of, random_loads
 from kit.mechanisms import MECHANISMS
 from kit.quickly import few
+from kit.small import write
 
 import cutjoint
 from cutjoint import Load
+from cutjoint.chain import ClosedChain
 from cutjoint.chain.minimal import MinimalCoordinates
 from cutjoint.compile import CompiledMinimal
-from cutjoint.errors import InputError
+from cutjoint.description import load_description
+from cutjoint.errors import CompileError, InputError
 from cutjoint.simulation import Adaptive, MinimalPlant, run
 
 pytest.importorskip("llvmlite")
@@ -126,3 +129,9 @@ def test_what_cannot_be_compiled_is_told() -> None:
     other = cutjoint.load("fourbar")
     with pytest.raises(InputError, match="this posture has"):
         compiled.terms(other.home)
+
+
+def test_robots_that_their_loops_hold_have_nothing_to_compile(tmp_path: Path) -> None:
+    locked = ClosedChain(load_description(write("locked door", tmp_path)))
+    with pytest.raises(CompileError, match="no coordinate"):
+        cutjoint.compiled(locked.minimal(), cached=False).forward_dynamics(locked.home, np.zeros(0), np.zeros(0))

@@ -8,8 +8,8 @@ from typing import Any
 import llvmlite.binding as llvm
 import numpy as np
 import pytest
+from kit.physics import with_physics
 from kit.quickly import few
-from kit.real import with_physics
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import compiled, compiled_plant

@@ -119,12 +119,12 @@ def test_vector_code_and_lazy_values_are_made_once(kit: Any, restless: None, mon
     from cutjoint.compile.machine.llvm import native
 
     kernel = NativeKernel(kit.machine("fivebar").kernel("forward").program)
-    machines: list[tuple[str, ...]] = []
+    machines: list[Any] = []
     own = native.Machine
 
-    def counted(*functions: str, **settings: bool) -> Any:
-        machines.append(functions)
-        return own(*functions, **settings)
+    def counted(*what: Any, **options: Any) -> Any:
+        machines.append(what)
+        return own(*what, **options)
 
     monkeypatch.setattr(native, "Machine", counted)
     home = kit.machine("fivebar").home.q_full

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kit.built_loops import PERIOD, some_hardware
+from kit.hardware import PERIOD, some_hardware
+from kit.physics import with_physics
 from kit.quickly import few
-from kit.real import with_physics
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, compiled, simulate_many

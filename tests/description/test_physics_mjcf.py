@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kit.physics import with_physics
+from kit.physics import with_any_physics
 from kit.quickly import few
 
 from cutjoint.description import JointType, RobotDescription, load_description, read_checked
@@ -120,7 +120,7 @@ def test_random_models_act_as_in_mujoco(seed: int, scale: float, tmp_path: Path)
 @pytest.mark.parametrize("seed", few(range(5), 0))
 def test_what_is_written_acts_in_mujoco(name: str, seed: int, tmp_path: Path) -> None:
     rng = np.random.default_rng(seed)
-    robot = with_physics(rng, load_description(name))
+    robot = with_any_physics(load_description(name), rng)
     compare(robot, write(robot, tmp_path / "robot.xml", "mjcf")[0], rng)
 
 
@@ -270,7 +270,7 @@ def test_polynomials_without_higher_terms_are_numbers(text) -> None:
 
 def test_what_the_format_has_no_word_for_is_told() -> None:
     rng = np.random.default_rng(0)
-    robot = with_physics(rng, load_description("fourbar"), stops=True)
+    robot = with_any_physics(load_description("fourbar"), rng, stops=True)
     sticking = {joint.name for joint in robot.joints[1:3]}
     joints = [
         replace(

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from kit.described import FILES, differences
-from kit.physics import with_elastic_cuts, with_physics
+from kit.physics import with_any_cuts, with_any_physics
 from kit.quickly import few
 
 from cutjoint.description import (
@@ -154,7 +154,7 @@ def test_one_of_everything_comes_back(form: str, seed: int, mesh: Path, tmp_path
 @pytest.mark.parametrize("seed", few(range(12), 0, 1, 2))
 def test_physics_comes_back_bit_by_bit(form: str, scale: float, seed: int, mesh: Path, tmp_path: Path) -> None:
     rng = np.random.default_rng([seed, round(1e3 * scale)])
-    robot = with_elastic_cuts(rng, with_physics(rng, menagerie(mesh, seed), scale), scale)
+    robot = with_any_cuts(with_any_physics(menagerie(mesh, seed), rng, scale), rng, scale)
     assert [str(one) for one in check(robot)] == []
     again = load_description(write(robot, tmp_path / "out" / FILES[form], to=form)[0])
     assert {one.name: one.physics for one in again.joints} == {one.name: one.physics for one in robot.joints}
@@ -168,7 +168,7 @@ def test_physics_comes_back_bit_by_bit(form: str, scale: float, seed: int, mesh:
 @pytest.mark.parametrize("seed", range(3))
 def test_the_tree_alone_tells_what_urdf_can(seed: int, mesh: Path, tmp_path: Path) -> None:
     """robot.urdf beside a loops.toml has dampers, friction and springs; rotors, gears and stops are in that."""
-    robot = with_physics(np.random.default_rng(seed), menagerie(mesh, seed))
+    robot = with_any_physics(menagerie(mesh, seed), np.random.default_rng(seed))
     alone = load_description(write(robot, tmp_path)[1])
     for joint in robot.joints:
         if joint.type.urdf is not None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kit.physics import with_physics
+from kit.physics import with_any_physics
 from kit.quickly import few
 
 from cutjoint.chain import ClosedChain
@@ -29,7 +29,7 @@ def physical(name: str, seed: int, scale: float = 1.0) -> RobotDescription:
     sampled.
     """
     rng = np.random.default_rng(seed)
-    robot = with_physics(rng, load_description(name), scale, stops=True)
+    robot = with_any_physics(load_description(name), rng, scale, stops=True)
     heaviest = max(link.inertial.mass for link in robot.links if link.inertial)
     length = ClosedChain(load_description(name)).length
 

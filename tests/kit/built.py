@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 from kit.blueprint import Blueprint
 from kit.by_joint import oracle_of
+from kit.physics import Rng, with_sized_physics
 from kit.writing import Mounting
 from oracles.maximal import Maximal
+from oracles.physics import laws_of
 
 from cutjoint.chain import ClosedChain
 from cutjoint.description import load_description
@@ -21,6 +23,25 @@ def built(
     path = plan.write(folder, mounting, scale, density)
     chain = ClosedChain(load_description(path))
     return chain, oracle_of(chain, path, None if mounting is None else mounting.xyz)
+
+
+def built_with_physics(
+    plan: Blueprint,
+    folder: Path,
+    rng: Rng,
+    mounting: Mounting | None = None,
+    scale: float = 1.0,
+    density: float = 1.0,
+    rubber: tuple[str, ...] = (),
+) -> tuple[ClosedChain, Maximal]:
+    """The chain of a plan with physics everywhere, and its oracle; cuts named in `rubber` are bushings."""
+    path = plan.write(folder, mounting, scale, density)
+    length, weight = 0.3 * scale, 9.81 * density
+    description = with_sized_physics(load_description(path), rng, length, weight, rubber)
+    chain = ClosedChain(description)
+    laws, bushings = laws_of(description)
+    origin = None if mounting is None else mounting.xyz
+    return chain, Maximal(path, length=chain.length, origin=origin, laws=laws, bushings=bushings)
 
 
 def at_home(plan: Blueprint, oracle: Maximal) -> dict[str, object]:

@@ -86,7 +86,7 @@ def _joint(one: Joint, strength: Strength, rng: np.random.Generator, chain: Clos
     if one.type in (JointType.PLANAR, JointType.FLOATING):
         rate = min(strength.length, 1.0) ** 2
         slow = 0.1 * rng.uniform() * strength.energy / strength.rate * rate / strength.length**2
-        return replace(one, physics=JointPhysics(damping=slow, rotor=0.1 * strength.mass * rate, gear=0.7))
+        return replace(one, physics=JointPhysics(damping=slow))
     physics = strength.physics(rng, unit, ball=one.type is JointType.SPHERICAL)
     if not (one.type.single and one.type.limited):
         return replace(one, physics=physics)

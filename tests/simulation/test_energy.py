@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from kit.loaded import minimal_of
+from kit.physics import with_physics
 from kit.quickly import few
-from kit.real import with_physics
 
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import compiled

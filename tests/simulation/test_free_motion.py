@@ -296,6 +296,6 @@ def test_a_law_that_jumps_is_told_to_be_sampled() -> None:
     home = robot.task.home.position
     reference = Reference(PointToPoint(home, home + [0.01, 0.0, 0.01], 1.0), robot)  # noqa: RUF005
     jumping = {"law": lambda t, desired, q, v: 5.0 * np.sign(desired.q - q), "reference": reference, "duration": 0.02}
-    with pytest.raises(SimulationError, match=r"needs a sample time \(rate="):
+    with pytest.raises(SimulationError, match=r"needs a sample rate \(rate="):
         run(ConstrainedPlant(robot), **jumping)
     assert run(ConstrainedPlant(robot), rate=1000.0, **jumping).time[-1] == 0.02

@@ -15,6 +15,7 @@ from cutjoint.description.model import JointPhysics
 from cutjoint.errors import DescriptionError, InputError, SimulationError
 from cutjoint.motion import Hold, Reference
 from cutjoint.papers.cpm import CpmModel
+from cutjoint.robots import published
 from cutjoint.simulation import ReducedPlant, RungeKutta4, State, load, run, save
 from cutjoint.simulation.hardware import (
     Backlash,
@@ -29,6 +30,7 @@ from cutjoint.simulation.hardware import (
     parts_of,
     read_hardware,
 )
+from cutjoint.simulation.hardware.checks import check_robot, check_span
 from cutjoint.simulation.hardware.noise import Jitter, Noise
 
 GEAR = Backlash(1e-3, 1e4, 1.0, 0.1)
@@ -252,3 +254,27 @@ def test_a_state_that_starts_in_motion_is_seen_from_the_first_sample_on():
     at = np.rint(found.time * 100.0).astype(int)
     assert np.allclose(found.measured_q, 0.01 * np.maximum(at - 3, 0)[:, None] * moving.v)
     assert np.allclose(found.measured_v, moving.v)
+
+
+def test_parts_of_other_kinds_are_refused() -> None:
+    """Every part of hardware says what it must be; so do steps and samples without number."""
+    clock = Clock(1000.0)
+    for given in ({"clock": 1000.0}, {"encoder": 3}, {"speed": None}, {"drive": "x"}):
+        with pytest.raises(InputError, match=f"{next(iter(given))} of hardware must be of"):
+            Hardware(**{"clock": clock, **given})  # type: ignore[arg-type]
+    for given in ({"torque_speed": 3}, {"backlash": 3}):
+        with pytest.raises(InputError, match=f"{next(iter(given))} of the drive must be of"):
+            Drive(**given)  # type: ignore[arg-type]
+    for made in (Encoder, Drive):
+        with pytest.raises(InputError, match="must be one number > 0"):
+            made(resolution=1e-310)
+    with pytest.raises(InputError, match="up to 1e\\+09 can be run"):
+        check_span(Hardware(Clock(1e300)), 1.0)
+
+
+def test_the_rotor_of_a_published_model_is_not_there_twice() -> None:
+    play = Hardware(Clock(1000.0), drive=Drive(backlash=Backlash(1e-4, 1e4, 10.0, 1.0)))
+    model = published("cpm")
+    check_robot(play, model, ())
+    with pytest.raises(InputError, match="has a rotor already"):
+        check_robot(play, model.with_motors(JointPhysics(rotor=2.0)), ())  # type: ignore[attr-defined]

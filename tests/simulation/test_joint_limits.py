@@ -21,7 +21,7 @@ from cutjoint.description.model import Limits
 from cutjoint.errors import LimitError, SimulationError
 from cutjoint.motion import Reference
 from cutjoint.simulation import Adaptive, ConstrainedPlant, DormandPrince, ReducedPlant, RungeKutta4, run
-from cutjoint.simulation.joint_limits import hermite
+from cutjoint.simulation.interpolant import hermite
 
 PLANTS = {"reduced": ReducedPlant, "constrained": ConstrainedPlant}
 METHODS = [RungeKutta4(7e-3), Adaptive(), Adaptive(method="RK45"), DormandPrince()]

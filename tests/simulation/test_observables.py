@@ -12,7 +12,7 @@ from cutjoint.control import PD
 from cutjoint.errors import InputError, ResultFileError
 from cutjoint.motion import Reference
 from cutjoint.simulation import ReducedPlant, Result, load, run, save
-from cutjoint.simulation.observables import BUILT, OBSERVABLES, Observable
+from cutjoint.simulation.observables import HARDWARE, OBSERVABLES, Observable
 from cutjoint.simulation.result import ARRAYS
 
 LEFT_OUT = ("orientation", "angular_velocity", "desired_orientation", "orientation_error", "load_work", "dissipated")
@@ -52,7 +52,7 @@ def test_headings_differ_and_have_units():
 def test_a_row_is_recorded_and_becomes_an_attribute(with_power):
     assert np.array_equal(with_power.power, with_power.effort * with_power.v)
     assert np.abs(with_power.power).max() > 0.0
-    assert list(with_power.columns) == [name for name in OBSERVABLES if name not in (*LEFT_OUT, *BUILT)]
+    assert list(with_power.columns) == [name for name in OBSERVABLES if name not in (*LEFT_OUT, *HARDWARE)]
     with pytest.raises(ValueError, match="read-only"):
         with_power.power[0, 0] = 1.0
 

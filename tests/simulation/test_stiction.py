@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from kit.quickly import few
+from scipy.optimize import linprog
 
 from cutjoint.chain import ClosedChain
 from cutjoint.control import NoControl
@@ -127,3 +128,35 @@ def test_a_state_may_start_in_motion() -> None:
     assert crossings(result) == pytest.approx([0.5], abs=1e-9)
     assert result.q[-1, 0] == pytest.approx(-0.25, abs=1e-9)
     assert isinstance(ReducedPlant(chain).start(chain.home, np.zeros(1)), State)
+
+
+def test_many_joints_of_one_motion_hold_no_more_than_their_friction() -> None:
+    """A Stewart platform with stiction in twelve hinges, pushed to and fro: it rests only where all that rest can hold
+    it within their friction, and each joint that slips has its whole friction against it."""
+    rng = np.random.default_rng(3)
+    description = load("stewart").description
+    joints = tuple(
+        replace(one, physics=JointPhysics(friction=5.0 * rng.uniform(0.5, 2.0), friction_speed=0.0))
+        if one.type.single and rng.uniform() < 0.6
+        else one
+        for one in description.joints
+    )
+    plant = ConstrainedPlant(ClosedChain(replace(description, joints=joints)))
+    assert len(plant.sticking) > plant.chain.n
+    result = run(
+        plant, lambda t: 10.0 * np.sin(30.0 * t) * np.ones(6), duration=0.15, every=0.01, joint_limits="ignore"
+    )
+    assert result.energy_drift() < 1e-7
+    stands = np.abs(result.v).max(axis=1) < 1e-9
+    assert stands.any()
+    assert not stands.all()
+    rows, held = plant.chain, plant.chain.sticking
+    for k in np.flatnonzero(stands)[1:]:
+        at = rows.posture(result.q_full[k])
+        free = rows.full_forward_dynamics(at, np.zeros(rows.nv), rows.full_effort(result.effort[k])).acceleration
+        pushes = np.eye(rows.nv)[list(held)]
+        moved = np.array([rows.full_forward_dynamics(at, np.zeros(rows.nv), one).acceleration for one in pushes])
+        weight = rows.full_forward_dynamics(at, np.zeros(rows.nv), np.zeros(rows.nv)).acceleration
+        bounds = [(-f, f) for f in held.values()]
+        balance = linprog(np.zeros(len(held)), A_eq=(moved - weight).T, b_eq=-free, bounds=bounds)
+        assert balance.status == 0, "no forces within the friction hold it"

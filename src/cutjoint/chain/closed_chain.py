@@ -3,6 +3,7 @@
 This is the face alone; the parts behind it, each on its own, are told in docs/chain.md.
 """
 
+# long: the public face of a robot, a line or two of code a method
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
@@ -29,6 +30,7 @@ from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
 from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.reactions import ReactionFinder, Reactions, Stiffness
 from cutjoint.chain.reduced import ReducedDynamics
+from cutjoint.description.checks.physics import require_possible
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import ActuationError
 from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
@@ -60,10 +62,12 @@ class ClosedChain(Sealed):
 
     Raises:
         UnknownNameError: there is no such home posture.
+        DescriptionError: physics or limits of joints and cuts cannot be.
         ClosureError: the loops cannot be closed at home.
     """
 
     def __init__(self, description: RobotDescription, home: str | None = None) -> None:
+        require_possible(description)
         self.description, self._home_name = description, home
         self.model = build_model(description)
         k = Kinematics(description)
@@ -525,11 +529,11 @@ class ClosedChain(Sealed):
 
     def link_placements(self, at: Posture | npt.ArrayLike) -> dict[str, Array]:
         """World placement (4, 4) of every link."""
-        return self._k.links(self._configuration(at))
+        return self._k.world.links(self._configuration(at))
 
     def cut_placements(self, at: Posture | npt.ArrayLike) -> list[tuple[str, Array, Array]]:
         """Name and world placements (4, 4) of both frames of every cut."""
-        return self._k.cuts(self._configuration(at))
+        return self._k.world.cuts(self._configuration(at))
 
     def centre_of_mass(self, at: Posture | npt.ArrayLike) -> Array:
         """Centre of mass of all moving links, shape (3,) [m].

@@ -21,6 +21,7 @@ from cutjoint.chain.closure import Closure, CutFrames
 from cutjoint.chain.joints import support, travelling, velocity_scale
 from cutjoint.chain.physics import ChainPhysics, Elastic
 from cutjoint.chain.tree import TreeModel
+from cutjoint.chain.world import World
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Pose
@@ -161,6 +162,7 @@ class Kinematics:
         model: the open tree, standing near the origin.
         tree: that model with Pinocchio's workspaces.
         physics: what its joints and cuts do by themselves.
+        world: where its links and cuts are in the world.
         origin: where the model's origin is in the world, shape (3,) [m].
         length: characteristic length [m].
         reach: longest way along the tree's and the cuts' frames [m], the size of the robot.
@@ -198,12 +200,7 @@ class Kinematics:
         self._joints = sorted({joint for joint, _ in sides})
         self._frame_joint = np.array([self._joints.index(joint) for joint, _ in sides])
         self._frame_place = np.array([place.homogeneous for _, place in sides])
-        self._sides = cut_sides(self.model, description.cuts)
-        self._links = [
-            (frame.name, frame.parentJoint, pin.SE3(frame.placement))
-            for frame in self.model.frames
-            if frame.type == pin.FrameType.BODY and frame.name != "universe"
-        ]
+        self.world = World(self.tree, description, self.origin)
         self._travelling = travelling(self.model)
         self.travels = bool(len(self._travelling))
         self.closed_length = tolerances.CLOSURE.value * self.reach
@@ -250,18 +247,7 @@ class Kinematics:
             return self.closed_length
         return self.closed_length + tolerances.CLOSURE.value * float(np.abs(q[self._travelling]).max())
 
-    # ---- in the world ----------------------------------------------------------------------------------------------
-
-    def links(self, q: Array) -> dict[str, Array]:
-        """World placement (4, 4) of every link."""
-        joints = [pin.SE3(*one) for one in zip(*self.tree.bodies(q), strict=True)]
-        return {name: self._in_world(joints[joint] * place) for name, joint, place in self._links}
-
-    def cuts(self, q: Array) -> list[tuple[str, Array, Array]]:
-        """Name and world placements (4, 4) of both frames of every cut, bushings too."""
-        joints = [pin.SE3(*one) for one in zip(*self.tree.bodies(q), strict=True)]
-        placed = [self._in_world(joints[joint] * place) for joint, place in self._sides]
-        return list(zip([cut.name for cut in self.description.cuts], placed[::2], placed[1::2], strict=True))
+    # ---- mass and energy -------------------------------------------------------------------------------------------
 
     def centre_of_mass(self, q: Array) -> Array:
         """Of all links that move, shape (3,) [m].
@@ -294,12 +280,6 @@ class Kinematics:
         if not physics.acts:
             return 0.0
         return float(physics.friction(q, v, self.at(q).elastic if physics.cuts else None) @ v)
-
-    def _in_world(self, placement: pin.SE3) -> Array:
-        """A placement in the model that is computed with as one in the world, shape (4, 4)."""
-        found = np.array(placement.homogeneous)
-        found[:3, 3] += self.origin
-        return found
 
     def _refuse_far(self, q: Array) -> None:
         """Bodies so far away that the rounding of their place is not small against RANK have no rank.

@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
+from cutjoint.chain.factoring import pivots_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +85,8 @@ def coordinates_of(basis: Array) -> Array:
     count = basis.shape[1]
     if count == 0:
         return basis
-    chosen = np.sort(qr(basis.T, mode="r", pivoting=True)[1][:count])
-    return np.linalg.solve(basis[chosen].T, basis.T).T
+    chosen = np.arange(count) if count == len(basis) else np.sort(pivots_of(basis.T)[:count])
+    return np.asarray(np.linalg.solve(basis[chosen].T, basis.T).T)
 
 
 def dependent_rows(matrix: Array) -> list[int]:

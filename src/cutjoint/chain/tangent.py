@@ -21,11 +21,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
-from scipy.linalg.lapack import dgesv
+import numpy.typing as npt
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.chain.dynamics import Motions
+from cutjoint.chain.factoring import LU, pivots_of
 from cutjoint.chain.kinematics import Kinematics, Placed
 
 _LOOSE = 1e-6
@@ -109,7 +109,7 @@ class QuickTangent:
     """
 
     map: Array
-    rows: Array
+    rows: npt.NDArray[np.intp]
     back: Array
 
 
@@ -126,7 +126,7 @@ class QuickTangents:
     def __init__(self, kinematics: Kinematics, actuated: Array, passive: Array, regular: Placed) -> None:
         self.kinematics, self.n, self.regular = kinematics, len(actuated), regular
         self._actuated, self._passive = actuated, passive
-        order = qr(regular.scaled[:, passive].T, mode="r", pivoting=True)[1]
+        order = pivots_of(regular.scaled[:, passive].T)
         self.rows = np.sort(order[: len(passive)])
 
     def at(self, placed: Placed) -> QuickTangent | None:
@@ -136,12 +136,13 @@ class QuickTangents:
         chosen = passive[self.rows]
         n = self.n
         right = np.concatenate([actuated[self.rows], np.eye(len(chosen))], axis=1)
-        factors, _, solved, failed = dgesv(chosen, right)
-        if (
-            failed
-            or not are_trusted(factors.diagonal().tolist())
-            or np.abs(actuated - passive @ solved[:, :n]).max(initial=0.0) > MET
-        ):
+        solved = right
+        if len(chosen):
+            factors = LU(chosen)
+            if not are_trusted(factors.pivots):
+                return None
+            solved = factors.solve(right)
+        if np.abs(actuated - passive @ solved[:, :n]).max(initial=0.0) > MET:
             return None
         scale = k.column_scale
         tangent = np.zeros((len(scale), n))

@@ -98,7 +98,9 @@ def _compare(name: str, engine: Engine, variant: str | None, samples: int, seed:
     from cutjoint.engines.yourdfpy import compare_with_yourdfpy
     from cutjoint.robots import PUBLISHED, load, published
 
-    chain = load(name, variant or (PUBLISHED[name].variant if name in PUBLISHED else None))
+    hypothesis = PUBLISHED[name].variant if name in PUBLISHED else None
+    # the papers' joints move freely
+    chain = load(name, variant or hypothesis, dynamics="ideal" if engine is Engine.PAPER else "real")
     reference = published(name) if name in PUBLISHED else chain
     against: dict[Engine, Callable[..., Comparison]] = {
         Engine.PAPER: partial(compare, chain, reference),

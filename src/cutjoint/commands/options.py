@@ -4,6 +4,7 @@ control laws, made from `control.LAWS`."""
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from inspect import Parameter, signature
 from pathlib import Path
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
 
 Robot = Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")]
 Variant = Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")]
+Ideal = Annotated[
+    bool, typer.Option("--ideal", help="Joints move freely: no damping, friction, springs, rotors, stops or bushings.")
+]
 Home = Annotated[str | None, typer.Option(help="Named home posture; default the first.")]
 Lenient = Annotated[
     bool, typer.Option("--lenient", help="Pass flaws that do not prevent computing, such as missing meshes.")
@@ -43,7 +47,9 @@ OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a brow
 
 
 def _entries(group: str) -> list[str]:
-    """What installed packages offer."""
+    """What installed packages offer, which takes a while to find out: only where a help is asked for."""
+    if {"-h", "--help"}.isdisjoint(sys.argv):
+        return []
     return [
         f"{name} (of {offers[0].dist.name if offers[0].dist else 'a package'})"
         for name, offers in installed(group).items()

@@ -22,12 +22,14 @@ class TerminalTable:
 
     def __init__(self, title: str, columns: Sequence[str], right: Sequence[str] = ()) -> None:
         from rich import box
+        from rich.markup import escape
         from rich.table import Table as RichTable
 
         self._title = title
         self._table = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, show_header=any(columns))
         for column in columns:
-            self._table.add_column(column, justify="right" if column in right else "left", overflow="fold")
+            # a unit such as [s] is no markup
+            self._table.add_column(escape(column), justify="right" if column in right else "left", overflow="fold")
 
     def add_row(self, *cells: str) -> None:
         """Append a row; cells may hold rich's markup."""
@@ -35,9 +37,11 @@ class TerminalTable:
 
     def print(self) -> None:
         """Write the table to standard output."""
+        from rich.markup import escape
+
         out = console()
         self._keep_words_whole(out.width)
-        out.print(f"[bold]{self._title}[/]")
+        out.print(f"[bold]{escape(self._title)}[/]")
         out.print(self._table)
 
     def _keep_words_whole(self, width: int) -> None:

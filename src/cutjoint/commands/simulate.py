@@ -5,15 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeVar
 
-import numpy as np
-import numpy.typing as npt
 import typer
 
 from cutjoint.commands import built, options
 from cutjoint.commands.loads import loads_of
 from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, named_gains, numbers, trajectory_of, with_gains
-from cutjoint.commands.output import TerminalTable, console, print_json
+from cutjoint.commands.output import console, print_json
 from cutjoint.commands.reaction_peaks import check_reactions, peaks_of, show_peaks, written
+from cutjoint.commands.run_figures import figures_of, show
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -28,10 +27,6 @@ if TYPE_CHECKING:
 LONGEST_STEP = 1e-3
 PROGRESS = 0.02
 """Part of a run after which its progress is shown anew."""
-SETTINGS = (
-    *("plant", "not_compiled", "law", "gains", "trajectory", "locked", "loads", "integrator"),
-    *("rate", "limits", "hardware"),
-)
 Robot = TypeVar("Robot", bound="Mechanism")
 
 
@@ -74,10 +69,12 @@ def command(
     model: Annotated[
         str | None,
         typer.Option(
-            metavar="chain|paper", help="What the controller believes; default the published model where there is one."
+            metavar="chain|paper",
+            help="What the controller believes; default the published model of an ideal robot that has one.",
         ),
     ] = None,
     variant: options.Variant = None,
+    ideal: options.Ideal = False,
     gain: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME=K", help="A gain by name, also of controllers from outside; may be repeated."),
@@ -136,7 +133,7 @@ def command(
     machine = built.hardware_of_options(
         built.Built(hardware, delay, command_delay, jitter, tick, resolution, noise, filter, seed), rate, limit
     )
-    robots = _robots(robot, variant, plant, model, payload)
+    robots = _robots(robot, variant, plant, model, payload, ideal)
     if reactions is not None:
         check_reactions(reactions, robots.robot)
     joints: JointLimits = "ignore" if ignore_limits else "respect"
@@ -164,7 +161,7 @@ def command(
             beside = write(error.result, save.with_name(f"{save.stem}.stopped{save.suffix}"))  # type: ignore[arg-type]
             console().print(f"what was simulated until then: {beside}", soft_wrap=True)
         raise
-    figures = _figures(result)
+    figures = figures_of(result)
     if save is not None:
         figures["saved"] = str(write(result, save))
     carried = None if reactions is None else written(reactions, result, robots.robot)
@@ -173,7 +170,7 @@ def command(
     if json:
         print_json(figures)
     else:
-        _show(result, figures)
+        show(result, figures)
         if carried is not None:
             show_peaks(carried)
 
@@ -187,15 +184,17 @@ class Robots(NamedTuple):
 
     @property
     def robot(self) -> Mechanism:
-        """What moves, without its plant."""
+        """What moves, without its plant, and not compiled."""
         from cutjoint.mechanism import Mechanism
 
         moving = self.moving
-        return moving if isinstance(moving, Mechanism) else moving.mechanism
+        robot = moving if isinstance(moving, Mechanism) else moving.mechanism
+        plain: Mechanism = getattr(robot, "plain", robot)
+        return plain
 
 
-def _robots(robot: str, variant: str | None, plant: str, model: str | None, payload: float) -> Robots:
-    from cutjoint.errors import UnknownNameError
+def _robots(robot: str, variant: str | None, plant: str, model: str | None, payload: float, ideal: bool) -> Robots:
+    from cutjoint.errors import InputError, UnknownNameError
     from cutjoint.robots import PUBLISHED, load, published
     from cutjoint.simulation import ConstrainedPlant
     from cutjoint.simulation.choice import quick
@@ -203,14 +202,23 @@ def _robots(robot: str, variant: str | None, plant: str, model: str | None, payl
     for option, side, known in (("plant", plant, ("compiled", "chain", "paper")), ("model", model, ("chain", "paper"))):
         if side is not None and side not in known:
             raise UnknownNameError(option, side, known)
-    chain = load(robot, variant)
+    chain = load(robot, variant, dynamics="ideal" if ideal else "real")
     name = chain.description.name
-    believes = model or ("paper" if name in PUBLISHED else "chain")
+    acting = chain.description.acting
+    if plant == "paper" and acting:
+        raise InputError(
+            f"--plant paper moves freely, and {robot} has physics of {', '.join(acting)}; take --plant chain or "
+            "--ideal, or published(...).with_motors(...) in Python"
+        )
+    believes = model or ("paper" if name in PUBLISHED and not acting else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain
     if plant == "chain":
         return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
+    quickly = quick(inside)
+    if inside is chain and plant == "compiled" and payload == 0.0:
+        return Robots(quickly, chain, quickly)
     moving: Mechanism = _loaded(published(name) if plant == "paper" else chain, payload)
-    return Robots(moving, chain, quick(inside))
+    return Robots(moving, chain, quickly)
 
 
 def _law(robots: Robots, controller: str, gains: Mapping[str, str]) -> Law:
@@ -296,86 +304,3 @@ def _run(
             loads=loads,
             progress=show,
         )
-
-
-def _figures(result: Result) -> dict[str, object]:
-    """What a run comes to."""
-    gap = result.loop_gap()
-    return {
-        **{key: value for key, value in result.about.items() if key in SETTINGS},
-        "samples": len(result),
-        "duration_s": float(result.time[-1]),
-        **(_errors(result) if result.followed else {}),
-        "effort_peak": {name: peak for name, _, peak in _peaks(result)},
-        "loop_gap_m": gap[0],
-        "loop_gap_rad": gap[1],
-        "loop_gap_before_projection_m": result.about["strayed"],
-        "energy_drift": result.energy_drift(),
-        "steps": result.about["steps"],
-        "evaluations": result.about["evaluations"],
-    }
-
-
-def _errors(result: Result) -> dict[str, object]:
-    """How well a robot followed."""
-    rms, over_time, end = result.rmse(), result.rmse_over_time(), float(result.time[-1])
-    turning = "orientation_error" in result.columns
-    return {
-        "error_rms_m": rms.position,
-        "error_rms_m_per_s": rms.velocity,
-        "error_rms_over_time_m": over_time.position,
-        "error_worst_m": result.worst_error(),
-        "error_last_m": result.worst_error(end),
-        **({"error_worst_rad": result.worst_turn(), "error_last_rad": result.worst_turn(end)} if turning else {}),
-    }
-
-
-def _peaks(result: Result) -> list[tuple[str, str, float]]:
-    """Name, unit of its effort, and largest effort of every actuator."""
-    rows = zip(result.about["actuators"], result.peak_effort(), strict=True)
-    return [(name, "N" if kind == "translation" else "N m", float(peak)) for (name, kind), peak in rows]
-
-
-def _show(result: Result, figures: dict[str, object]) -> None:
-    from cutjoint.simulation.result import FREE
-
-    shown = TerminalTable(f"{figures['plant']}: {figures['law']}, {figures.get('trajectory', FREE)}", ("", ""))
-    gains = ", ".join(f"{name} {_short(value)}" for name, value in result.about["gains"].items()) or "none"
-    rate = "continuous" if figures["rate"] is None else f"{figures['rate']:g} Hz, held in between"
-    rows = [
-        ("gains", gains),
-        ("control", rate),
-        *([("not compiled", str(figures["not_compiled"]))] if "not_compiled" in figures else ()),
-        *((f"  {name}", words) for name, words in built.told(result.about.get("hardware", {})) if name != "clock"),
-        ("integrator", f"{figures['integrator']}: {figures['steps']} steps, {figures['evaluations']} evaluations"),
-        *(_error_rows(figures) if result.followed else ()),
-        *([("locked", ", ".join(result.about["locked"]))] if "locked" in result.about else ()),
-        *([("work of loads", f"{result.load_work[-1]:.3g} J")] if "load_work" in result.columns else ()),
-        ("peak effort", ", ".join(f"{name} {peak:.4g} {unit}" for name, unit, peak in _peaks(result))),
-        ("loops", f"closed to {figures['loop_gap_m']:.1e} m, {figures['loop_gap_rad']:.1e} rad"),
-        ("", f"steps strayed by up to {figures['loop_gap_before_projection_m']:.1e} m before they were put back"),
-        ("energy balance", f"off by {figures['energy_drift']:.1e} of the energy turned over"),
-    ]
-    for row in rows:
-        shown.add_row(*row)
-    if "saved" in figures:
-        shown.add_row("saved", str(figures["saved"]))
-    shown.print()
-
-
-def _error_rows(figures: Mapping[str, object]) -> list[tuple[str, str]]:
-    rows = [
-        ("tool error", f"{figures['error_rms_m']:.4g} m rms of {figures['samples']} samples"),
-        ("", f"{figures['error_rms_over_time_m']:.4g} m rms over time"),
-        ("", f"{figures['error_worst_m']:.4g} m at worst, {figures['error_last_m']:.4g} m at the end"),
-        ("tool velocity error", f"{figures['error_rms_m_per_s']:.4g} m/s rms of the samples"),
-    ]
-    if "error_worst_rad" in figures:
-        turned = f"{figures['error_worst_rad']:.4g} rad at worst, {figures['error_last_rad']:.4g} rad at the end"
-        rows.append(("orientation error", turned))
-    return rows
-
-
-def _short(gain: npt.ArrayLike) -> str:
-    rows = [" ".join(f"{value:g}" for value in row) for row in np.atleast_2d(np.asarray(gain, dtype=np.float64))]
-    return rows[0] if len(rows) == 1 else f"[{'; '.join(rows)}]"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import isfinite
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.compile.equations import newton
+from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.functions.library import Library
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.errors import InputError
@@ -45,13 +47,14 @@ class ChainClosing:
     def to(self, q: Array, target: Array) -> Posture | None:
         """From the closed `q` to the actuated `target`; None where it is not plainly on the same branch."""
         step = self.library["step"]
+        kernel, next_q, open_by = step.kernel, step.place("q_next"), step.place("residual")
         last: float | None = None
         worst = np.inf
         for _ in range(newton.STEPS):
-            parts = step(q, target, self.parameters)
-            if parts is None:
+            y = kernel(q, target, self.parameters)
+            if not (y[-1] <= STRAIN_LIMIT and isfinite(np.add.reduce(y))):
                 return None
-            after, residual = parts["q_next"], parts["residual"]
+            after, residual = y[next_q], y[open_by]
             size = float(np.maximum.reduce(np.abs((after - q) / self.q_scale), initial=0.0))
             gap = float(np.maximum.reduce(np.abs(residual * self.row_scale), initial=0.0))
             if last is not None and newton.arrived(gap, worst):

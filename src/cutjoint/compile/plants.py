@@ -64,7 +64,9 @@ class Stretches:
         step = library.program("step") if settled and source.rows else None
         places = tuple(int(k) for k in getattr(source, "actuated", range(source.n))) if step else ()
         self.motion = MotionPrograms(library.program(motion), step, places)
-        self._advance = backend(options.backend).advance(self.motion, RELATIVE, ABSOLUTE, STRAIN_LIMIT)
+        self._advance = backend(options.backend).advance(
+            self.motion, RELATIVE, ABSOLUTE, STRAIN_LIMIT, kept=options.cached
+        )
         self._values = values
 
     def __call__(self, q: Array, v: Array, effort: Array, span: float, ahead: float) -> Stretched | None:
@@ -138,9 +140,7 @@ class CompiledChainPlant(ConstrainedPlant):
         if not (self._reduced and states):
             return [self.observe(state) for state in states]
         q, v = np.array([one.q for one in states]), np.array([one.v[self.actuated] for one in states])
-        closed, good = self._library.interpreted("step").batch(
-            [q, q[:, list(self.robot.source.actuated)], self._values]
-        )
+        closed, good = self._library.soon("step").batch([q, q[:, list(self.robot.source.actuated)], self._values])
         rows = zip(states, looked(self._library, [q, v, self._values]), good, closed["residual"], strict=True)
         return [
             self.observe(state) if seen is None or not well else self._observation(state, seen, self._gap(residual))
@@ -206,8 +206,8 @@ class CompiledPaperPlant(ReducedPlant):
 
 def looked(library: Library, arguments: Sequence[Array]) -> Iterator[dict[str, Array] | None]:
     """Tool and energies of many states, row by row; None where they must not be trusted."""
-    tools, good = library.interpreted("tool").batch(arguments)
-    energies, well = library.interpreted("energy").batch(arguments)
+    tools, good = library.soon("tool").batch(arguments)
+    energies, well = library.soon("energy").batch(arguments)
     for k, trusted in enumerate(good & well):
         yield {name: x[k] for name, x in {**tools, **energies}.items()} if trusted else None
 

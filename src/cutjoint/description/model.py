@@ -232,6 +232,12 @@ class RobotDescription(Frozen):
         """The cuts that close loops: those without a bushing."""
         return tuple(cut for cut in self.cuts if cut.bushing is None)
 
+    @property
+    def acting(self) -> tuple[str, ...]:
+        """Names of the joints and cuts that do something by themselves."""
+        joints = tuple(one.name for one in self.joints if one.physics != NO_PHYSICS)
+        return joints + tuple(one.name for one in self.cuts if one.physics != NO_PHYSICS or one.bushing is not None)
+
     def ideal(self) -> RobotDescription:
         """A copy whose joints move freely: no damping, friction, springs, rotors or stops, and no bushings."""
         joints = tuple(replace(one, physics=NO_PHYSICS) for one in self.joints)

@@ -7,6 +7,7 @@
     tool            x .y .z .roll .pitch .yaw
     gravity         x .y .z
 
+Only what does something has a path: no damping of what does not move, no rotor of a cut, no stops without limits.
 Some paths are several numbers: `com`, `inertia`, `origin.xyz`, `origin.rpy`, `a.xyz`, ..., `gravity`.  A name may hold
 dots.  What stands at a path is read and changed by `cutjoint.description.values`.
 """
@@ -20,7 +21,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.description.model import Bushing, JointPhysics, RobotDescription
+from cutjoint.description.cuts import Freedom
+from cutjoint.description.model import Bushing, CutJoint, Joint, JointPhysics, JointType, RobotDescription
 from cutjoint.errors import InputError, UnknownNameError
 
 PLACE = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -29,6 +31,8 @@ TENSOR = ("xx", "yy", "zz", "xy", "xz", "yz")
 """An inertia [kg m2], as `Inertial.entries` has it."""
 PHYSICS = tuple(one.name for one in fields(JointPhysics))
 BUSHING = tuple(one.name for one in fields(Bushing))
+_STOPS = ("stop_stiffness", "stop_damping")
+_MOTOR = ("rotor", "gear", *_STOPS)
 _SIGNED = {"rest", "gear", "ratio", "offset"}
 """What may be negative of what is no place, moment or inertia."""
 
@@ -95,13 +99,15 @@ class Path:
         """Check values, of any shape, that the number shall have.
 
         Raises:
-            InputError: not finite, or negative where that means nothing.
+            InputError: not finite, negative where that means nothing, or a gear of 0.
         """
         numbers = np.asarray(values, dtype=np.float64)
         if not np.isfinite(numbers).all():
             raise InputError(f"{self} must be finite, found {numbers[~np.isfinite(numbers)].flat[0]}")
         if self.never_negative and (numbers < 0.0).any():
             raise InputError(f"{self} must be >= 0, found {float(numbers.min()):g}")
+        if self.field == "gear" and (numbers == 0.0).any():
+            raise InputError(f"{self} must be how many times as fast the rotor moves, found 0; 1 without a gear")
 
 
 def paths(robot: RobotDescription) -> tuple[str, ...]:
@@ -111,7 +117,7 @@ def paths(robot: RobotDescription) -> tuple[str, ...]:
 
 def every_path(robot: RobotDescription) -> tuple[Path, ...]:
     """The same as values."""
-    return tuple(Path(part, name, field) for part, name in _things(robot) for field in _fields(robot, part, name))
+    return tuple(Path(part, name, field) for part, name in _things(robot) for field in fields_of(robot, part, name))
 
 
 def numbers_at(robot: RobotDescription, path: str) -> tuple[Path, ...]:
@@ -119,13 +125,16 @@ def numbers_at(robot: RobotDescription, path: str) -> tuple[Path, ...]:
 
     Raises:
         UnknownNameError: there is none; it names the nearest path.
+        InputError: it is no text.
     """
+    if not isinstance(path, str):
+        raise InputError(f"a path is text such as 'links.NAME.mass', found {path!r}")
     things = list(_things(robot))
     for part, name in sorted(things, key=lambda thing: -len(thing[1])):
         start = ".".join(one for one in (part, name) if one)
         if path != start and not path.startswith(f"{start}."):
             continue
-        field, known = path[len(start) + 1 :], _fields(robot, part, name)
+        field, known = path[len(start) + 1 :], fields_of(robot, part, name)
         if field in known:
             return (Path(part, name, field),)
         if field in GROUPS[part]:
@@ -147,7 +156,32 @@ def _things(robot: RobotDescription) -> Iterator[tuple[str, str]]:
     yield from ((part, "") for part in _NAMELESS if part != "tool" or robot.tool is not None)
 
 
-def _fields(robot: RobotDescription, part: str, name: str) -> tuple[str, ...]:
-    if part == "cuts" and next(cut for cut in robot.cuts if cut.name == name).bushing is None:
-        return tuple(field for field in FIELDS[part] if not field.startswith("bushing."))
-    return FIELDS[part]
+def fields_of(robot: RobotDescription, part: str, name: str) -> tuple[str, ...]:
+    """The numbers of one of its things, those that do something."""
+    unused: tuple[str, ...] = ()
+    if part == "joints":
+        unused = _unused_of_joint(robot.joint(name))
+    elif part == "cuts":
+        unused = _unused_of_cut(next(cut for cut in robot.cuts if cut.name == name))
+    return tuple(field for field in FIELDS[part] if field not in unused)
+
+
+def _unused_of_joint(joint: Joint) -> tuple[str, ...]:
+    """What of its physics does nothing, whatever number it has."""
+    kind, limits = joint.type, joint.limits
+    if not kind.moves:
+        return PHYSICS
+    if not kind.single and any(kind.lengths):
+        return tuple(name for name in PHYSICS if name != "damping")
+    stops = kind.single and (limits.lower is not None or limits.upper is not None)
+    return (*(() if stops else _STOPS), *(("rest",) if kind is JointType.SPHERICAL else ()))
+
+
+def _unused_of_cut(cut: CutJoint) -> tuple[str, ...]:
+    """The same; a bushing moves every way by itself, and a rigid cut has none."""
+    freedoms = cut.type.freedoms
+    if cut.bushing is not None:
+        turns = any(not one.is_length for one in cut.type.equations)
+        return (*PHYSICS, *(() if turns else _under("bushing", BUSHING[2:])))
+    ball = ("rest",) if Freedom.BALL in freedoms else ()
+    return (*_under("bushing", BUSHING), *((*_MOTOR, *ball) if freedoms else PHYSICS))

@@ -45,13 +45,16 @@ def number(robot: RobotDescription, path: Path) -> float:
             return float(coupling.ratio if last == "ratio" else coupling.offset)
     if last in PLACE:
         return place_of(placement_at(robot, path))[PLACE.index(last)]
-    one = robot.joint(path.name) if path.part == "joints" else _cut(robot, path.name)
     if head == "bushing":
-        assert isinstance(one, CutJoint)
-        return float(getattr(one.bushing, last))
-    physics = one.physics
+        return float(getattr(_cut(robot, path.name).bushing, last))
+    physics = physics_of(robot, path)
     found = physics.speed if last == "friction_speed" else getattr(physics, last)
     return 0.0 if found is None else float(found)
+
+
+def physics_of(robot: RobotDescription, path: Path) -> JointPhysics:
+    """What the joint or cut of a path does by itself."""
+    return (robot.joint(path.name) if path.part == "joints" else _cut(robot, path.name)).physics
 
 
 def placement_at(robot: RobotDescription, path: Path) -> Array:

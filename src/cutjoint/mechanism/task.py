@@ -247,10 +247,10 @@ class Condition:
         if self._turns and away.any():
             *vector, w = self._away(rotation)
             q, rate = np.array(vector), self._into @ away
-            half = w * np.eye(3) - crossing(q)
+            half = w * _UNIT - crossing(q)
             q_rate, w_rate = 0.5 * half @ rate, -0.5 * float(q @ rate)
-            swept = half @ self._into @ np.cross(wanted_twist[3:], away)
-            found[3:] = (w_rate * np.eye(3) - crossing(q_rate)) @ rate - swept
+            swept = half @ (self._into @ (crossing(wanted_twist[3:]) @ away))
+            found[3:] = w_rate * rate - crossing(q_rate) @ rate - swept
         return found[self._rows]
 
     def _away(self, rotation: Array) -> Quaternion:

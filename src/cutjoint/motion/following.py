@@ -32,6 +32,8 @@ CLOSED = 1e-14
 NOTHING, NANOMETRE = 1e-6, 1e-9
 """Levers that are rounding: beside the distance from the origin, and in metres."""
 STEPS = 30
+FAR_FROM_SINGULAR = 1e4
+"""Largest over smallest singular value up to which rates are found by the inverse matrix; beyond, with more care."""
 
 
 class Demand(Protocol):
@@ -252,6 +254,7 @@ class _Rates:
         self._whole = whole
         matrix = led * whole.units / whole.weights[:, None]
         self._matrix = matrix if whole.combinations is None else matrix @ whole.combinations
+        self._inverse: Array | None = None
         self._is_regular = False
 
     def size_of(self, wanted: Array) -> float:
@@ -274,7 +277,9 @@ class _Rates:
             return np.zeros(whole.mechanism.n)
         self._check()
         right = wanted / whole.weights
-        if matrix.shape[0] == matrix.shape[1]:
+        if self._inverse is not None:
+            found = self._inverse @ right
+        elif matrix.shape[0] == matrix.shape[1]:
             found = np.linalg.solve(matrix, right)
         else:
             found = np.linalg.lstsq(matrix, right, rcond=None)[0]
@@ -290,6 +295,10 @@ class _Rates:
     def _check(self) -> None:
         if self._is_regular:
             return
+        self._inverse = _plain_inverse(self._matrix)
+        if self._inverse is not None:
+            self._is_regular = True
+            return
         sizes = np.linalg.svd(self._matrix, compute_uv=False)
         if sizes[-1] <= tolerances.SINGULAR.value * sizes[0]:
             name, task = self._whole.mechanism.name, self._whole.task
@@ -300,6 +309,21 @@ class _Rates:
                 limit=tolerances.SINGULAR.value,
             )
         self._is_regular = True
+
+
+def _plain_inverse(matrix: Array) -> Array | None:
+    """The inverse of a square matrix that is far from singular, else None.
+
+    The product of both sizes is at least the largest singular value over the smallest one.
+    """
+    if matrix.shape[0] != matrix.shape[1]:
+        return None
+    try:
+        inverse = np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
+        return None
+    squares = matrix.ravel().dot(matrix.ravel()) * inverse.ravel().dot(inverse.ravel())
+    return np.asarray(inverse) if squares < FAR_FROM_SINGULAR**2 else None
 
 
 def _size(mechanism: Mechanism) -> float:

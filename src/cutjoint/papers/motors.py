@@ -35,9 +35,14 @@ def checked(motors: JointPhysics | Sequence[JointPhysics], actuators: Sequence[A
         InputError: not as many as actuators, a number that is negative or not finite, a spring without rest
             position, or what only joints with limits and events have.
     """
+    wanted = f"motors must be one JointPhysics, or {len(actuators)} of them; found "
+    if not isinstance(motors, JointPhysics | Sequence):
+        raise InputError(f"{wanted}the {type(motors).__name__} {motors!r}")
     given = (motors,) * len(actuators) if isinstance(motors, JointPhysics) else tuple(motors)
+    if strangers := [one for one in given if not isinstance(one, JointPhysics)]:
+        raise InputError(f"{wanted}the {type(strangers[0]).__name__} {strangers[0]!r}")
     if len(given) != len(actuators):
-        raise InputError(f"motors must be one JointPhysics, or {len(actuators)} of them; found {len(given)}")
+        raise InputError(f"{wanted}{len(given)}")
     for one, actuator in zip(given, actuators, strict=True):
         numbers = {"damping": one.damping, "friction": one.friction, "stiffness": one.stiffness, "rotor": one.rotor}
         for name, value in (*numbers.items(), ("friction_speed", one.speed)):

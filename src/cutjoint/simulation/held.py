@@ -1,59 +1,63 @@
 """What the friction of joints that stick holds, at states of a run that is over.
 
-A result does not tell it, and it depends on the motion: the rates of joints that stick stay zero.  Accelerations are
-affine in the forces, so those that hold are solved for, as the run did (`cutjoint.simulation.stiction`); a joint whose
-friction is not enough slips the way it is pushed.  Where several joints of one motion stick, the least forces hold it.
+A result does not tell it, and it depends on the motion: the rates of joints that stick stay zero.  It is solved for as
+in the run (`cutjoint.simulation.stiction`): a joint whose friction is not enough slips the way it is pushed, and where
+several joints of one motion stick, the least forces hold it.
 """
 
 from __future__ import annotations
+
+from functools import cached_property
 
 import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.mechanism import Loads, Posture
+from cutjoint.simulation.constrained import ConstrainedPlant
+from cutjoint.simulation.locks import Locks
+from cutjoint.simulation.plant import State
+from cutjoint.simulation.stiction import Stiction
 
 RESTS = 1e-9
 """A rate below this part of the largest of the run is that of a joint which sticks."""
-ENOUGH = 1e-9
-"""By what part a force may exceed the friction that holds it, for rounding."""
 
 
-def with_held(
-    chain: ClosedChain, at: Posture, motion: tuple[Array, Array], loads: Loads, fastest: float
-) -> tuple[Array, Array]:
-    """Velocity and effort of all joints, shape (nv,), those that stick at rest and held by their friction.
+class HeldJoints:
+    """The joints of a chain that stick.
 
     Args:
-        motion: velocity and effort of all joints without it.
+        chain: the robot.
         fastest: largest rate of joints with stiction in the run, [m/s] or [rad/s].
     """
-    v, effort = (one.copy() for one in motion)
-    index = np.array([i for i in chain.sticking if abs(v[i]) <= RESTS * fastest], dtype=int)
-    if not index.size:
-        return v, effort
-    v[index] = 0.0
-    friction = np.array([chain.sticking[int(i)] for i in index])
 
-    def accelerates(forces: Array) -> Array:
-        given = effort.copy()
-        given[index] += forces
-        return np.asarray(chain.full_forward_dynamics(at, v, given, loads).acceleration[index])
+    def __init__(self, chain: ClosedChain, fastest: float) -> None:
+        self._chain, self._rest = chain, RESTS * fastest
+        self._joints = np.array(list(chain.sticking), dtype=int)
 
-    free = accelerates(np.zeros(len(index)))
-    per_force = np.column_stack(
-        [(accelerates(one) - free) / size for one, size in zip(np.diag(friction), friction, strict=True)]
-    )
-    forces, sticks = np.zeros(len(index)), np.ones(len(index), dtype=bool)
-    while sticks.any():
-        wanted = -(free + per_force[:, ~sticks] @ forces[~sticks])
-        own = per_force[np.ix_(sticks, sticks)] * friction[sticks]
-        forces[sticks] = friction[sticks] * np.linalg.lstsq(own, wanted[sticks], rcond=RESTS)[0]
-        excess = np.where(sticks, np.abs(forces) / friction - 1.0, -1.0)
-        worst = int(excess.argmax())
-        if excess[worst] <= ENOUGH:
-            break
-        sticks[worst] = False
-        forces[worst] = friction[worst] * np.sign(forces[worst])
-    effort[index] += forces
-    return v, effort
+    @cached_property
+    def _plant(self) -> ConstrainedPlant:
+        """The chain in full coordinates."""
+        return ConstrainedPlant(self._chain, project=False)
+
+    def motion(self, at: Posture, v: Array, effort: Array, loads: Loads) -> tuple[Array, Array]:
+        """Velocity and effort of all joints, shape (nv,), those that stick at rest and held by their friction.
+
+        Args:
+            at: where the robot is.
+            v: velocity of all joints, shape (nv,).
+            effort: of the actuators, shape (n,).
+            loads: from outside.
+        """
+        full = self._chain.full_effort(effort)
+        at_rest = np.abs(v[self._joints]) <= self._rest
+        if not at_rest.any():
+            return v, full
+        v = v.copy()
+        v[self._joints[at_rest]] = 0.0
+        state, push = State(at.q_full, v), self._chain.full_load_effort(at, loads)
+        stiction = Stiction(self._plant, Locks(self._plant, ()), state)
+        stiction.settle(state, effort, push)
+        full = full.copy()
+        full[self._joints[at_rest]] += stiction.forces(state, effort, push)[at_rest]
+        return v, full

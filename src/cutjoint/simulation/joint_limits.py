@@ -2,8 +2,7 @@
 
 Limits are watched at every state that is accepted or recorded, not at the stages of a method, which may overshoot.  A
 joint that starts beyond its limits may come back, but not go further: how far it is beyond them may only fall.  The
-time of a crossing is bisected on what the method knows between two states: its interpolant, or else the cubic through
-the states and slopes at both ends (Hermite), whose error is of the order of the step to the fourth.
+time of a crossing is bisected on what is known between two states (`cutjoint.simulation.interpolant`).
 """
 
 from __future__ import annotations
@@ -101,18 +100,3 @@ def crossing(inside: float, beyond: float, passed: Callable[[float], Passed | No
         else:
             beyond = middle
     return inside
-
-
-def hermite(start: tuple[float, Array, Array], end: tuple[float, Array, Array]) -> Callable[[float], Array]:
-    """The cubic in time through time [s], values and slopes at both ends."""
-    t0, y0, f0 = start
-    t1, y1, f1 = end
-    h = t1 - t0
-
-    def between(t: float) -> Array:
-        s = (t - t0) / h
-        rest = 1.0 - s
-        values = rest * rest * (1.0 + 2.0 * s) * y0 + s * s * (1.0 + 2.0 * rest) * y1
-        return values + s * rest * h * (rest * f0 - s * f1)
-
-    return between

@@ -167,7 +167,7 @@ OBSERVABLES: dict[str, Observable] = {
 
 DESIRED = ("desired_q", "desired_v", "desired_tool", "desired_tool_velocity", "desired_orientation")
 """The columns of what was desired."""
-BUILT = ("measured_q", "measured_v", "asked", "command", "rotor_q", "rotor_v")
+HARDWARE = ("measured_q", "measured_v", "asked", "command", "rotor_q", "rotor_v")
 """The columns of runs with hardware; the rotors' only where gears have play."""
 
 

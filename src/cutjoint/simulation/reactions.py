@@ -22,7 +22,7 @@ from cutjoint.errors import ActuationError, InputError, UnknownNameError
 from cutjoint.files import check_place, write_whole
 from cutjoint.mechanism import Load, Posture
 from cutjoint.mechanism.loads import as_loads
-from cutjoint.simulation.held import with_held
+from cutjoint.simulation.held import HeldJoints
 from cutjoint.simulation.plant import Observation
 from cutjoint.simulation.pushing import RunLoads
 from cutjoint.simulation.result import Result
@@ -145,9 +145,10 @@ def reactions_of(
     unique = np.ones((len(chosen), 6), dtype=bool)
     states = [(at := _posture(result, chain, i), _velocity(chain, at, result.v[i])) for i in range(len(result))]
     fastest = max((abs(float(v[index])) for _, v in states for index in chain.sticking), default=0.0)
+    held = HeldJoints(chain, fastest)
     for i, (at, v) in enumerate(states):
         outside = pushed(float(result.time[i]), _observation(result, i)) if callable(pushed) else pushed
-        moving, effort = with_held(chain, at, (v, chain.full_effort(result.effort[i])), outside, fastest)
+        moving, effort = held.motion(at, v, result.effort[i], outside)
         found = chain.full_reactions(at, moving, effort_full=effort, loads=outside, stiffness=stiffness)
         for k, name in enumerate(chosen):
             one: Reaction = found[name]

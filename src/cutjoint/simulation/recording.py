@@ -24,7 +24,7 @@ class Kept(NamedTuple):
     signals: Signals | None
 
 
-class Recording:
+class Recorder:
     """The samples of a run of `plant`."""
 
     def __init__(self, plant: Plant) -> None:

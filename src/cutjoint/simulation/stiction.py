@@ -5,7 +5,8 @@ What holds a joint that sticks is found with the motion: accelerations are affin
 solved for with which the rates of the joints stay zero.  No spring and no speed has to be chosen.
 
     slips    until its rate passes through zero; then it sticks, where its friction is enough to hold it, or turns round
-    sticks   until what holds it exceeds its friction; then it slips the way it is pushed
+    sticks   until the friction of all joints that stick is not enough to hold them (`bounded_friction`); then those
+             slip that accelerate
 
 The instants are found on the interpolant of the step, by bisection: to rounding, and as exact as the interpolant.
 
@@ -17,9 +18,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.errors import InputError
+from cutjoint.simulation.bounded_friction import bounded
 from cutjoint.simulation.locks import Locks
 from cutjoint.simulation.plant import Plant, State
 
@@ -28,10 +31,8 @@ LOOKS = 3
 missed."""
 HALVINGS = 44
 """Bisections: to rounding."""
-ENOUGH = 1e-12
-"""By what part a force may exceed the friction that holds it, for rounding."""
-UNMET = 1e-9
-"""A joint that keeps more than this part of its acceleration is not held."""
+HELD, LET_GO = 1e-9, 1e-10
+"""A joint at rest that accelerates by more than this part of what acts on it ends its mode; and slips from then on."""
 RESTED = 1e-9
 """Largest change, as part of the largest rate until then, by which joints that stick are put to rest."""
 RESTS = 1e-13
@@ -63,29 +64,31 @@ class Stiction:
         return np.asarray(self._plant.joint_rows(state, self._index)[0] @ state.v)
 
     def motion(self, state: State, effort: Array, push: Array | None) -> tuple[Array, Array]:
-        """Efforts and acceleration as `Locks.motion` gives them, with the friction of these joints."""
-        found = self._solved(state, effort, push)
-        return found[0], found[1]
+        """Efforts and acceleration as `Locks.motion` gives them, with the friction of the joints that slip, and those
+        that stick at rest."""
+        held, known, own = self._acting(state, push)
+        if not held.size:
+            return self._locks.motion(state, effort, known)
+        response, free, drift = self._response(state, effort, known, own, held)
+        found = np.linalg.lstsq(response, -(own @ free + drift), rcond=1e-12)[0]
+        if not np.isfinite(found).all():
+            raise InputError("what holds the joints that stick cannot be told: the posture is singular")
+        return self._locks.motion(state, effort, known + own.T @ found)
 
     def settle(self, state: State, effort: Array, push: Array | None) -> bool:
-        """Let go joints that are not held, one after the other; whether any was."""
-        changed = False
-        for _ in range(len(self._index)):
-            excess = self.excess(state, effort, push)
-            worst = int(excess.argmax())
-            if excess[worst] <= ENOUGH:
-                break
-            self._let_go(worst, state, effort, push)
-            changed = True
-        return changed
+        """Which of the joints at rest stick and which slip from now on; whether any changes its mode."""
+        rests = (self.modes == 0.0) | (np.abs(self.rates(state)) <= RESTS * self._fastest)
+        if not rests.any():
+            return False
+        before = self.modes.copy()
+        self.modes[rests] = 0.0
+        _, accelerations = self._held(state, effort, push, LET_GO)
+        self.modes[rests] = np.sign(accelerations[rests])
+        return not np.array_equal(before, self.modes)
 
-    def _let_go(self, joint: int, state: State, effort: Array, push: Array | None) -> None:
-        self.modes[joint] = -np.sign(self._forces(state, effort, push)[joint])
-
-    def excess(self, state: State, effort: Array, push: Array | None) -> Array:
-        """By what part what holds every joint exceeds its friction; -1 of those that slip, shape (k,)."""
-        forces = np.abs(self._forces(state, effort, push)) / self._friction - 1.0
-        return np.where(self.modes == 0.0, forces, -1.0)
+    def forces(self, state: State, effort: Array, push: Array | None) -> Array:
+        """Friction on every joint, along its rate, shape (k,)."""
+        return self._held(state, effort, push, HELD)[0]
 
     def passed(self, state: State, effort: Array, push: Array | None) -> int | None:
         """A joint whose mode ends at or before a state, or None."""
@@ -94,9 +97,9 @@ class Stiction:
             return int(turned[0])
         if not (self.modes == 0.0).any():
             return None
-        excess = self.excess(state, effort, push)
-        worst = int(excess.argmax())
-        return worst if excess[worst] > ENOUGH else None
+        _, accelerations = self._held(state, effort, push, HELD)
+        worst = int(np.abs(accelerations).argmax())
+        return worst if accelerations[worst] else None
 
     def first(
         self, t: float, end: float, passed: Callable[[float], int | None], looks: int
@@ -129,12 +132,9 @@ class Stiction:
         grows = float((rows @ self.motion(state, effort, push)[1] + drift)[0])
         return float((rows @ state.v)[0]) / grows if grows else 0.0
 
-    def switch(self, joint: int, state: State, effort: Array, push: Array | None) -> None:
-        """The mode of a joint has ended: what stuck slips, and what slipped sticks, unless `settle` lets it go."""
-        if self.modes[joint] == 0.0:
-            self._let_go(joint, state, effort, push)
-        else:
-            self.modes[joint] = 0.0
+    def stop(self, joint: int) -> None:
+        """The mode of a joint has ended: it is at rest, and `settle` says whether it sticks."""
+        self.modes[joint] = 0.0
 
     def at_rest(self, state: State) -> Array:
         """The velocity of a state with the joints that stick at rest, shape (nv,)."""
@@ -149,33 +149,33 @@ class Stiction:
         moves_on = 0.0 < RESTED * self._fastest < np.abs(change).max()
         return state.v if moves_on else np.asarray(state.v - change)
 
-    def _forces(self, state: State, effort: Array, push: Array | None) -> Array:
-        """Friction on every joint, along its rate, shape (k,); infinite where no friction could hold it, as at the
-        moment at which its rate passes through zero while the robot moves on."""
-        return self._solved(state, effort, push)[2]
+    def _held(self, state: State, effort: Array, push: Array | None, enough: float) -> tuple[Array, Array]:
+        """Friction on every joint, and accelerations of those that stick, as far as friction leaves any: those above
+        the part `enough` of what acts on them, else 0; shape (k,) each."""
+        forces, accelerations = -self.modes * self._friction, np.zeros(len(self.modes))
+        held, known, own = self._acting(state, push)
+        if held.size:
+            response, free, drift = self._response(state, effort, known, own, held)
+            bounds = self._friction[held]
+            forces[held], left = bounded(response, own @ free + drift, bounds)
+            sizes = np.abs(response) @ bounds + np.abs(own) @ np.abs(free) + np.abs(drift)
+            accelerations[held] = np.where(np.abs(left) > enough * sizes, left, 0.0)
+        return forces, accelerations
 
-    def _solved(self, state: State, effort: Array, push: Array | None) -> tuple[Array, Array, Array]:
-        """Efforts, acceleration, and friction forces."""
-        rows, drift = self._plant.joint_rows(state, self._index)
+    def _acting(self, state: State, push: Array | None) -> tuple[npt.NDArray[np.intp], Array, Array]:
+        """Joints that stick; what pushes the plant beside what holds them, shape (nv,); and the rows of their rates."""
+        rows = self._plant.joint_rows(state, self._index)[0]
         # the plant has the friction that goes with the sign of the rate; that of the mode stands in its place
-        forces = -self.modes * self._friction
-        instead = forces + self._friction * np.sign(rows @ state.v)
+        instead = self._friction * (np.sign(rows @ state.v) - self.modes)
         known = rows.T @ instead if push is None else push + rows.T @ instead
         held = np.flatnonzero(self.modes == 0.0)
-        effort_there, free = self._locks.motion(state, effort, known)
-        if not held.size:
-            return effort_there, free, forces
-        own = rows[held]
-        response = np.empty((held.size, held.size))
-        for column, row in enumerate(own):
-            response[:, column] = own @ (self._locks.motion(state, effort, known + row)[1] - free)
-        wanted = -(own @ free + drift[held])
-        found = np.linalg.lstsq(response, wanted, rcond=1e-12)[0]
-        if not np.isfinite(found).all():
-            raise InputError("what holds the joints that stick cannot be told: the posture is singular")
-        left = response @ found - wanted
-        sizes = np.abs(wanted) + np.abs(own) @ np.abs(free) + np.abs(drift[held])
-        effort_there, moved = self._locks.motion(state, effort, known + own.T @ found)
-        forces = forces.copy()
-        forces[held] = np.where(np.abs(left) > UNMET * sizes, np.copysign(np.inf, wanted), found)
-        return effort_there, moved, forces
+        return held, known, rows[held]
+
+    def _response(
+        self, state: State, effort: Array, known: Array, own: Array, held: npt.NDArray[np.intp]
+    ) -> tuple[Array, Array, Array]:
+        """Accelerations of the joints that stick by their friction forces (k, k); acceleration without these (nv,); and
+        what the joints accelerate beside it (k,)."""
+        free = self._locks.motion(state, effort, known)[1]
+        columns = [own @ (self._locks.motion(state, effort, known + row)[1] - free) for row in own]
+        return np.array(columns).T, free, self._plant.joint_rows(state, self._index)[1][held]

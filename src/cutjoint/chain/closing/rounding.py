@@ -14,13 +14,13 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from scipy.linalg import qr
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.assembling import nearest
 from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.closing.newton import settle
+from cutjoint.chain.factoring import pivots_of
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import singular_values
 from cutjoint.errors import ClosureError, RoundingWarning
@@ -51,7 +51,7 @@ def trusted_rows(kinematics: Kinematics, q: Array, driver: Driver | None) -> Arr
     rank = int(np.count_nonzero(values > bound))
     if rank == len(matrix):
         return None
-    order = qr(matrix.T, mode="r", pivoting=True)[1]
+    order = pivots_of(matrix.T)
     return np.sort(order[:rank])
 
 

@@ -7,20 +7,17 @@ the way is not plainly on one branch, the answer is None, and the caller walks (
 
 from __future__ import annotations
 
-from itertools import count
-from math import inf, prod, sqrt
-from operator import ne
+from math import inf, sqrt
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import qr
-from scipy.linalg.lapack import dgesv, dgetrs
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.closing.equations import SMALL, Equations, System
 from cutjoint.chain.closing.newton import newton
+from cutjoint.chain.factoring import LU, pivots_of
 from cutjoint.chain.kinematics import Placed
 from cutjoint.chain.tangent import QuickTangents, are_trusted
 
@@ -52,7 +49,7 @@ def _rows_of(quick: QuickTangents, system: System, driver: Driver) -> npt.NDArra
     if tangent is None:
         return None
     driven = system.scales.driven * driver.jacobian(regular) / system.k.column_scale
-    order = qr((driven @ tangent.map).T, mode="r", pivoting=True)[1]
+    order = pivots_of((driven @ tangent.map).T)
     return np.sort(order[:wanted])
 
 
@@ -61,23 +58,22 @@ class _ChosenSteps:
 
     def __init__(self, rows: npt.NDArray[np.intp]) -> None:
         self._rows, self._size, self._start = rows, inf, 0.0
-        self._factors: Array | None = None
+        self._factors: LU | None = None
         self.best: Placed | None = None
 
     def next(self, here: Equations) -> Array | None:
         error = here.error.take(self._rows)
         if self._factors is None or self._size > SMALL:
-            self._factors, self._pivots, solved, failed = dgesv(here.matrix.take(self._rows, 0), error)
-            diagonal = self._factors.diagonal().tolist()
-            determinant = _determinant(diagonal, self._pivots)
+            self._factors = LU(here.matrix.take(self._rows, 0))
+            determinant = self._factors.determinant
             self._start = self._start or determinant
             within = determinant / self._start if self._start else 0.0
-            trusted = not failed and are_trusted(diagonal) and 1.0 / LARGEST_CHANGE < within < LARGEST_CHANGE
+            trusted = are_trusted(self._factors.pivots) and 1.0 / LARGEST_CHANGE < within < LARGEST_CHANGE
             if not trusted:
                 self.best = None
                 return None
-        else:  # so near the end the last factors are as good as new ones
-            solved, _ = dgetrs(self._factors, self._pivots, error)
+        # so near the end the last factors are as good as new ones
+        solved = self._factors.solve(error)
         last, self._size = self._size, sqrt(solved.dot(solved))
         return None if self._size > min(tolerances.STRIDE.value, 0.3 * last) else -solved
 
@@ -85,8 +81,3 @@ class _ChosenSteps:
         """After a small step only: what a large one does to the determinant is to be seen at its end."""
         self.best = here.placed if here.openness < 1.0 else None
         return self._size < SMALL and here.is_closed(motion=self._size)
-
-
-def _determinant(diagonal: list[float], pivots: Array) -> float:
-    product: float = prod(diagonal)
-    return -product if sum(map(ne, pivots.tolist(), count())) % 2 else product

@@ -157,11 +157,13 @@ class Library:
 
     def program(self, what: str) -> Program:
         """The instructions of the function called `what`, checked but not compiled; errors as of it."""
-        found = self._functions.get(what)
-        return self._made(function(what), interpreted=True)[0].kernel.program if found is None else found.kernel.program
+        return self.soon(what).kernel.program
 
-    def interpreted(self, what: str) -> CompiledFunction:
-        """The function called `what` without machine code: for batches that are done once."""
+    def soon(self, what: str) -> CompiledFunction:
+        """The function called `what`, for what is done once: in machine code where that is kept from process to
+        process, or there already, else interpreted; errors as of it."""
+        if self.options.cached or what in self._functions:
+            return self[what]
         return self._made(function(what), interpreted=True)[0]
 
     def _make(self, row: Function) -> CompiledFunction:
@@ -179,10 +181,15 @@ class Library:
                 kept = self._compiled(row, stored, interpreted)
                 if not self._check(kept):
                     return kept, True
+                kept.kernel.forget()
             cache.drop(name)
         program = row.program(self.source, fused=fused)
         made = self._compiled(row, program, interpreted)
         wrong = self._check(made)
+        if wrong:  # machine code of an earlier process is wrong, if anything
+            made.kernel.forget()
+            made = self._compiled(row, program, interpreted)
+            wrong = self._check(made)
         if wrong:
             raise CompileError(
                 f"'{row.name}' of {self.source.name}, compiled, does not agree with the model it was made from: "
@@ -195,7 +202,9 @@ class Library:
     def _compiled(self, row: Function, program: Program, interpreted: bool) -> CompiledFunction:
         options = self.options
         kind = Interpreter if interpreted else backend(options.backend).kernel
-        return CompiledFunction(row, kind(program, fast=options.fast, quick=options.quick), self.source)
+        return CompiledFunction(
+            row, kind(program, fast=options.fast, quick=options.quick, kept=options.cached), self.source
+        )
 
     def _reported(self, made: CompiledFunction, cached: bool, seconds: float) -> CompiledFunction:
         if self.options.report is not None:

@@ -14,7 +14,9 @@ def _no_runs(parts: LoopParts, *, fast: bool = False) -> Runs:
     raise InputError("this back end does not simulate many runs in one loop; compile the plant with backend='llvm'")
 
 
-def _no_advance(motion: MotionPrograms, relative: float, absolute: float, limit: float) -> Advance:
+def _no_advance(
+    motion: MotionPrograms, relative: float, absolute: float, limit: float, *, kept: bool = False
+) -> Advance:
     raise InputError("this back end does not integrate in machine code; compile the plant with backend='llvm'")
 
 
@@ -26,14 +28,14 @@ class Backend:
         kernel: makes a program callable.
         fused: whether it computes a b + c in one instruction; programs are made accordingly.
         runs: makes a loop over many runs; by default it is refused.
-        advance: makes an integrator of (equations of motion, relative and absolute tolerance, limit of the strain); by
-            default it is refused.
+        advance: makes an integrator of (equations of motion, relative and absolute tolerance, limit of the strain) and
+            `kept`, whether machine code is kept for the next process; by default it is refused.
     """
 
     kernel: type[Kernel]
     fused: Callable[[], bool] = lambda: False
     runs: Callable[..., Runs] = _no_runs
-    advance: Callable[[MotionPrograms, float, float, float], Advance] = _no_advance
+    advance: Callable[..., Advance] = _no_advance
 
 
 BACKENDS: Mapping[str, Backend] = {

@@ -21,6 +21,7 @@ class Kernel:
         program: what it computes.
         fast: sums may be reassociated, where the back end can.
         quick: to be made soon rather than to be quick, where the back end has the choice.
+        kept: what is made may be kept for the next process, where the back end can.
 
     Attributes:
         compile_time: seconds that making it took.
@@ -28,16 +29,19 @@ class Kernel:
 
     compile_time = 0.0
 
-    def __init__(self, program: Program, *, fast: bool = False, quick: bool = False) -> None:
-        self.program, self.fast, self.quick = program, fast, quick
+    def __init__(self, program: Program, *, fast: bool = False, quick: bool = False, kept: bool = False) -> None:
+        self.program, self.fast, self.quick, self.kept = program, fast, quick, kept
 
     def __reduce__(self) -> tuple[object, ...]:
         # what was made for this process and processor does not travel: it is made anew by whoever unpickles
-        return partial(type(self), fast=self.fast, quick=self.quick), (self.program,)
+        return partial(type(self), fast=self.fast, quick=self.quick, kept=self.kept), (self.program,)
 
     def __call__(self, *arguments: Array) -> Array:
         """One evaluation: arguments of the program's lengths in, all results one after another out."""
         raise AssertionError
+
+    def forget(self) -> None:
+        """Whatever is kept of it for the next process is not to be used."""
 
     @property
     def address(self) -> int:

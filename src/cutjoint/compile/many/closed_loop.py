@@ -28,15 +28,16 @@ from cutjoint.compile.many.options import ManyOptions, RunOptions
 from cutjoint.compile.many.results import Many, Outcome
 from cutjoint.compile.many.sinks import Asked, Into, sink_of
 from cutjoint.compile.many.statistics import Summary
-from cutjoint.compile.many.traced import Control, traced_loop
+from cutjoint.compile.many.traced import traced_loop
 from cutjoint.compile.many.variation import Variation, whole
 from cutjoint.compile.once import once
 from cutjoint.control import Law, as_law
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired, Reference
-from cutjoint.simulation.hardware import Clock, Drive, Hardware
+from cutjoint.simulation.hardware import Hardware
 from cutjoint.simulation.hardware.checks import check_robot, check_span
+from cutjoint.simulation.hardware.control import control_of, limits_of
 from cutjoint.simulation.integrators import fixed_step
 
 LARGEST_RECORD = 2**31
@@ -77,7 +78,8 @@ class ClosedLoop:
     ) -> None:
         fixed_step(method)
         law = as_law(law)
-        control = _control(hardware, rate, limits, plant.n)
+        bounds = limits_of(limits, plant.n)
+        control = control_of(hardware, rate, None if bounds is None else np.broadcast_to(bounds, plant.n))
         if isinstance(control, Hardware):
             check_robot(control, plant, ())
         self.traced = traced_loop(plant, law, mechanism, tuple(gains), control, method)
@@ -185,22 +187,6 @@ class ClosedLoop:
         blocks = Blocks(self._runs, self.sizes, part, asked.rows, asked.grid, chances)
         blocks.go(cores() if threads is None else max(1, threads), progress)
         return Outcome(loop, part, blocks.records, blocks.sums, asked.grid).many(asked.reference)
-
-
-def _control(hardware: Hardware | None, rate: float | None, limits: npt.ArrayLike | None, n: int) -> Control:
-    """What is between law and joints.
-
-    Raises:
-        InputError: hardware is given twice.
-    """
-    top = None if limits is None else np.broadcast_to(np.asarray(limits, dtype=np.float64), (n,))
-    if hardware is None:
-        if rate is None:
-            return top
-        return Hardware(Clock(positive("rate", rate, "Hz")), drive=Drive(None if top is None else top.tolist()))
-    if rate is not None or limits is not None:
-        raise InputError("rate and limits are in the hardware (clock and drive); leave them out beside it")
-    return hardware
 
 
 @overload

@@ -52,6 +52,10 @@ def sink_of(into: Into, loop: TracedLoop, asked: Asked) -> AbstractContextManage
         InputError: it is neither function nor path, or the file cannot be written.
     """
     if isinstance(into, str | os.PathLike):
+        if not os.fspath(into).endswith(".parquet"):
+            raise InputError(
+                f"what many runs are written into is a Parquet file, NAME.parquet; found {os.fspath(into)!r}"
+            )
         from cutjoint.compile.many.parquet import ParquetSink
 
         return ParquetSink(into, loop, asked.variation, asked.grid)

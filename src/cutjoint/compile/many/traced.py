@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
-from cutjoint.arrays import Array
 from cutjoint.compile.compiler import Compiled
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.expressions.program import Program
@@ -21,10 +19,9 @@ from cutjoint.control import Law
 from cutjoint.mechanism import Mechanism
 from cutjoint.simulation import ReducedPlant
 from cutjoint.simulation.hardware import Hardware
+from cutjoint.simulation.hardware.control import Control
 from cutjoint.simulation.hardware.fitted import Fitted
 
-Control: TypeAlias = Hardware | Array | None
-"""What is between law and joints: hardware, or under continuous control the limits of efforts, or nothing."""
 STAGES: Mapping[str, Stages] = {
     "rk4": Stages((0.5, 0.5, 1.0), (1, 2, 2, 1), 6),
     "midpoint": Stages((0.5,), (0, 1), 1),

@@ -14,7 +14,7 @@ from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.chain_state import ChainState
 from cutjoint.compile.sources.interface import Need
-from cutjoint.errors import CutjointError, InputError
+from cutjoint.errors import CompileError, CutjointError, InputError
 
 
 class MinimalState(ChainState):
@@ -62,6 +62,16 @@ class MinimalSource(ChainSource):
     def idle(self) -> int | None:
         """Number of idle freedoms."""
         return self.minimal.idle
+
+    def need_all_rows(self) -> None:
+        """Check that there is something to compile.
+
+        Raises:
+            CompileError: there is no coordinate, or the loops close only without some of their rows.
+        """
+        if self.n == 0:
+            raise CompileError(f"{self.name} has no coordinate, as its loops hold it: there is nothing to compile")
+        super().need_all_rows()
 
     def lacks(self, need: Need) -> CutjointError | None:
         if need in (Need.TASK, Need.PARAMETERS):

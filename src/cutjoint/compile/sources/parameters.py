@@ -9,7 +9,7 @@ of them: `cuts.ball1a.b.z = cuts.ball1b.b.z` is the length of two rods that the 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -18,8 +18,8 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, readonly
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.description.model import Inertial, RobotDescription
-from cutjoint.description.paths import PLACE, TENSOR, Path, every_path, numbers_at
-from cutjoint.description.values import number, with_values
+from cutjoint.description.paths import PLACE, TENSOR, Path, every_path, fields_of, numbers_at
+from cutjoint.description.values import number, physics_of, with_values
 from cutjoint.errors import InputError, UnknownNameError
 
 Ranges = Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]]
@@ -90,7 +90,21 @@ class Parameters:
         if len(set(taken)) < len(taken):
             twice = next(name for k, name in enumerate(taken) if name in taken[:k])
             raise InputError(f"parameter {twice} of {robot.name} is given twice")
+        self._check_springs()
         self.nominal = readonly([self._nominal(name) for name in found])
+
+    def _check_springs(self) -> None:
+        """Raises InputError where a spring may be there of which nobody says where it is at rest."""
+        every = [path for places in self.paths.values() for path in places]
+        for path in every:
+            rest = replace(path, field="rest")
+            if path.field != "stiffness" or rest in every or "rest" not in fields_of(self.robot, path.part, path.name):
+                continue
+            if physics_of(self.robot, path).rest is None:
+                raise InputError(
+                    f"the spring at {path} of {self.robot.name} has no rest position; name {rest} too, or give it in "
+                    "the description"
+                )
 
     def _is_short(self, name: str) -> bool:
         robot = self.robot
@@ -99,6 +113,8 @@ class Parameters:
             if robot.tool is None:
                 raise InputError(f"{robot.name} has no tool frame to carry a payload")
             return True
+        if not isinstance(name, str):
+            raise InputError(f"a parameter is the name of a link, 'payload' or a path, found {name!r}")
         if name not in known:
             if "." not in name and name != "gravity":
                 raise UnknownNameError("parameter", name, [PAYLOAD, *known])
@@ -168,6 +184,10 @@ class Parameters:
                     raise InputError(f"parameter {one} must be a finite number, found {given!r}")
                 if one in self.paths:
                     self.paths[one][0].check(column)
+                    if self.paths[one][0].field == "friction_speed" and (column == 0.0).any():
+                        raise InputError(
+                            f"{one} must be > 0, found 0: true stiction cannot be compiled; take the chain"
+                        )
                 elif (column < 0.0).any():
                     raise InputError(f"parameter {one} must be a mass >= 0, found {float(column.min()):g}")
                 found[one] = column

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from numbers import Real
 
+from cutjoint.description.checks.tree import check_limits
 from cutjoint.description.cuts import Freedom
 from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.physics import KEYS
 from cutjoint.description.model import Bushing, CutJoint, Joint, JointPhysics, JointType, Place, RobotDescription
+from cutjoint.errors import DescriptionError
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 _SIGNED = ("rest", "gear")
+_UNSAID = ("rest", "friction_speed")
 _MOTOR = ("rotor", "gear", "stop_stiffness", "stop_damping")
 _SINGLE = ("friction", "stiffness", "rotor", "stop_stiffness")
 """What has no meaning for joints that slide and turn: their velocities are along axes that turn with them."""
@@ -22,31 +26,54 @@ def check_physics(robot: RobotDescription, findings: Findings) -> None:
     for joint in robot.joints:
         if joint.physics != NO_PHYSICS:
             what = f"joint '{joint.name}'"
-            _numbers(_values(joint.physics), what, joint.place, findings)
-            _joint(joint, what, findings)
+            if _numbers(_values(joint.physics), what, joint.place, findings):
+                _joint(joint, what, findings)
     for cut in robot.cuts:
         what = f"cut '{cut.name}'"
-        if cut.physics != NO_PHYSICS:
-            _numbers(_values(cut.physics), what, cut.place, findings)
+        if cut.physics != NO_PHYSICS and _numbers(_values(cut.physics), what, cut.place, findings):
             _cut(cut, what, findings)
         if cut.bushing is not None:
+            if cut.physics != NO_PHYSICS:
+                found = f"{_given(cut.physics)} of {what} beside a bushing"
+                mend = "make the cut rigid, or let a joint of the tree move there"
+                findings.error(found, "one of the two: what yields has no motion of its own to damp", mend, cut.place)
             _bushing(cut, cut.bushing, what, findings)
+
+
+def require_possible(robot: RobotDescription) -> None:
+    """Refuse physics and limits that cannot be: for descriptions that were made or changed without a file.
+
+    Raises:
+        DescriptionError: there are such; it lists all of them.
+    """
+    findings = Findings(str(robot.path or ""))
+    for joint in robot.joints:
+        lower, upper = joint.limits.lower, joint.limits.upper
+        if lower is not None and upper is not None and not lower <= upper:
+            check_limits(joint, findings)
+    check_physics(robot, findings)
+    if findings.failed:
+        raise DescriptionError([one for one in findings.problems if one.severity == "error"])
 
 
 def _values(physics: JointPhysics) -> dict[str, float]:
     """What is given, by name."""
     values = {key: getattr(physics, key) for key in KEYS}
-    return {key: value for key, value in values.items() if value is not None}
+    return {key: value for key, value in values.items() if value is not None or key not in _UNSAID}
 
 
-def _numbers(values: Mapping[str, float], what: str, place: Place, findings: Findings) -> None:
+def _numbers(values: Mapping[str, float], what: str, place: Place, findings: Findings) -> bool:
+    """Note those that cannot be; returns whether all of them are numbers at all."""
     for key, value in values.items():
-        if not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, Real):
+            findings.error(f"{key} of {what} is {value!r}", "a number", "", place)
+        elif not math.isfinite(value):
             findings.error(f"{key} of {what} is {value:g}", "a finite number", "", place)
         elif value < 0.0 and key not in _SIGNED:
             findings.error(f"{key} of {what} is {value:g}", "a number >= 0", "", place)
         elif value == 0.0 and key == "gear":
             findings.error(f"gear of {what} is 0", "how many times as fast the rotor moves", "1 without a gear", place)
+    return all(isinstance(value, Real) for value in values.values())
 
 
 def _joint(joint: Joint, what: str, findings: Findings) -> None:
@@ -108,7 +135,8 @@ def _given(physics: JointPhysics) -> str:
 
 def _bushing(cut: CutJoint, bushing: Bushing, what: str, findings: Findings) -> None:
     values = {key: getattr(bushing, key) for key in bushing.__dataclass_fields__}
-    _numbers(values, f"the bushing of {what}", cut.place, findings)
+    if not _numbers(values, f"the bushing of {what}", cut.place, findings):
+        return
     if bushing.stiffness == 0.0:
         found = f"stiffness of the bushing of {what} is 0"
         findings.error(found, "a number > 0", "remove the cut where nothing holds it", cut.place)

@@ -136,7 +136,7 @@ def check_joints(robot: RobotDescription, findings: Findings) -> None:
     for joint in robot.joints:
         _placement(joint, findings)
         _axes(joint, findings)
-        _limits(joint, findings)
+        check_limits(joint, findings)
 
 
 def _placement(joint: Joint, findings: Findings) -> None:
@@ -157,7 +157,8 @@ def _axes(joint: Joint, findings: Findings) -> None:
         findings.error(found, "two perpendicular axes", "use two revolute joints", joint.place)
 
 
-def _limits(joint: Joint, findings: Findings) -> None:
+def check_limits(joint: Joint, findings: Findings) -> None:
+    """Note limits that are not finite, negative or upside down."""
     limits = joint.limits
     values = (limits.lower, limits.upper, limits.velocity, limits.effort)
     if any(value is not None and not math.isfinite(value) for value in values):

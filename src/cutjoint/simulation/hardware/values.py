@@ -9,13 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from types import UnionType
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
 from cutjoint.arrays import positive
 from cutjoint.errors import InputError
 from cutjoint.simulation.hardware.ticks import Ticks, ticks_of
+
+FINEST_STEP = 1e-100
+"""Below it a step is 0: how many of them there are cannot be told."""
 
 Each: TypeAlias = float | Sequence[float]
 """One number for all actuators, or one an actuator."""
@@ -80,7 +84,7 @@ class Encoder:
     def __post_init__(self) -> None:
         if self.resolution is not None:
             mend = "; leave it out for an encoder without steps"
-            _keep(self, "resolution", _each("resolution of the encoder", self.resolution, above=0.0, mend=mend))
+            _keep(self, "resolution", _each("resolution of the encoder", self.resolution, above=FINEST_STEP, mend=mend))
         _keep(self, "offset", _each("offset of the encoder", self.offset, least=-math.inf))
         _keep(self, "noise", _each("noise of the encoder", self.noise))
         _keep(self, "delay", _plain("delay of the encoder", self.delay, "s"))
@@ -200,8 +204,11 @@ class Drive:
             _keep(self, "limits", _each("limits", self.limits, above=0.0, mend="; leave them out for a drive without"))
         if self.resolution is not None:
             mend = "; leave it out for commands without steps"
-            _keep(self, "resolution", _each("resolution of the drive", self.resolution, above=0.0, mend=mend))
+            _keep(self, "resolution", _each("resolution of the drive", self.resolution, above=FINEST_STEP, mend=mend))
         _keep(self, "delay", _plain("delay of the drive", self.delay, "s"))
+        for name, kind in (("torque_speed", TorqueSpeed), ("backlash", Backlash)):
+            if getattr(self, name) is not None:
+                _kind(f"{name} of the drive", getattr(self, name), kind)
 
 
 @dataclass(frozen=True)
@@ -230,6 +237,9 @@ class Hardware:
         if isinstance(self.seed, bool) or not isinstance(self.seed, int | np.integer) or self.seed < 0:
             raise InputError(f"a seed is a whole number >= 0, found {self.seed!r}")
         _keep(self, "seed", int(self.seed))
+        parts = (("clock", Clock), ("encoder", Encoder), ("speed", Differences | Tachometer), ("drive", Drive))
+        for name, kind in parts:
+            _kind(f"{name} of hardware", getattr(self, name), kind)
         self.ticks  # noqa: B018  it raises
 
     @property
@@ -241,6 +251,13 @@ class Hardware:
 
 def _keep(value: object, name: str, checked: object) -> None:
     object.__setattr__(value, name, checked)
+
+
+def _kind(name: str, value: object, kind: type | UnionType) -> None:
+    """Raises InputError where a part is something else."""
+    if not isinstance(value, kind):
+        wanted = " or ".join(one.__name__ for one in get_args(kind) or (kind,))
+        raise InputError(f"{name} must be of {wanted}, found {value!r}")
 
 
 def _plain(name: str, value: float, unit: str) -> float:
@@ -257,7 +274,8 @@ def _plain(name: str, value: float, unit: str) -> float:
 
 def _each(name: str, value: Each, *, least: float = 0.0, above: float | None = None, mend: str = "") -> Each:
     """`value` as a float or a tuple of floats, finite and at least `least`, or more than `above`."""
-    wanted = "" if least == -math.inf else f" >= {least:g}" if above is None else f" > {above:g}"
+    bound = 0.0 if above == FINEST_STEP else above
+    wanted = "" if least == -math.inf else f" >= {least:g}" if bound is None else f" > {bound:g}"
     told = f"{name} must be one number{wanted} or one an actuator, found {value!r}{mend}"
     try:
         array = np.asarray(value, dtype=np.float64)

@@ -65,6 +65,10 @@ class Lanes:
     def absolute(self, x: str) -> str:
         return self.out.emit(f"call {self.type} @llvm.fabs.{self.suffix}({self.type} {x})")
 
+    def choose(self, mask: str, x: str, y: str) -> str:
+        """x where the mask is set, else y."""
+        return self.out.emit(f"select {self.boolean} {mask}, {self.type} {x}, {self.type} {y}")
+
     def polynomial(self, coefficients: tuple[float, ...], x: str) -> str:
         """Horner."""
         total = self.constant(coefficients[-1])

@@ -1,6 +1,7 @@
-"""Machine code for programs: compiled in memory by LLVM for this processor, called through ctypes.
+"""Machine code for programs: compiled by LLVM for this processor, loaded into memory, called through ctypes.
 
-Nothing executable is ever read from or written to disk.  A call releases Python's lock, so batches run on all cores.
+It is kept for the next process where that is asked for (`cutjoint.compile.machine.llvm.objects`).  A call releases
+Python's lock, so batches run on all cores.
 """
 
 from __future__ import annotations
@@ -8,21 +9,26 @@ from __future__ import annotations
 import ctypes
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.machine.kernel import Kernel, LoopParts, MotionPrograms, RunLoop
+from cutjoint.compile.machine.llvm import objects
 from cutjoint.compile.machine.llvm.advance import AdvanceText
 from cutjoint.compile.machine.llvm.run_loop import RunLoopText
 from cutjoint.compile.machine.llvm.text import FlatFunction, declarations, row_loop
 from cutjoint.compile.once import once
 from cutjoint.errors import CompileError
+
+if TYPE_CHECKING:
+    import llvmlite.binding as llvm
 
 _LOCK = threading.Lock()
 """LLVM is used by one thread at a time."""
@@ -64,31 +70,62 @@ def _host() -> Host:
     return Host(llvm.get_host_cpu_name(), found.flatten(), lanes, bool(found.get("fma")) or arm)
 
 
+def _module(assembly: str, target: llvm.TargetMachine) -> llvm.ModuleRef:
+    import llvmlite.binding as llvm
+
+    module = llvm.parse_assembly(assembly)
+    module.triple, module.data_layout = target.triple, str(target.target_data)
+    return module
+
+
+def _circumstances(quick: bool) -> tuple[bytes, ...]:
+    """What decides, beside the functions, what becomes of them."""
+    import llvmlite.binding as llvm
+
+    processor, version = host(), llvm.llvm_version_info
+    return tuple(str(part).encode() for part in (version, llvm.get_process_triple(), processor, quick))
+
+
 class Machine:
     """Machine code of functions in LLVM assembly; keeps it alive.
 
     Args:
-        functions: in assembly.
+        write: writes the functions in assembly, where they are not kept.
+        kept: everything that decides what is written; None keeps nothing.
         quick: made in a third of the time, and a third as quick; the digits are the same.
     """
 
-    def __init__(self, *functions: str, quick: bool = False) -> None:
+    def __init__(
+        self, write: Callable[[], Sequence[str]], kept: Sequence[bytes] | None = None, *, quick: bool = False
+    ) -> None:
         import llvmlite.binding as llvm
 
         start, processor = time.perf_counter(), host()
-        assembly = "\n".join((PREAMBLE, declarations(processor.lanes), *functions))
+        name = None if kept is None else objects.key(*_circumstances(quick), *kept)
+        code = None if name is None else objects.read(name)
         with _LOCK:
-            module = llvm.parse_assembly(assembly)
-            module.verify()
             target = llvm.Target.from_default_triple().create_target_machine(
                 cpu=processor.name, features=processor.features, opt=0 if quick else 2, jit=True
             )
-            module.triple = target.triple
-            module.data_layout = str(target.target_data)
-            self._module = module
-            self._engine = llvm.create_mcjit_compiler(module, target)
+        if code is None:
+            assembly = "\n".join((PREAMBLE, declarations(processor.lanes), *write()))
+            with _LOCK:
+                module = _module(assembly, target)
+                module.verify()
+                code = target.emit_object(module)
+            if name is not None:
+                objects.write(name, code)
+        with _LOCK:
+            self._engine = llvm.create_mcjit_compiler(_module("", target), target)
+            self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
             self._engine.finalize_object()
+        self._name = name
         self.compile_time = time.perf_counter() - start
+
+    def forget(self) -> None:
+        """See `Kernel.forget`."""
+        if self._name is not None:
+            objects.drop(self._name)
 
     def address(self, symbol: str) -> int:
         """Address of a function."""
@@ -103,8 +140,8 @@ class NativeKernel(Kernel):
         compile_time: seconds that LLVM took.
     """
 
-    def __init__(self, program: Program, *, fast: bool = False, quick: bool = False) -> None:
-        super().__init__(program, fast=fast, quick=quick)
+    def __init__(self, program: Program, *, fast: bool = False, quick: bool = False, kept: bool = False) -> None:
+        super().__init__(program, fast=fast, quick=quick, kept=kept)
         self.lanes = host().lanes
         self._machine = self._compiled(1, quick)
         self.compile_time = self._machine.compile_time
@@ -114,6 +151,10 @@ class NativeKernel(Kernel):
         self._own = threading.local()
         self._lock = threading.RLock()
 
+    def forget(self) -> None:
+        """See `Kernel.forget`."""
+        self._machine.forget()
+
     @property
     def address(self) -> int:
         return self._address
@@ -121,13 +162,16 @@ class NativeKernel(Kernel):
     @once
     def _rows_lanes(self) -> Callable[[int, int, int], int]:
         """The loop over rows, several side by side; compiled when a batch is first asked for."""
-        self._machine_lanes = self._compiled(self.lanes)
+        self._machine_lanes = self._compiled(self.lanes, self.quick)
         self.compile_time += self._machine_lanes.compile_time
         return _LOOP(self._machine_lanes.address("rows"))
 
     def _compiled(self, lanes: int, quick: bool = False) -> Machine:
-        loop = row_loop(self.program, "rows", "flat", lanes)
-        return Machine(_flat(self.program, "flat", lanes, self.fast), loop, quick=quick)
+        def write() -> tuple[str, str]:
+            return _flat(self.program, "flat", lanes, self.fast), row_loop(self.program, "rows", "flat", lanes)
+
+        what = (b"kernel", f"{lanes} {self.fast}".encode(), self.program.to_bytes()) if self.kept else None
+        return Machine(write, what, quick=quick)
 
     def __call__(self, *arguments: Array) -> Array:
         own = self._own
@@ -170,12 +214,20 @@ class NativeAdvance:
         motion: the equations of motion.
         relative, absolute: tolerance of a step.
         limit: of the strain.
+        kept: whether the machine code is kept for the next process.
     """
 
-    def __init__(self, motion: MotionPrograms, relative: float, absolute: float, limit: float) -> None:
+    def __init__(
+        self, motion: MotionPrograms, relative: float, absolute: float, limit: float, *, kept: bool = False
+    ) -> None:
         programs = {"rate": motion.rate} if motion.settle is None else {"rate": motion.rate, "settle": motion.settle}
-        parts = [_flat(program, name, 1, False) for name, program in programs.items()]
-        self._machine = Machine(*parts, AdvanceText("advance", motion).text(), quick=True)
+
+        def write() -> list[str]:
+            parts = [_flat(program, name, 1, False) for name, program in programs.items()]
+            return [*parts, AdvanceText("advance", motion).text()]
+
+        what = (b"advance", str(motion.actuated).encode(), *(program.to_bytes() for program in programs.values()))
+        self._machine = Machine(write, what if kept else None, quick=True)
         self.compile_time = self._machine.compile_time
         kinds = [ctypes.c_int64, *[ctypes.c_void_p] * 4, *[ctypes.c_double] * 4]
         self._call = ctypes.CFUNCTYPE(*kinds)(self._machine.address("advance"))
@@ -213,7 +265,7 @@ class NativeRuns:
         with self._lock:
             if lanes not in self._loops:
                 flat = [_flat(program, name, lanes, self._fast) for name, program in self._programs.items()]
-                machine = Machine(*flat, RunLoopText("runs", self._parts, lanes).text())
+                machine = Machine(partial(list, [*flat, RunLoopText("runs", self._parts, lanes).text()]))
                 self._loops[lanes] = machine, _RUNS(machine.address("runs"))
             return self._loops[lanes][1]
 

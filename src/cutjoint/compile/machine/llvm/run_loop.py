@@ -7,8 +7,9 @@ events, such as the sample instants of a controller, in each run at instants of 
 
 from __future__ import annotations
 
-from cutjoint.compile.machine.kernel import Event, LoopParts
+from cutjoint.compile.machine.kernel import LoopParts
 from cutjoint.compile.machine.llvm.lanes import Lanes, Writer
+from cutjoint.compile.machine.llvm.run_events import RunEventsText
 
 
 class RunLoopText:
@@ -59,11 +60,7 @@ class RunLoopText:
     def larger(self, x: str, y: str) -> str:
         """The larger one; not a number if x is not."""
         test = self.out.emit(f"fcmp ugt {self.a.type} {x}, {y}")
-        return self.choose(test, x, y)
-
-    def choose(self, mask: str, x: str, y: str) -> str:
-        """x where the mask is set, else y."""
-        return self.out.emit(f"select {self.a.boolean} {mask}, {self.a.type} {x}, {self.a.type} {y}")
+        return self.a.choose(test, x, y)
 
     def row(self, index: str) -> None:
         """Put a row of the reference into the arguments."""
@@ -82,7 +79,7 @@ class RunLoopText:
         now = self.a.spread(self.out.emit("sitofp i64 %i to double"))
         earlier = self.out.emit(f"fcmp olt {self.a.type} {now}, {broken}")
         first = self.out.emit(f"and {self.a.boolean} {bad}, {earlier}")
-        self.a.store(self.sums, 2 * self.sizes.watched, self.choose(first, now, broken))
+        self.a.store(self.sums, 2 * self.sizes.watched, self.a.choose(first, now, broken))
 
     def evaluate(self) -> None:
         """Rates at the arguments, judged."""
@@ -101,79 +98,6 @@ class RunLoopText:
         self.a.store(self.sums, s.totals - 1, self.larger(residual, self.a.load(self.sums, s.totals - 1)))
         self.judge(self.a.load(self.settled, s.settled + 1))
 
-    # -- events ------------------------------------------------------------------------------------------------------
-
-    def _events(self) -> None:
-        """All that falls due before this step."""
-        if not self.parts.events:
-            return
-        out, lanes = self.out, self.lanes
-        kind = "i8" if lanes == 1 else f"<{lanes} x i8>"
-        due = "poison"
-        for lane, pointer in enumerate(self.clocks):
-            one = out.emit(f"load i8, ptr {out.emit(f'getelementptr i8, ptr {pointer}, i64 %i')}, align 1")
-            due = one if lanes == 1 else out.emit(f"insertelement {kind} {due}, i8 {one}, i32 {lane}")
-        for k, event in enumerate(self.parts.events):
-            bit = str(1 << k) if lanes == 1 else "<" + ", ".join([f"i8 {1 << k}"] * lanes) + ">"
-            nothing = "0" if lanes == 1 else "zeroinitializer"
-            mask = out.emit(f"icmp ne {kind} {out.emit(f'and {kind} {due}, {bit}')}, {nothing}")
-            some = mask
-            if lanes > 1:
-                some = out.emit(f"icmp ne i{lanes} {out.emit(f'bitcast {self.a.boolean} {mask} to i{lanes}')}, 0")
-            out.do(f"br i1 {some}, label %happens{k}, label %happened{k}")
-            out.do(f"happens{k}:")
-            self._happens(f"event{k}", event, mask)
-            out.do(f"br label %happened{k}")
-            out.do(f"happened{k}:")
-
-    def _happens(self, symbol: str, event: Event, mask: str) -> None:
-        """An event in the lanes of a mask."""
-        out, a = self.out, self.a
-        if event.draws:
-            self._draw(mask)
-        out.do(f"call void @{symbol}(ptr {self.x}, ptr {self.y})")
-        for place, target in enumerate(event.targets):
-            a.store(self.x, target, self.choose(mask, a.load(self.y, place), a.load(self.x, target)))
-
-    def _draw(self, mask: str) -> None:
-        """The next row of noise of every lane; those of the mask go on to the row after it."""
-        out, a, noise = self.out, self.a, self.sizes.noise
-        values = ["poison"] * noise
-        for lane in range(self.lanes):
-            place = out.emit(f"getelementptr ptr, ptr {self.drawn}, i64 {lane}")
-            row = out.emit(f"load ptr, ptr {place}, align 8")
-            for k in range(noise):
-                at = out.emit(f"getelementptr double, ptr {row}, i64 {k}")
-                one = out.emit(f"load double, ptr {at}, align 8")
-                fill = f"insertelement {a.type} {values[k]}, double {one}, i32 {lane}"
-                values[k] = one if self.lanes == 1 else out.emit(fill)
-            now = mask if self.lanes == 1 else out.emit(f"extractelement {a.boolean} {mask}, i32 {lane}")
-            step = out.emit(f"select i1 {now}, i64 {noise}, i64 0")
-            out.do(f"store ptr {out.emit(f'getelementptr double, ptr {row}, i64 {step}')}, ptr {place}, align 8")
-        for k, value in enumerate(values):
-            a.store(self.x, self.noise + k, value)
-
-    def _chance(self) -> None:
-        """The group's due bytes, and the beginning of its noise."""
-        out, self.clocks = self.out, list[str]()
-        if not self.parts.events:
-            return
-        lane0 = out.emit(f"mul i64 %g, {self.lanes}")
-        for lane in range(self.lanes):
-            index = out.emit(f"add i64 {lane0}, {lane}")
-            clock, noise = (
-                out.emit(f"load ptr, ptr {out.emit(f'getelementptr ptr, ptr {x}, i64 {index}')}, align 8")
-                for x in (self.all_clocks, self.all_noise)
-            )
-            self.clocks.append(clock)
-            out.do(f"store ptr {noise}, ptr {out.emit(f'getelementptr ptr, ptr {self.drawn}, i64 {lane}')}, align 8")
-
-    def _everywhere(self) -> str:
-        """A mask of all lanes."""
-        return "true" if self.lanes == 1 else "<" + ", ".join(["i1 true"] * self.lanes) + ">"
-
-    # -- the loop ----------------------------------------------------------------------------------------------------
-
     def _entry(self) -> None:
         """Room, addresses and constants."""
         s, out = self.sizes, self.out
@@ -183,14 +107,13 @@ class RunLoopText:
         self.x, self.y = self.a.room(self.noise + s.noise), self.a.room(results)
         self.base, self.total, self.sums = self.a.room(s.state), self.a.room(s.state), self.a.room(s.totals)
         self.settled = self.a.room(s.settled + 2)
-        self.drawn = out.emit(f"alloca ptr, i64 {self.lanes}, align 8")
         pointers = []
         for k in range(8):
             place = out.emit(f"getelementptr i64, ptr %table, i64 {k}")
             value = out.emit(f"load i64, ptr {place}, align 8")
             pointers.append(value if k == 5 else out.emit(f"inttoptr i64 {value} to ptr"))
         self.states, self.given, self.rows, self.records, self.results, self.count, *others = pointers
-        self.all_clocks, self.all_noise = others
+        self.events = RunEventsText(self.a, self.parts, self.x, self.y, self.noise, *others)
         self.h = self.a.spread("%h")
         self.half = out.emit(f"fmul {self.a.type} {self.h}, {self.a.spread('5.0e-01')}")
         divisor = self.a.constant(float(self.parts.stages.divisor))
@@ -216,13 +139,13 @@ class RunLoopText:
         self.first = self.a.at(self.records, out.emit(f"mul i64 {out.emit(f'mul i64 %g, {self.count}')}, {s.width}"))
         for k in range(s.memory):
             self.a.store(self.x, s.changing + k, zero)
-        self._chance()
+        self.events.start()
         if self.parts.begin is not None:
             self.copy(s.state, self.base, self.x)
             self.row("0")
-            self._happens("begin", self.parts.begin, self._everywhere())
+            self.events.happens("begin", self.parts.begin, self.events.everywhere())
             self.copy(s.state, self.x, self.base)
-            self._chance()
+            self.events.start()
         out.do("br label %step")
 
     def _step(self) -> None:
@@ -234,7 +157,7 @@ class RunLoopText:
         self.copy(s.state, self.base, self.x)
         self.doubled = out.emit("mul i64 %i, 2")
         self.row("%i" if self.parts.events else self.doubled)
-        self._events()
+        self.events.before_step()
         self.evaluate()
         for k in range(s.watched):
             w = self.a.load(self.y, s.state + k)

@@ -50,7 +50,7 @@ def sine_cosine(a: Lanes, x: str) -> tuple[str, str]:
     y = a.sub(first, second)
     rest = a.sub(a.sub(a.sub(first, y), second), a.mul(multiple, a.constant(PI_HALF[2])))
     small = a.out.emit(f"fcmp ole {a.type} {a.absolute(x)}, {a.constant(LARGEST)}")
-    y = a.out.emit(f"select {a.boolean} {small}, {a.type} {y}, {a.type} {a.constant(float('nan'))}")
+    y = a.choose(small, y, a.constant(float("nan")))
 
     z = a.mul(y, y)
     # sin(y + rest) = y + (y^3 S(z) + rest (1 - z/2))
@@ -65,8 +65,8 @@ def sine_cosine(a: Lanes, x: str) -> tuple[str, str]:
 
     # odd quarters swap the two; the signs follow bits of the quarter
     odd = a.out.emit(f"trunc {a.whole} {quarter} to {a.boolean}")
-    s = a.out.emit(f"select {a.boolean} {odd}, {a.type} {cosine}, {a.type} {sine}")
-    c = a.out.emit(f"select {a.boolean} {odd}, {a.type} {sine}, {a.type} {cosine}")
+    s = a.choose(odd, cosine, sine)
+    c = a.choose(odd, sine, cosine)
     after = a.out.emit(f"add {a.whole} {quarter}, {a.integer(1)}")
     return _flip(a, s, quarter), _flip(a, c, after)
 

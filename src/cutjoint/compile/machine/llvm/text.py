@@ -161,10 +161,10 @@ def _instruction(a: Lanes, op: Op, x: list[str], flags: str) -> str:
             return out.emit(f"uitofp {a.boolean} {test} to {a.type}")
         case Op.PICK:
             test = out.emit(f"fcmp une {a.type} {x[0]}, {a.constant(0.0)}")
-            return out.emit(f"select {a.boolean} {test}, {a.type} {x[1]}, {a.type} {x[2]}")
+            return a.choose(test, x[1], x[2])
         case Op.MIN | Op.MAX:
             test = out.emit(f"fcmp {'ult' if op is Op.MIN else 'ugt'} {a.type} {x[0]}, {x[1]}")
-            return out.emit(f"select {a.boolean} {test}, {a.type} {x[0]}, {a.type} {x[1]}")
+            return a.choose(test, x[0], x[1])
         case Op.ATAN2:
             return _library(a, "atan2", (x[0], x[1]))
         case Op.ACOS:
