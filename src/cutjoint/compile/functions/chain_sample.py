@@ -32,8 +32,8 @@ FORGIVEN = 1e-4
 
 # long: a property a quantity that something is compared with
 class ChainSample(RobotSample):
-    """A closed chain at one state, of which all joints are known; `source` is what is traced, and its model stands at
-    `origin`."""
+    """A closed chain at one state, of which all joints are known; where it is built anew with other values of its
+    parameters, `traced` is what the function was made from, whose origin and scales are in it."""
 
     def __init__(
         self,
@@ -41,9 +41,10 @@ class ChainSample(RobotSample):
         units: RobotUnits,
         at: Posture,
         chance: np.random.Generator,
-        origin: Array | None = None,
+        traced: ChainSource | None = None,
     ) -> None:
-        self.origin = source.chain.origin if origin is None else origin
+        own = source if traced is None else traced
+        self.origin, self.position_scale = own.chain.origin, own.position_scale
         super().__init__(source.chain, units, at, chance)
         self.source, self.chain, self.q, scale = source, source.chain, at.q_full, source.rate_scale
         self.far = float(np.abs(np.array(source.origin) / units.length).max()) + 1.0
@@ -126,7 +127,7 @@ class ChainSample(RobotSample):
             "q_next": q_next,
             "place": tool.position - self.origin,
             "rotation": tool.rotation,
-            "size": np.array([np.abs((q_next - self.q) / source.position_scale).max()]),
+            "size": np.array([np.abs((q_next - self.q) / self.position_scale).max()]),
             "gap": np.array([np.abs(missed / scale).max()]),
         }
 

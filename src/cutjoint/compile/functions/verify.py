@@ -97,7 +97,7 @@ class Checker:
         if self.other is not None and isinstance(source, ChainSource):
             built, at, values = self.other
             if not led or source.keeps_task(values):
-                samples.append((ChainSample(built, self.units, at, chance, source.chain.origin), values))
+                samples.append((ChainSample(built, self.units, at, chance, source), values))
             if Need.PARAMETERS in function.row.needs:
                 samples = samples[-1:]
         return judged(function, samples)
