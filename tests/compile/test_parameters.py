@@ -29,8 +29,9 @@ JOINTS = ("revolute", "continuous", "prismatic", "universal", "spherical", "plan
 CUTS = ("fixed", "spherical", "revolute", "universal", "prismatic")
 RODS = tuple(f"cuts.ball{k}a.b.z = cuts.ball{k}b.b.z" for k in (1, 2, 3))
 OMEGA3 = (*RODS, *(f"joints.{joint}{k}.origin.xyz" for joint in ("arm", "bar") for k in (1, 2, 3)))
-UNFIT = ("floating_fourbar", "hexapod", "parallelogram_flat", "bricard", "upu_3_equal")
-"""Not determined by their motors; singular at home; with freedoms that hang on how all lengths fit each other."""
+UNFIT = ("floating_fourbar", "hexapod", "parallelogram_flat", "bricard", "upu_3_equal", "ball_rod_delta")
+"""Not determined by their motors; singular at home; with freedoms that hang on how all lengths fit each other; with
+idle rods, whose inertias are refused as parameters."""
 FIVEBAR = ("joints.left_elbow.origin.x", "cuts.tip.b.x", "joints.right_shoulder.origin.z", "links.left_distal.com.y")
 
 
