@@ -197,3 +197,16 @@ def test_what_is_wrong_in_a_loops_toml(name: str, fourbar) -> None:
     reading = read_checked(fourbar(loops=[("[home.default]", f"{text}\n\n[home.default]")]))
     assert reading.description is None
     assert any(one.found.startswith(found) and mend in one.mend for one in reading.problems), reading.problems
+
+
+STICKY = JointPhysics(friction=1.0, friction_speed=0.0)
+
+
+def test_only_angles_and_travels_of_joints_stick() -> None:
+    for kind in (JointType.REVOLUTE, JointType.PRISMATIC, JointType.UNIVERSAL):
+        assert bad(with_joint(kind, STICKY)) == []
+    cuts = (CutType.REVOLUTE, CutType.PRISMATIC, CutType.UNIVERSAL, CutType.SPHERICAL)
+    for robot in (with_joint(JointType.SPHERICAL, STICKY), *(with_cut(kind, STICKY) for kind in cuts)):
+        ((severity, found, _, _),) = bad(robot)
+        assert severity == "error"
+        assert "stiction" in found

@@ -89,6 +89,8 @@ def _joint(joint: Joint, what: str, findings: Findings) -> None:
             findings.error(found, "damping only", "make it of joints with one coordinate each", place)
         return
     _spring(physics, kind is JointType.SPHERICAL, f"of {what}", f"[joint.{joint.name}]", place, findings)
+    if kind is JointType.SPHERICAL:
+        _stiction(physics, f"the ball {what}", place, findings)
     _stops(joint, what, findings)
 
 
@@ -103,6 +105,13 @@ def _spring(physics: JointPhysics, ball: bool, of: str, table: str, place: Place
     elif physics.rest and ball:
         found = f"rest {of} is {physics.rest:g}"
         findings.error(found, "0: the spring of a ball is at rest where it is not turned", "turn the frames", place)
+
+
+def _stiction(physics: JointPhysics, what: str, place: Place, findings: Findings) -> None:
+    """What cannot stick must slide."""
+    if physics.sticks:
+        found = f"friction of {what} with friction_speed 0 (stiction)"
+        findings.error(found, "a friction_speed above 0: only angles and travels of joints stick", "0.01", place)
 
 
 def _stops(joint: Joint, what: str, findings: Findings) -> None:
@@ -127,6 +136,7 @@ def _cut(cut: CutJoint, what: str, findings: Findings) -> None:
         findings.warn(found, expected, "remove them", cut.place)
     else:
         _spring(physics, Freedom.BALL in cut.type.freedoms, f"of {what}", "its [[cut]]", cut.place, findings)
+        _stiction(physics, what, cut.place, findings)
 
 
 def _given(physics: JointPhysics) -> str:
