@@ -34,21 +34,16 @@ class LU:
 def pivots_of(matrix: Array) -> npt.NDArray[np.intp]:
     """Columns of a matrix (m, n) in the order of a pivoted QR factorisation: independent ones first, shape (n,).
 
-    The next one is the column of which most is left beside those before it (Gram-Schmidt, twice for rounding); of
-    columns that are equal but for rounding, the first.
+    The next one is the column of which most is left beside those before it (Gram-Schmidt, twice for rounding).
     """
     rest, order = matrix.astype(np.float64), list(range(matrix.shape[1]))
     basis = np.zeros((len(matrix), 0))
     for k in range(min(matrix.shape)):
         sizes = np.einsum("ij,ij->j", rest, rest)[order[k:]]
-        best = int(np.argmax(sizes >= (1.0 - TIED) * sizes.max()))
+        best = int(np.argmax(sizes))
         if not sizes[best] > 0.0:
             break
         order[k:] = [order[k + best], *order[k : k + best], *order[k + best + 1 :]]
         basis = np.column_stack([basis, rest[:, order[k]] / np.sqrt(sizes[best])])
         rest -= basis @ (basis.T @ rest)
     return np.array(order, dtype=np.intp)
-
-
-TIED = 1e-9
-"""Columns whose squares differ by less than this part are equally good."""

@@ -67,7 +67,7 @@ def _print(part: ReportTable) -> None:
     out = console()
     if not part.is_text:
         fitting = part.fitting(out.width)
-        shown = TerminalTable(escape(part.title), [*map(escape, fitting.columns)], [*map(escape, fitting.right)])
+        shown = TerminalTable(part.title, fitting.columns, fitting.right)
         for row in fitting.rows:
             shown.add_row(*map(escape, row))
         shown.print()
