@@ -113,11 +113,11 @@ def some(rng: Rng, scale: float = 1.0) -> float:
     return 0.0 if rng.integers(3) == 0 else number(rng, scale)
 
 
-def free_motion(rng: Rng, ball: bool, scale: float = 1.0) -> JointPhysics:
-    """Dampers, friction and perhaps a spring."""
+def free_motion(rng: Rng, ball: bool, scale: float = 1.0, sticks: bool = False) -> JointPhysics:
+    """Dampers, friction and perhaps a spring; and stiction where it may stick."""
     stiffness = some(rng, scale)
     rest = 0.0 if ball else float(rng.normal())
-    speed = (None, 0.0, number(rng))[rng.integers(3)]
+    speed = (None, 0.0 if sticks else 1.0, number(rng))[rng.integers(3)]
     friction = some(rng, scale)
     return JointPhysics(
         damping=some(rng, scale),
@@ -135,7 +135,8 @@ def of_joint(rng: Rng, joint: Joint, scale: float = 1.0) -> JointPhysics:
         return JointPhysics()
     if not kind.single and any(kind.lengths):
         return JointPhysics(damping=some(rng, scale))
-    physics = free_motion(rng, kind is JointType.SPHERICAL, scale)
+    ball = kind is JointType.SPHERICAL
+    physics = free_motion(rng, ball, scale, sticks=not ball)
     gear = float(rng.choice([1.0, -1.0])) * number(rng, 10.0) if rng.integers(2) else 1.0
     physics = replace(physics, rotor=some(rng, scale), gear=gear)
     if joint.limits.lower is None and joint.limits.upper is None:
