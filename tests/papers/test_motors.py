@@ -87,6 +87,10 @@ BAD = {
     "no rest": (JointPhysics(stiffness=1.0), "rest"),
     "stiction": (JointPhysics(friction=1.0, friction_speed=0.0), "stiction"),
     "stops": (JointPhysics(stop_stiffness=1.0), "stops"),
+    "damped stops": (JointPhysics(stop_damping=1.0), "stops"),
+    "rest that is none": (JointPhysics(stiffness=1.0, rest=float("nan")), "rest"),
+    "text": (JointPhysics(stiffness=1.0, rest="middle"), "rest"),  # type: ignore[arg-type]
+    "text for a number": (JointPhysics(rotor="heavy"), "rotor"),  # type: ignore[arg-type]
     "one too few": ([JointPhysics()], "2|3"),
 }
 

@@ -7,6 +7,7 @@ they are, and these stand beside them.  The functions work on floats, arrays and
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from numbers import Real
 from typing import Protocol, cast
 
 import numpy as np
@@ -44,22 +45,28 @@ def checked(motors: JointPhysics | Sequence[JointPhysics], actuators: Sequence[A
     if len(given) != len(actuators):
         raise InputError(f"{wanted}{len(given)}")
     for one, actuator in zip(given, actuators, strict=True):
-        numbers = {"damping": one.damping, "friction": one.friction, "stiffness": one.stiffness, "rotor": one.rotor}
+        numbers = {name: getattr(one, name) for name in ("damping", "friction", "stiffness", "rotor")}
         for name, value in (*numbers.items(), ("friction_speed", one.speed)):
-            if not (np.isfinite(value) and value >= 0.0):
+            if not (_is_number(value) and value >= 0.0):
                 raise InputError(f"{name} of motor '{actuator.name}' must be a number >= 0, found {value!r}")
-        if not np.isfinite(one.gear) or one.gear == 0.0:
+        if not _is_number(one.gear) or one.gear == 0.0:
             raise InputError(f"gear of motor '{actuator.name}' must be a number other than 0, found {one.gear!r}")
         if one.stiffness and one.rest is None:
             raise InputError(f"the spring of motor '{actuator.name}' has no rest position; give rest")
+        if one.rest is not None and not _is_number(one.rest):
+            raise InputError(f"rest of motor '{actuator.name}' must be a number, found {one.rest!r}")
         if one.sticks:
             raise InputError(
                 f"motor '{actuator.name}' has friction at a friction speed of 0 (stiction), which published models do "
                 "not have; give a speed above 0, or take the chain"
             )
-        if one.stop_stiffness:
+        if one.stop_stiffness or one.stop_damping:
             raise InputError(f"motor '{actuator.name}' has stops, but published models have no limits of joints")
     return given
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and bool(np.isfinite(float(value)))
 
 
 def springs(motors: Sequence[JointPhysics], q: Vector) -> Vector:
