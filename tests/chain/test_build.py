@@ -99,7 +99,7 @@ def test_links_are_where_yourdfpy_has_them(name: str) -> None:
         values = {name: rng.uniform(-2, 2) for name in chain.model.names if name in other.actuated_joint_names}
         values.pop("platform", None)  # a floating joint, which yourdfpy leaves where it is
         for coupling in chain.description.couplings:
-            values[coupling.joint] = coupling.ratio * values[coupling.driver] + coupling.offset
+            values[coupling.joint] = coupling.gear[1] * values[coupling.gear[0]] + coupling.offset
         for joint, value in values.items():
             q[chain.model.idx_qs[chain.model.getJointId(joint)]] = value
         other.update_cfg({joint: values[joint] for joint in other.actuated_joint_names if joint in values})

@@ -276,7 +276,7 @@ def gears(ratio: float, offset: float, kinds: tuple[JointType, JointType] = (Joi
                 Joint("one", kinds[0], "base", "one", axis=axis),
                 Joint("two", kinds[1], "base", "two", placement((0.5, 0, 0)), axis=axis),
             ),
-            couplings=(Coupling("mesh", "two", "one", ratio, offset),),
+            couplings=(Coupling.geared("mesh", "two", "one", ratio, offset),),
             actuators=("one",),
             gravity=readonly([0.0, 0.0, 0.0]),
         )
@@ -310,7 +310,7 @@ def test_a_coupling_and_a_cut_in_one_robot(kit: Any) -> None:
     """A parallelogram whose second crank is geared to the first one: one row more, the same motion."""
     description = kit.planar_fourbar((0.3, 0.5, 0.3), 0.5, (1.0, -1.0, 1.0))
     plain = ClosedChain(description)
-    geared = ClosedChain(replace(description, couplings=(Coupling("belt", "c", "a", 1.0, 0.0),)))
+    geared = ClosedChain(replace(description, couplings=(Coupling.geared("belt", "c", "a", 1.0, 0.0),)))
     report = geared.mobility()
     assert (report.rows, report.rank, report.mobility) == (6, 2, 1)
     assert len(report.redundant_rows) == 4

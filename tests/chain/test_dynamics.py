@@ -49,7 +49,7 @@ def external(chain: ClosedChain, q: np.ndarray, motion: Any) -> tuple[pin.StdVec
     for coupling in chain.description.couplings:
         force = motion.couplings[coupling.name]
         efforts[chain.model.idx_vs[chain.model.getJointId(coupling.joint)]] += force
-        efforts[chain.model.idx_vs[chain.model.getJointId(coupling.driver)]] -= coupling.ratio * force
+        efforts[chain.model.idx_vs[chain.model.getJointId(coupling.gear[0])]] -= coupling.gear[1] * force
     return forces, efforts
 
 

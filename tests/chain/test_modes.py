@@ -275,7 +275,7 @@ def test_gears_count_the_turns_that_differ(ratio: float, count: int) -> None:
                 Joint("b", JointType.CONTINUOUS, "base", "two", placement((0.3, 0.0, 0.0)), axis=Z),
             ),
             (),
-            couplings=(Coupling("mesh", "b", "a", ratio, 0.1),),
+            couplings=(Coupling.geared("mesh", "b", "a", ratio, 0.1),),
             actuators=("a",),
             tool=Frame("two", placement((0.1, 0.0, 0.0))),
             homes=(Home("default", {"a": 0.3}, {"b": 0.1 + 0.3 * ratio}),),

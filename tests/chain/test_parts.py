@@ -24,6 +24,7 @@ from cutjoint.chain.mobility import Mobility
 from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description import load_description
+from cutjoint.description.curves import Polynomial
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Link, RobotDescription
 from cutjoint.errors import InputError
 from cutjoint.robots import load
@@ -88,7 +89,7 @@ def test_every_type_that_moves_has_a_row() -> None:
 def test_rows_of_a_cut_are_those_of_its_equations(kind: CutType) -> None:
     axis = readonly([0.0, 0.0, 1.0])
     joint = Joint("arm", JointType.CONTINUOUS, "base", "link", axis=axis)
-    cut = CutJoint("cut", kind, Frame("base"), Frame("link"))
+    cut = CutJoint("cut", kind, Frame("base"), Frame("link"), length=0.5 if kind.has_length else 0.0)
     closure = Kinematics(RobotDescription("one", (Link("base"), Link("link")), (joint,), (cut,))).closure
     assert closure.row_names == tuple(f"cut.{label}" for label in kind.labels)
     lengths = [equation.is_length for equation in kind.equations for _ in equation.labels]
@@ -98,10 +99,12 @@ def test_rows_of_a_cut_are_those_of_its_equations(kind: CutType) -> None:
 
 def test_a_coupling_of_three_coordinates() -> None:
     """A differential: two wheels and the casing between them."""
-    one = BoundCoupling("differential", (0, 4, 2), (0, 3, 1), (1.0, 0.5, -2.0), 0.25, False)
+    one = BoundCoupling(
+        "differential", (0, 4, 2), (0, 3, 1), (Polynomial((0.0, -0.5)), Polynomial((0.0, 2.0))), -0.25, False, True
+    )
     q = np.array([1.0, 9.0, 3.0, 9.0, -4.0])
     assert one.residual(q) == 1.0 - 2.0 - 6.0 + 0.25
-    np.testing.assert_array_equal(one.row(5), [1.0, -2.0, 0.0, 0.5, 0.0])
+    np.testing.assert_array_equal(one.row(q, 5), [1.0, -2.0, 0.0, 0.5, 0.0])
 
 
 # ---- parts alone ----------------------------------------------------------------------------------------------------

@@ -98,7 +98,7 @@ def test_power_in_every_joint(name: str, tmp_path: Path) -> None:
         speed, change, given = (of[joint.name] for of in drawn)
         wanted = given - joint.physics.armature * change
         for gear in chain.description.couplings:
-            share = {gear.joint: 1.0, gear.driver: -gear.ratio}.get(joint.name, 0.0)
+            share = {gear.joint: 1.0, gear.gear[0]: -gear.gear[1]}.get(joint.name, 0.0)
             wanted = wanted + share * found.couplings[gear.name].force
         if joint.type.single:
             physics, q = joint.physics, at.q_full[chain.model.idx_qs[index]]

@@ -124,7 +124,7 @@ def robot(loop: str, cut: str, extra: str, seed: int, rpy: tuple[float, ...]) ->
     if extra == "coupling":
         made.limb("gear", 1, "planar")
         made.home["gear0"] = -2.0 * made.home["limb0"] + 0.3
-        couplings = (Coupling("gears", "gear0", "limb0", -2.0, 0.3),)
+        couplings = (Coupling.geared("gears", "gear0", "limb0", -2.0, 0.3),)
     elif extra != "none":
         made.join("more", extra, (crank, made.limb("arm", JOINTS["spatial"][extra] - 1, "spatial")), "spatial")
     passive = {name: angle for name, angle in made.home.items() if name != "limb0"}

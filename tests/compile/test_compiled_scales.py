@@ -62,7 +62,14 @@ def scaled(description: RobotDescription, s: float = 1.0, m: float = 1.0, t: flo
         for cut in description.cuts
     )
     couplings = tuple(
-        replace(one, ratio=one.ratio * unit(one.joint) / unit(one.driver), offset=one.offset * unit(one.joint))
+        replace(
+            one,
+            drives=tuple(
+                replace(own, curve=own.curve.scaled(1.0 / unit(own.driver), 1.0 / unit(one.joint)))
+                for own in one.drives
+            ),
+            offset=one.offset * unit(one.joint),
+        )
         for one in description.couplings
     )
     homes = tuple(

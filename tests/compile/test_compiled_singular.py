@@ -264,7 +264,7 @@ def sliders() -> RobotDescription:
             Joint("wheel", JointType.CONTINUOUS, "base", "wheel", plain(0.0, 0.3), axis=axis),
             Joint("pinion", JointType.CONTINUOUS, "base", "pinion", plain(0.0, 0.5), axis=axis),
         ),
-        couplings=(Coupling("gear", "pinion", "wheel", -2.0),),
+        couplings=(Coupling.geared("gear", "pinion", "wheel", -2.0),),
         actuators=("below", "above", "wheel"),
     )
 

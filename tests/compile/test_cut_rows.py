@@ -42,7 +42,7 @@ def test_a_row_is_the_rate_of_its_residual(kit: Any, kind: str) -> None:
 
 
 def test_couplings_too(kit: Any) -> None:
-    gear = Coupling("gear", "wrist", "shoulder", -1.5, 0.45)
+    gear = Coupling.geared("gear", "wrist", "shoulder", -1.5, 0.45)
     agrees(ClosedChain(replace(kit.limb_and_body("prismatic"), couplings=(gear,))))
 
 

@@ -333,7 +333,7 @@ def test_each_cut_has_its_own_line(fourbar) -> None:
 
 def test_a_coupling_is_read(fourbar) -> None:
     (coupling,) = load_description(fourbar(loops=[("[tool]", COUPLING)])).couplings
-    assert (coupling.joint, coupling.driver, coupling.ratio) == ("rocker_turn", "crank_turn", 2.0)
+    assert (coupling.joint, *coupling.gear) == ("rocker_turn", "crank_turn", 2.0)
 
 
 def test_a_folder_without_loops(tmp_path: Path) -> None:

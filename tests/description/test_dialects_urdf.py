@@ -132,7 +132,7 @@ COUPLED = """<link name="rotor"><inertial>
 def test_coupling_ties_the_joints_below_the_common_ancestor(dialect) -> None:
     robot = load_description(dialect("plus", urdf=[(END, COUPLED + END)]))
     (coupling,) = robot.couplings
-    assert (coupling.joint, coupling.driver, coupling.ratio) == ("rotor_turn", "crank_turn", 6.0)
+    assert (coupling.joint, *coupling.gear) == ("rotor_turn", "crank_turn", 6.0)
     assert robot.actuators == ("crank_turn",)
 
 
@@ -141,7 +141,7 @@ def test_coupling_drives_the_joint_that_is_not_independent(dialect) -> None:
         'successor link="rotor"', 'successor link="crank"'
     )
     (coupling,) = load_description(dialect("plus", urdf=[(END, turned + END)])).couplings
-    assert (coupling.joint, coupling.driver, coupling.ratio) == ("rotor_turn", "crank_turn", 1.0 / 6.0)
+    assert (coupling.joint, *coupling.gear) == ("rotor_turn", "crank_turn", 1.0 / 6.0)
 
 
 def test_the_first_spelling_of_urdf_plus(dialect) -> None:
@@ -154,7 +154,7 @@ def test_the_first_spelling_of_urdf_plus(dialect) -> None:
     ]
     robot = load_description(dialect("plus", urdf=edits))
     assert robot.cuts[0].type is CutType.SPHERICAL
-    assert robot.couplings[0].ratio == 6.0
+    assert robot.couplings[0].gear[1] == 6.0
 
 
 # -- <constraint> ----------------------------------------------------------------------------------------

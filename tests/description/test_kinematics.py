@@ -34,7 +34,7 @@ def random_values(robot: RobotDescription, generator: np.random.Generator) -> di
     one = (JointType.REVOLUTE, JointType.CONTINUOUS, JointType.PRISMATIC)
     values = {joint.name: generator.uniform(-2, 2) for joint in robot.joints if joint.type in one}
     for name, coupling in driven.items():
-        values[name] = coupling.ratio * values[coupling.driver] + coupling.offset
+        values[name] = coupling.gear[1] * values[coupling.gear[0]] + coupling.offset
     return values
 
 

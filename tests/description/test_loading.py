@@ -80,7 +80,7 @@ def test_mimic_is_a_coupling_and_no_actuator(fourbar) -> None:
     edits = [('<dynamics damping="0.01" friction="0.02"/>', '<mimic joint="crank_turn" multiplier="-2" offset="0.1"/>')]
     robot = load_description(fourbar(urdf=edits).parent / "robot.urdf")
     (coupling,) = robot.couplings
-    assert (coupling.joint, coupling.driver, coupling.ratio, coupling.offset) == (
+    assert (coupling.joint, *coupling.gear, coupling.offset) == (
         "coupler_turn",
         "crank_turn",
         -2.0,

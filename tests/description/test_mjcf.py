@@ -153,7 +153,7 @@ def test_residuals_are_mujocos(mjcf, forward) -> None:
     (coupling,) = robot.couplings
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, "gear")
     (row,) = [i for i in range(data.nefc) if data.efc_type[i] == equality and data.efc_id[i] == index]
-    ours = values[coupling.joint] - coupling.ratio * values[coupling.driver] - coupling.offset
+    ours = values[coupling.joint] - coupling.gear[1] * values[coupling.gear[0]] - coupling.offset
     assert ours == pytest.approx(data.efc_pos[row], abs=1e-14)
 
 

@@ -96,8 +96,8 @@ def menagerie(mesh: Path, seed: int = 0) -> RobotDescription:
         joints=tuple(joints),
         cuts=tuple(cuts),
         couplings=(
-            Coupling("gear", names_of[JointType.CONTINUOUS], names_of[JointType.REVOLUTE], -2.5, 0.125),
-            Coupling(
+            Coupling.geared("gear", names_of[JointType.CONTINUOUS], names_of[JointType.REVOLUTE], -2.5, 0.125),
+            Coupling.geared(
                 f"{names_of[JointType.PRISMATIC]}_mimic", names_of[JointType.PRISMATIC], names_of[JointType.REVOLUTE]
             ),
         ),

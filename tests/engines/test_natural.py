@@ -55,8 +55,8 @@ def robot(length=1.0, mass=1.0, time=1.0):
                                           stiffness=1.3 * sliding / time, rest=0.4 * length)),
         ),
         couplings=(
-            Coupling("rack", "slide", "turn", 0.7 * length, 0.1 * length),
-            Coupling("pinion", "turn", "slide", 0.7 / length, 0.1),
+            Coupling.geared("rack", "slide", "turn", 0.7 * length, 0.1 * length),
+            Coupling.geared("pinion", "turn", "slide", 0.7 / length, 0.1),
         ),
         tool=Frame("block", at(0.0, 0.0, 0.2 * length)),
         gravity=np.array([0.0, 0.6, -0.8]) * length / time**2,
@@ -75,7 +75,7 @@ def numbers(one):
     rows += [[*physics(joint), joint.physics.armature, *joint.placement.flat, *joint.axis] for joint in one.joints]
     rows += [[*physics(cut), *cut.a.placement.flat, *cut.b.placement.flat] for cut in one.cuts]
     rows += [astuple(cut.bushing) for cut in one.cuts if cut.bushing is not None]
-    rows += [[coupling.ratio, coupling.offset] for coupling in one.couplings]
+    rows += [[coupling.gear[1], coupling.offset] for coupling in one.couplings]
     return np.concatenate([np.ravel(row) for row in rows])
 
 

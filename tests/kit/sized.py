@@ -97,8 +97,10 @@ class Size:
         return replace(joint, placement=self._placement(joint.placement), limits=limits)
 
     def _coupling(self, one: Coupling, kinds: dict[str, JointType]) -> Coupling:
-        here, there = (self.length if kinds[j] is JointType.PRISMATIC else 1.0 for j in (one.joint, one.driver))
-        return replace(one, ratio=one.ratio * here / there, offset=one.offset * here)
+        units = {name: self.length if kind is JointType.PRISMATIC else 1.0 for name, kind in kinds.items()}
+        here = units[one.joint]
+        drives = tuple(replace(own, curve=own.curve.scaled(1.0 / units[own.driver], 1.0 / here)) for own in one.drives)
+        return replace(one, drives=drives, offset=one.offset * here)
 
     def _home(self, home: Home, kinds: dict[str, JointType]) -> Home:
         def value(name: str, numbers: Any) -> Any:

@@ -63,7 +63,7 @@ class Placed:
             self._cuts[cut.name] = cut_rows(cut, a, b)
             self.gaps[cut.name] = cut_gap(cut, a, b)
         for gear in robot.couplings:
-            apart = abs(float(coordinates[gear.joint]) - gear.ratio * float(coordinates[gear.driver]) - gear.offset)
+            apart = abs(float(coordinates[gear.joint]) - gear.gear[1] * float(coordinates[gear.gear[0]]) - gear.offset)
             self.gaps[gear.name] = (apart, 0.0) if self._slides(gear.joint) else (0.0, apart)
 
     @property
@@ -111,7 +111,7 @@ class Placed:
     def _gear(self, gear: Coupling, of: Array) -> Array:
         """The row of a coupling out of the rows (or accelerations) of all joint velocities, shape (1, ...)."""
         velocity = self.oracle.velocity
-        return of[velocity[gear.joint]] - gear.ratio * of[velocity[gear.driver]]
+        return of[velocity[gear.joint]] - gear.gear[1] * of[velocity[gear.gear[0]]]
 
     def _slides(self, joint: str) -> bool:
         return next(one.kind for one in self.oracle.robot.joints if one.name == joint) == "prismatic"

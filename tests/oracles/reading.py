@@ -126,7 +126,7 @@ def read(path: Path | str, variant: str | None = None) -> Robot:
     assert set(changes) <= {joint.name for joint in joints}
     mimics = [one for element in tree.findall("joint") if (one := _mimic(element)) is not None]
     gears = [
-        Coupling(c["name"], c["joint"], c["driver"], float(c.get("ratio", 1.0)), float(c.get("offset", 0.0)))
+        Coupling.geared(c["name"], c["joint"], c["driver"], float(c.get("ratio", 1.0)), float(c.get("offset", 0.0)))
         for c in loops.get("coupling", [])
     ]
     driven = {one.joint for one in (*mimics, *gears)}
@@ -201,7 +201,7 @@ def _mimic(element: ET.Element) -> Coupling | None:
         return None
     name = element.get("name")
     ratio, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
-    return Coupling(f"{name}_mimic", name, mimic.get("joint"), ratio, offset)
+    return Coupling.geared(f"{name}_mimic", name, mimic.get("joint"), ratio, offset)
 
 
 def _frame(value: Any) -> Frame:

@@ -11,6 +11,7 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain.build import bind_frame
 from cutjoint.chain.joints import support, type_of
+from cutjoint.description.curves import Curve, CurvePoint
 from cutjoint.description.cuts import Kind
 from cutjoint.description.model import Coupling, CutJoint, CutType
 
@@ -30,55 +31,68 @@ class BoundCut:
     placement_b: pin.SE3
     support_a: Array
     support_b: Array
+    length: float = 0.0
 
     @staticmethod
     def of(model: pin.Model, cut: CutJoint) -> BoundCut:
         """A cut of the description that the model was built from."""
         (joint_a, placement_a), (joint_b, placement_b) = bind_frame(model, cut.a), bind_frame(model, cut.b)
         supports = support(model, joint_a), support(model, joint_b)
-        return BoundCut(cut.name, cut.type, joint_a, placement_a, joint_b, placement_b, *supports)
+        return BoundCut(cut.name, cut.type, joint_a, placement_a, joint_b, placement_b, *supports, cut.length)
 
 
 @dataclass(frozen=True)
 class BoundCoupling:
-    """A coupling: the weighted sum of coordinates of the tree, plus a constant, is zero.
+    """A coupling: the first coordinate, less the curves of the others and an offset, is zero.
 
     Attributes:
         q_index, v_index: of the coordinates in a configuration, and of their velocities.
-        weights: of each.
-        constant: [m] or [rad].
+        curves: of each coordinate after the first.
+        offset: [m] or [rad].
         is_length: whether the sum is a length; it is measured like the first coordinate.
+        linear: whether all curves are straight lines.
     """
 
     name: str
     q_index: tuple[int, ...]
     v_index: tuple[int, ...]
-    weights: tuple[float, ...]
-    constant: float
+    curves: tuple[Curve, ...]
+    offset: float
     is_length: bool
+    linear: bool
 
     @staticmethod
     def of(model: pin.Model, coupling: Coupling) -> BoundCoupling:
         """A coupling of the description that the model was built from."""
-        joints = [model.getJointId(name) for name in coupling.weights]
+        joints = [model.getJointId(name) for name in (coupling.joint, *coupling.drivers)]
+        curves = tuple(one.curve for one in coupling.drives)
         return BoundCoupling(
             coupling.name,
             tuple(int(model.idx_qs[joint]) for joint in joints),
             tuple(int(model.idx_vs[joint]) for joint in joints),
-            tuple(coupling.weights.values()),
-            coupling.constant,
+            curves,
+            coupling.offset,
             type_of(model, joints[0]).slides,
+            all(len(one.pieces) == 1 and not any(one.pieces[0].coefficients[2:]) for one in curves),
         )
 
     def residual(self, q: Array) -> float:
         """What the sum is at a configuration (nq,), [m] or [rad]."""
-        return float(sum(w * q[i] for w, i in zip(self.weights, self.q_index, strict=True)) + self.constant)
+        return float(q[self.q_index[0]] - sum(one.value for one in self._driven(q)) - self.offset)
 
-    def row(self, nv: int) -> Array:
+    def row(self, q: Array, nv: int) -> Array:
         """Its derivative, shape (nv,)."""
         row = np.zeros(nv)
-        np.add.at(row, list(self.v_index), self.weights)
+        np.add.at(row, list(self.v_index), [1.0, *(-one.slope for one in self._driven(q))])
         return row
+
+    def drift(self, q: Array, v: Array) -> float:
+        """Time derivative of the row times v, [m/s2] or [rad/s2]."""
+        bends = (one.bend for one in self._driven(q))
+        return -float(sum(bend * v[i] ** 2 for bend, i in zip(bends, self.v_index[1:], strict=True)))
+
+    def _driven(self, q: Array) -> list[CurvePoint]:
+        return [curve.at(float(q[i])) for curve, i in zip(self.curves, self.q_index[1:], strict=True)]
 
 
 class Rows:
@@ -89,6 +103,7 @@ class Rows:
         points, locks, hinges: cut and first row of each such equation.
         slides: cut, row and axis of A.
         dots: cut, row, axis of A, axis of B; and whether it is of a hinge.
+        distances: cut, row and length.
         names, is_length, is_sine: of every row; whether it is a length, or the sine of an angle.
     """
 
@@ -108,6 +123,7 @@ class Rows:
         self.slides = [(cut, row, *one.axes) for cut, row, one in at if one.kind is Kind.SLIDE]
         self.dots = [(cut, row + k, *tilt, True) for cut, row in self.hinges for k, tilt in enumerate(_TILTS)]
         self.dots += [(cut, row, *one.axes, False) for cut, row, one in at if one.kind is Kind.DOT]
+        self.distances = [(cut, row, cuts[cut].length) for cut, row, one in at if one.kind is Kind.DISTANCE]
         self.point_cuts = np.array([cut for cut, _ in self.points], dtype=int)
         self.all_points = self.point_cuts.tolist() == list(range(len(cuts)))
         self.point_rows = np.array([row + k for _, row in self.points for k in range(3)], dtype=int)

@@ -9,10 +9,11 @@ Each cut joins frame A on one body to frame B on another.  Its type says which e
 - dot: an axis of A stays perpendicular to one of B
 - hinge: x_A and y_A stay perpendicular to z_B, stretched from the sine to the angle between z_A and z_B, so that
   opposite axes do not count as closed
+- distance: the length of p_B - p_A is that of the cut
 
 Every row is linear in the twists of the bodies that it joins (about the world origin, in world axes), so one matrix G
 over the twists of all cut frames says it all: K = G J with J the joint Jacobians of those bodies, and the drift is
-G (dJ/dt v) plus what the turning of G adds.  Nothing here is a finite difference.  Couplings add one linear row each.
+G (dJ/dt v) plus what the turning of G adds.  Nothing here is a finite difference.  Couplings add one row each.
 """
 
 from __future__ import annotations
@@ -69,9 +70,10 @@ class Closure:
         self.support = self.support.reshape(2 * len(self.cuts), 1, self.nv)
         self.moved = self.support[:, 0]
         self.turns = any(Kind.LOCK not in cut.type.kinds for cut in self.cuts)
-        self.holds_points = not (rows.slides or rows.dots)
+        self.linear = all(one.linear for one in self.couplings)
+        self.holds_points = not (rows.slides or rows.dots or rows.distances) and self.linear
         self._starts = np.array([*rows.starts, *range(rows.count, self.all_rows)], dtype=int)
-        self._coupled = np.array([one.row(self.nv) for one in self.couplings]).reshape(len(gears), self.nv)
+        self._coupled = self._coupled_rows(np.zeros(int(model.nq)))
 
     @cached_property
     def apart(self) -> Array:
@@ -97,6 +99,8 @@ class Closure:
         for cut, row in rows.hinges:
             cosine = float(frames.axes_a[cut, :, 2] @ frames.axes_b[cut, :, 2])
             residual[row : row + 2] = _stretched(residual[row : row + 2], cosine)
+        for cut, row, length in rows.distances:
+            residual[row] = float(np.linalg.norm(apart[cut])) - length
         for row, coupling in enumerate(self.couplings, start=rows.count):
             residual[row] = coupling.residual(q)
         return residual
@@ -122,24 +126,37 @@ class Closure:
             line = np.concatenate([axis, cross(frames.at_b[cut], axis)])
             gather[row, 6 * cut : 6 * cut + 6] = -line
             gather[row, 6 * (count + cut) : 6 * (count + cut) + 6] = line
+        for cut, row, _ in rows.distances:
+            along = direction(frames.at_b[cut] - frames.at_a[cut])
+            for at, side, sign in ((frames.at_a, cut, -1.0), (frames.at_b, count + cut, 1.0)):
+                gather[row, 6 * side : 6 * side + 6] = sign * np.concatenate([along, cross(at[cut], along)])
         return gather
 
-    def jacobian(self, gather: Array, twists: Array) -> Array:
-        """Time derivative of the residual per velocity, shape (rows, nv), from G and the joint Jacobians (6, nv)."""
+    def jacobian(self, gather: Array, twists: Array, q: Array) -> Array:
+        """Time derivative of the residual per velocity, shape (rows, nv), from G, the joint Jacobians (6, nv) and the
+        configuration (nq,)."""
         of_cuts = gather.dot((self.support * twists).reshape(12 * len(self.cuts), self.nv))
-        return self.kept(np.concatenate([of_cuts, self._coupled]) if self.couplings else of_cuts)
+        if not self.couplings:
+            return self.kept(of_cuts)
+        return self.kept(np.concatenate([of_cuts, self._coupled if self.linear else self._coupled_rows(q)]))
 
-    def drift(self, frames: CutFrames, gather: Array, twists: Array, rates: Array, v: Array) -> Array:
+    def _coupled_rows(self, q: Array) -> Array:
+        return np.array([one.row(q, self.nv) for one in self.couplings]).reshape(len(self.couplings), self.nv)
+
+    def drift(self, frames: CutFrames, gather: Array, twists: Array, rates: Array, q: Array, v: Array) -> Array:
         """Time derivative of the Jacobian times v, shape (rows,), [m/s2] and [rad/s2], for a closed posture.
 
         Args:
             twists, rates: joint Jacobians and their time derivatives, shape (6, nv).
+            q: configuration, shape (nq,).
             v: velocity, shape (nv,), with which the loops stay closed.
         """
         moving = self.moved * v
         of_cuts = gather.dot(moving.dot(rates.T).ravel())
         self._add_turning(of_cuts, frames, moving @ twists.T)
-        return self.kept(np.concatenate([of_cuts, np.zeros(len(self.couplings))]) if self.couplings else of_cuts)
+        if not self.couplings:
+            return self.kept(of_cuts)
+        return self.kept(np.concatenate([of_cuts, [one.drift(q, v) for one in self.couplings]]))
 
     def _add_turning(self, drift: Array, frames: CutFrames, twists: Array) -> None:
         """What the turning of G adds to the drift, from the twists (2 cuts, 6) of the frames."""
@@ -161,6 +178,11 @@ class Closure:
                 + 2.0 * swing @ (velocity[half + cut] - velocity[cut])
                 + cross(w_a, swing) @ (frames.at_b[cut] - frames.at_a[cut])
             )
+        for cut, row, _ in rows.distances:
+            apart, speed = frames.at_b[cut] - frames.at_a[cut], velocity[half + cut] - velocity[cut]
+            along = direction(apart)
+            across = speed - (along @ speed) * along
+            drift[row] += along @ (inward[half + cut] - inward[cut]) + across @ across / np.linalg.norm(apart)
 
     def kept(self, values: Array) -> Array:
         """The trusted rows among all."""
@@ -187,6 +209,12 @@ def cross(x: Array, y: Array) -> Array:
     """Cross product of vectors, shape (3,) or (k, 3); quicker than numpy's on arrays as small as these."""
     products = x.dot(_FIRST) * y.dot(_SECOND)
     return np.asarray(products[..., :3] - products[..., 3:])
+
+
+def direction(apart: Array) -> Array:
+    """The unit vector along a difference of points, shape (3,); along x where they coincide."""
+    length = float(np.linalg.norm(apart))
+    return apart / length if length > 0.0 else np.eye(3)[0]
 
 
 def _stretched(sines: Array, cosine: float) -> Array:

@@ -28,7 +28,7 @@ import numpy as np
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
 from cutjoint.chain.bound import BoundCut
-from cutjoint.chain.closure import CutFrames
+from cutjoint.chain.closure import CutFrames, direction
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.kinematics import Kinematics, Moving
 from cutjoint.chain.rank import Split, coordinates_of
@@ -224,7 +224,8 @@ def wrenches(cuts: tuple[BoundCut, ...], frames: CutFrames, multipliers: Array) 
     """Multipliers of all rows of the cuts, one after another, as wrenches on body B at frame b, world axes."""
     found: dict[str, Wrench] = {}
     row = 0
-    for cut, a, b in zip(cuts, frames.axes_a, frames.axes_b, strict=True):
+    sides = (frames.axes_a, frames.axes_b, frames.at_a, frames.at_b)
+    for cut, a, b, at_a, at_b in zip(cuts, *sides, strict=True):
         force, moment = np.zeros(3), np.zeros(3)
         for equation in cut.type.equations:
             f = multipliers[row : row + equation.rows]
@@ -240,6 +241,8 @@ def wrenches(cuts: tuple[BoundCut, ...], frames: CutFrames, multipliers: Array) 
                 case Kind.DOT:
                     i, j = equation.axes
                     moment += f[0] * np.cross(b[:, j], a[:, i])
+                case Kind.DISTANCE:
+                    force += f[0] * direction(at_b - at_a)
             row += equation.rows
         found[cut.name] = Wrench(readonly(force), readonly(moment))
     return found

@@ -57,7 +57,7 @@ class Placed:
     @cached_property
     def jacobian(self) -> Array:
         """Of all rows, [m] and [rad] per velocity, shape (rows, nv)."""
-        return self._k.closure.jacobian(self.gather, self.twists)
+        return self._k.closure.jacobian(self.gather, self.twists, self.q)
 
     @cached_property
     def scaled(self) -> Array:
@@ -140,7 +140,7 @@ class Moving(Placed):
     @property
     def drift(self) -> Array:
         """Time derivative of the constraint Jacobian times v, shape (rows,), [m/s2] and [rad/s2]."""
-        return self._k.closure.drift(self.frames, self.gather, self.twists, self.rates, self.v)
+        return self._k.closure.drift(self.frames, self.gather, self.twists, self.rates, self.q, self.v)
 
     @property
     def tool_drift(self) -> Array:

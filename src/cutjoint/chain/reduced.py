@@ -75,7 +75,7 @@ class AtPosture:
         rates, twists = k.tree.rates(q, v_full), k.tree.twists()
         drift = np.zeros(k.model.nv)
         placed = self.placed
-        gamma = closure.drift(placed.frames, placed.gather, twists, rates, v_full)
+        gamma = closure.drift(placed.frames, placed.gather, twists, rates, placed.q, v_full)
         drift[self._passive] = self._back @ gamma
         if isinstance(self._found, TangentMap):
             self._check(v_full, drift, gamma)

@@ -67,7 +67,8 @@ def _data(
         ],
         "cuts": [{"name": c.name, "type": str(c.type), "links": [c.a.link, c.b.link]} for c in robot.cuts],
         "couplings": [
-            {"name": c.name, "joint": c.joint, "driver": c.driver, "ratio": c.ratio} for c in robot.couplings
+            {"name": c.name, "joint": c.joint, "drivers": c.drivers, "ratios": c.ratios, "formula": c.formula}
+            for c in robot.couplings
         ],
         "physics": physics_data(robot),
         "links": [{"name": link.name, "mass_kg": link.inertial.mass if link.inertial else 0.0} for link in robot.links],
@@ -113,10 +114,8 @@ def _show(chain: ClosedChain, report: MobilityReport, working: Modes | None, ass
         cuts = TerminalTable("cut joints", ("cut", "type", "rows", "between"), right=("rows",))
         for cut in robot.cuts:
             cuts.add_row(cut.name, str(cut.type), str(cut.type.rows), f"{cut.a.link} - {cut.b.link}")
-        for ratio in robot.couplings:
-            cuts.add_row(
-                ratio.name, "coupling", "1", f"{ratio.joint} = {ratio.ratio:g} {ratio.driver} + {ratio.offset:g}"
-            )
+        for coupling in robot.couplings:
+            cuts.add_row(coupling.name, "coupling", "1", coupling.formula)
         cuts.print()
 
     show_physics(robot)

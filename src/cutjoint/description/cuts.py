@@ -20,6 +20,7 @@ class Kind(Enum):
     LOCK = "rotation vector of R_A' R_B = 0"
     HINGE = "z_A stays along z_B: x_A . z_B = y_A . z_B = 0, stretched from the sine to the angle between z_A and z_B"
     DOT = "an axis of A stays perpendicular to one of B"
+    DISTANCE = "|p_B - p_A| = length of the cut"
 
 
 class Freedom(Enum):
@@ -54,7 +55,7 @@ class Equation:
     @property
     def is_length(self) -> bool:
         """Whether the residual is a length [m]; else an angle [rad]."""
-        return self.kind in (Kind.POINT, Kind.SLIDE)
+        return self.kind in (Kind.POINT, Kind.SLIDE, Kind.DISTANCE)
 
 
 def slide(axis: int) -> Equation:
@@ -70,6 +71,7 @@ def dot(a: int, b: int, label: str) -> Equation:
 POINT = Equation(Kind.POINT, ("x", "y", "z"))
 LOCK = Equation(Kind.LOCK, ("rx", "ry", "rz"))
 HINGE = Equation(Kind.HINGE, ("tilt_x", "tilt_y"))
+DISTANCE = Equation(Kind.DISTANCE, ("length",))
 
 
 class CutType(StrEnum):
@@ -112,11 +114,17 @@ class CutType(StrEnum):
         (Freedom.TURN_OF_A, Freedom.TURN_OF_B),
     )
     SPHERICAL = "spherical", (POINT,), "", "turns about a point", (Freedom.BALL,)
+    DISTANCE = "distance", (DISTANCE,), "", "goes about the other at a fixed distance, as on a massless rod"
 
     @property
     def rows(self) -> int:
         """Number of independent constraints."""
         return sum(one.rows for one in self.equations)
+
+    @property
+    def has_length(self) -> bool:
+        """Whether a cut of this type needs a length."""
+        return DISTANCE in self.equations
 
     @property
     def labels(self) -> tuple[str, ...]:

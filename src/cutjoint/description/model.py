@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen, readonly
+from cutjoint.description.curves import Curve, Polynomial
 from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
 from cutjoint.errors import InputError, UnknownNameError
@@ -132,7 +133,8 @@ class CutJoint:
     """A joint that was left out to get a tree: it joins frame `a` to frame `b`.
 
     The free axis of a revolute or prismatic cut is the z axis of both frames; a universal cut turns about the x axis of
-    `a` and the y axis of `b`, which stay perpendicular.  `physics` is of the motion that it leaves free.  With a
+    `a` and the y axis of `b`, which stay perpendicular; a distance keeps the origins `length` [m] apart.
+    `physics` is of the motion that it leaves free.  With a
     `bushing` it holds nothing rigidly: it is a spring and damper, and closes no loop.
     """
 
@@ -143,28 +145,68 @@ class CutJoint:
     place: Place = Place()
     physics: JointPhysics = NO_PHYSICS
     bushing: Bushing | None = None
+    length: float = 0.0
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What one joint adds to a coupling: a curve of its coordinate."""
+
+    driver: str
+    curve: Curve = field(default_factory=Polynomial)
 
 
 @dataclass(frozen=True)
 class Coupling:
-    """A loop closed by a gear, belt or mimic: coordinate of `joint` = ratio * coordinate of `driver` + offset."""
+    """A loop closed by gears, belts, tendons, a mimic or a cam: the coordinate of `joint` = `offset` + the sum of the
+    curves of its drivers' coordinates.  Without drivers it holds the joint at `offset`."""
 
     name: str
     joint: str
-    driver: str
-    ratio: float = 1.0
+    drives: tuple[Drive, ...] = ()
     offset: float = 0.0
     place: Place = Place()
 
-    @property
-    def weights(self) -> Mapping[str, float]:
-        """Joint -> weight: the weighted sum of these coordinates and `constant` is zero."""
-        return {self.joint: 1.0, self.driver: -self.ratio}
+    @classmethod
+    def geared(
+        cls, name: str, joint: str, driver: str, ratio: float = 1.0, offset: float = 0.0, place: Place = Place()
+    ) -> Coupling:
+        """Coordinate of `joint` = ratio * coordinate of `driver` + offset."""
+        return cls.summed(name, joint, {driver: ratio}, offset, place)
+
+    @classmethod
+    def summed(
+        cls, name: str, joint: str, ratios: Mapping[str, float], offset: float = 0.0, place: Place = Place()
+    ) -> Coupling:
+        """Coordinate of `joint` = sum of ratio * coordinate over the drivers + offset."""
+        drives = tuple(Drive(driver, Polynomial((0.0, ratio))) for driver, ratio in ratios.items())
+        return cls(name, joint, drives, offset, place)
 
     @property
-    def constant(self) -> float:
-        """What is added to the weighted sum, [m] or [rad]."""
-        return -self.offset
+    def drivers(self) -> tuple[str, ...]:
+        """Names of the joints that drive it."""
+        return tuple(one.driver for one in self.drives)
+
+    @property
+    def ratios(self) -> Mapping[str, float] | None:
+        """Driver -> ratio where all curves are straight lines through zero, else None."""
+        slopes = {one.driver: one.curve.ratio for one in self.drives}
+        kept = {driver: ratio for driver, ratio in slopes.items() if ratio is not None}
+        return kept if len(kept) == len(self.drives) else None
+
+    @property
+    def formula(self) -> str:
+        """What it says, to be read: `rocker = 0.5 left + 0.5 right + 0.1`."""
+        terms = [one.curve.told(one.driver) for one in self.drives]
+        terms += [f"{self.offset:g}"] if self.offset != 0.0 or not terms else []
+        return f"{self.joint} = {' + '.join(terms)}"
+
+    @property
+    def gear(self) -> tuple[str, float] | None:
+        """Driver and ratio where one joint drives it along a straight line through zero: what gears and `<mimic>` do;
+        else None."""
+        ratios = self.ratios
+        return next(iter(ratios.items())) if ratios is not None and len(ratios) == 1 else None
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
     links.NAME      mass, com.x .y .z, inertia.xx .yy .zz .xy .xz .yz (about the centre of mass, along the link's axes)
     joints.NAME     origin.x .y .z .roll .pitch .yaw, and the joint's physics: damping, friction, stiffness, gear, ...
     cuts.NAME       a.x ... a.yaw, b.x ... b.yaw, its physics, and bushing.stiffness ... where it is a bushing
-    couplings.NAME  ratio, offset
+    couplings.NAME  offset, and ratio where one joint drives it in a fixed ratio
     tool            x .y .z .roll .pitch .yaw
     gravity         x .y .z
 
@@ -44,7 +44,7 @@ def _under(prefix: str, names: tuple[str, ...]) -> tuple[str, ...]:
 FIELDS: Mapping[str, tuple[str, ...]] = {
     "links": ("mass", *_under("com", PLACE[:3]), *_under("inertia", TENSOR)),
     "joints": (*_under("origin", PLACE), *PHYSICS),
-    "cuts": (*_under("a", PLACE), *_under("b", PLACE), *PHYSICS, *_under("bushing", BUSHING)),
+    "cuts": (*_under("a", PLACE), *_under("b", PLACE), *PHYSICS, *_under("bushing", BUSHING), "length"),
     "couplings": ("ratio", "offset"),
     "tool": PLACE,
     "gravity": PLACE[:3],
@@ -163,6 +163,8 @@ def fields_of(robot: RobotDescription, part: str, name: str) -> tuple[str, ...]:
         unused = _unused_of_joint(robot.joint(name))
     elif part == "cuts":
         unused = _unused_of_cut(next(cut for cut in robot.cuts if cut.name == name))
+    elif part == "couplings":
+        unused = () if next(one for one in robot.couplings if one.name == name).gear else ("ratio",)
     return tuple(field for field in FIELDS[part] if field not in unused)
 
 
@@ -179,9 +181,9 @@ def _unused_of_joint(joint: Joint) -> tuple[str, ...]:
 
 def _unused_of_cut(cut: CutJoint) -> tuple[str, ...]:
     """The same; a bushing moves every way by itself, and a rigid cut has none."""
-    freedoms = cut.type.freedoms
+    freedoms, without = cut.type.freedoms, () if cut.type.has_length else ("length",)
     if cut.bushing is not None:
         turns = any(not one.is_length for one in cut.type.equations)
-        return (*PHYSICS, *(() if turns else _under("bushing", BUSHING[2:])))
+        return (*without, *PHYSICS, *(() if turns else _under("bushing", BUSHING[2:])))
     ball = ("rest",) if Freedom.BALL in freedoms else ()
-    return (*_under("bushing", BUSHING), *((*_MOTOR, *ball) if freedoms else PHYSICS))
+    return (*without, *_under("bushing", BUSHING), *((*_MOTOR, *ball) if freedoms else PHYSICS))

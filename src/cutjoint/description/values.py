@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
+from cutjoint.description.curves import Polynomial
 from cutjoint.description.model import Coupling, CutJoint, Frame, Inertial, Joint, JointPhysics, Link, RobotDescription
 from cutjoint.description.paths import PHYSICS, PLACE, TENSOR, Path, numbers_at
 from cutjoint.description.transforms import from_rotation, rotation_from_rpy, rpy_from_rotation
@@ -42,9 +43,11 @@ def number(robot: RobotDescription, path: Path) -> float:
             return float(robot.gravity[PLACE.index(last)])
         case "couplings":
             coupling = next(one for one in robot.couplings if one.name == path.name)
-            return float(coupling.ratio if last == "ratio" else coupling.offset)
+            return coupling.gear[1] if last == "ratio" and coupling.gear else coupling.offset
     if last in PLACE:
         return place_of(placement_at(robot, path))[PLACE.index(last)]
+    if last == "length":
+        return _cut(robot, path.name).length
     if head == "bushing":
         return float(getattr(_cut(robot, path.name).bushing, last))
     physics = physics_of(robot, path)
@@ -177,11 +180,14 @@ def _changed_cut(old: CutJoint, values: Mapping[str, float]) -> CutJoint:
     if not values:
         return old
     a, b = _frame(old.a, _part(values, "a")), _frame(old.b, _part(values, "b"))
-    changed = replace(old, a=a, b=b, physics=_physics(old.physics, values))
+    changed = replace(old, a=a, b=b, physics=_physics(old.physics, values), length=values.get("length", old.length))
     return (
         changed if old.bushing is None else replace(changed, bushing=replace(old.bushing, **_part(values, "bushing")))
     )
 
 
 def _coupling(old: Coupling, values: Mapping[str, float]) -> Coupling:
-    return replace(old, ratio=values.get("ratio", old.ratio), offset=values.get("offset", old.offset))
+    drives = old.drives
+    if "ratio" in values:
+        drives = (replace(drives[0], curve=Polynomial((0.0, values["ratio"]))),)
+    return replace(old, drives=drives, offset=values.get("offset", old.offset))

@@ -101,11 +101,14 @@ def natural(robot: RobotDescription, scale: NaturalUnits) -> RobotDescription:
     def cut(one: CutJoint) -> CutJoint:
         physics = scale.physics(one.physics, length if Freedom.SLIDE in one.type.freedoms else 1.0)
         bushing = None if one.bushing is None else scale.bushing(one.bushing)
-        return replace(one, a=frame(one.a), b=frame(one.b), physics=physics, bushing=bushing)
+        return replace(
+            one, a=frame(one.a), b=frame(one.b), physics=physics, bushing=bushing, length=one.length / length
+        )
 
     def coupling(one: Coupling) -> Coupling:
         unit = units[one.joint]
-        return replace(one, ratio=one.ratio * units[one.driver] / unit, offset=one.offset / unit)
+        drives = tuple(replace(own, curve=own.curve.scaled(units[own.driver], unit)) for own in one.drives)
+        return replace(one, drives=drives, offset=one.offset / unit)
 
     return replace(
         robot,

@@ -129,7 +129,7 @@ class ChainPhysics:
     def _bushings(self, elastic: Elastic, q: Array | None) -> tuple[Array, Array]:
         """Rows (rows, nv) and residual (rows,) of the bushings; the residual is nothing without a configuration."""
         closure, frames = self._closure, _part(elastic.frames, slice(0, self._count))
-        rows = closure.jacobian(closure.gather(frames), elastic.twists)
+        rows = closure.jacobian(closure.gather(frames), elastic.twists, np.zeros(0))
         return rows, np.zeros(0) if q is None else closure.residual(frames, q)
 
     def _coordinates(self, elastic: Elastic) -> list[tuple[FreeMotion, Array, Array]]:

@@ -68,7 +68,7 @@ class LoopForces:
         every = np.zeros((closure.all_rows, 1 + exact.shape[1] + self._loose.size))
         every[self._trusted, : 1 + exact.shape[1]] = np.column_stack([least, exact])
         if self._loose.size:
-            rows = closure.jacobian(placed.gather, placed.twists) * self._row_scale[:, None] * k.column_scale
+            rows = closure.jacobian(placed.gather, placed.twists, placed.q) * self._row_scale[:, None] * k.column_scale
             balanced = -split.solve_transposed(rows[self._loose].T)
             sizes = np.sqrt(1.0 + np.sum(balanced**2, axis=0))
             every[self._trusted, 1 + exact.shape[1] :] = balanced / sizes

@@ -9,6 +9,7 @@ how the residual is written, and the simplest rows serve.  A cut's type says whi
 - lock: the three components of the relative angular velocity
 - hinge: its two components across the free axis
 - dot: its component along the cross product of an axis of A with one of B
+- distance: its component along the difference of the two origins
 
 Where the free axis of a hinge points the same way in every posture (planar limbs), two constant directions across it
 are used, so those rows of the Jacobian are constants.
@@ -20,6 +21,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from cutjoint.compile.equations.curves import on_curve
 from cutjoint.compile.equations.dynamics import Motion
 from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.tree import JointTree
@@ -51,6 +53,7 @@ class Loops:
             (
                 cut.name,
                 cut.type.equations,
+                cut.length,
                 tree.frame(cut.joint_a, cut.placement_a),
                 tree.frame(cut.joint_b, cut.placement_b),
             )
@@ -61,26 +64,30 @@ class Loops:
     def rows(self, pose: TreePose, motion: Motion | None = None, bias: Motion | None = None) -> list[ConstraintRow]:
         """All rows; the drift is zero without `motion` and `bias` (velocities, and accelerations at constant rates)."""
         found: list[ConstraintRow] = []
-        for name, equations, a, b in self.cuts:
+        for name, equations, length, a, b in self.cuts:
             ends = CutEnd(pose, pose.frame(f"cuts.{name}.a", a)), CutEnd(pose, pose.frame(f"cuts.{name}.b", b))
-            relative = Relative(pose, *ends, motion, bias)
+            relative = Relative(pose, *ends, motion, bias, pose.given.get(f"cuts.{name}.length", length))
             for equation in equations:
                 for coefficients, drift, residual in WRITTEN[equation.kind](relative, equation):
                     kept = {u: c for u, c in coefficients.items() if not is_zero(c)}
                     found.append(ConstraintRow(kept, drift, residual, equation.is_length))
         for one in self.couplings:
-            factors, constant = _coupled(pose, one)
-            residual = dot(factors, [pose.q[index] for index in one.q_index]) + constant
-            weights: dict[int, Number] = dict(zip(one.v_index, factors, strict=True))
-            found.append(ConstraintRow(weights, 0.0, residual, one.is_length))
+            found.append(_coupled(pose, one, motion))
         return found
 
 
-def _coupled(pose: TreePose, one: BoundCoupling) -> tuple[tuple[Number, ...], Number]:
-    """Weights and constant of a coupling; the second weight is minus its ratio, the constant minus its offset."""
+def _coupled(pose: TreePose, one: BoundCoupling, motion: Motion | None) -> ConstraintRow:
+    """The row of a coupling: its coordinate less the curves of its drivers and an offset."""
     ratio, offset = (pose.given.get(f"couplings.{one.name}.{part}") for part in ("ratio", "offset"))
-    weights = one.weights if ratio is None else (one.weights[0], -ratio)
-    return weights, one.constant if offset is None else -offset
+    weights: dict[int, Number] = {one.v_index[0]: 1.0}
+    residual: Number = pose.q[one.q_index[0]] - (one.offset if offset is None else offset)
+    drift: Number = 0.0
+    for curve, index, u in zip(one.curves, one.q_index[1:], one.v_index[1:], strict=True):
+        value, slope, bend = on_curve(curve, pose.q[index]) if ratio is None else (ratio * pose.q[index], ratio, 0.0)
+        residual, weights[u] = residual - value, -slope
+        if motion is not None:
+            drift = drift - bend * motion.rates[u] * motion.rates[u]
+    return ConstraintRow(weights, drift, residual, one.is_length)
 
 
 class CutEnd:
@@ -100,6 +107,7 @@ class Relative:
 
     Attributes:
         a, b: the frames.
+        length: of the cut, where it is a distance.
         apart: from the origin of A to that of B.
         velocity, angular: per rate, relative velocity of the origins and relative angular velocity.
         speed, pull: relative velocity of the origins, and relative acceleration at constant rates.
@@ -108,9 +116,15 @@ class Relative:
     """
 
     def __init__(
-        self, pose: TreePose, a: CutEnd, b: CutEnd, motion: Motion | None = None, bias: Motion | None = None
+        self,
+        pose: TreePose,
+        a: CutEnd,
+        b: CutEnd,
+        motion: Motion | None = None,
+        bias: Motion | None = None,
+        length: Number = 0.0,
     ) -> None:
-        self.a, self.b = a, b
+        self.a, self.b, self.length = a, b, length
         self.apart = _apart(pose, a, b)
         self.velocity = _difference(b.velocity, a.velocity)
         self.angular = _difference(b.angular, a.angular)
@@ -201,11 +215,18 @@ def _dot_rows(at: Relative, equation: Equation) -> list[Written]:
     return [(at.turning(normal), drift, dot(x, y))]
 
 
+def _distance_rows(at: Relative, equation: Equation) -> list[Written]:
+    coefficients = {u: dot(at.apart, one) / at.length for u, one in at.velocity.items()}
+    drift = (dot(at.apart, at.pull) + dot(at.speed, at.speed)) / at.length
+    return [(coefficients, drift, (dot(at.apart, at.apart) - at.length * at.length) / (2.0 * at.length))]
+
+
 WRITTEN: Mapping[Kind, Callable[[Relative, Equation], list[Written]]] = {
     Kind.POINT: _point_rows,
     Kind.SLIDE: _slide_rows,
     Kind.LOCK: _lock_rows,
     Kind.HINGE: _hinge_rows,
     Kind.DOT: _dot_rows,
+    Kind.DISTANCE: _distance_rows,
 }
 """Kind of equation -> its rows."""

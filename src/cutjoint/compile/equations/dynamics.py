@@ -14,10 +14,12 @@ from cutjoint.compile.expressions.vectors import ZERO, Vector, add, cross, dot, 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Angular and linear velocity (or acceleration) of the origin of every step, in world axes."""
+    """Angular and linear velocity (or acceleration) of the origin of every step, in world axes, and the rates (or their
+    derivatives) that make them."""
 
     angular: tuple[Vector, ...]
     linear: tuple[Vector, ...]
+    rates: tuple[Number, ...] = ()
 
     def at(self, step: int, arm: Vector) -> Vector:
         """Velocity of a point at `arm` (world axes) from the step's origin."""
@@ -33,7 +35,7 @@ def velocities(pose: TreePose, u: Sequence[Number]) -> Motion:
         slide, spin = _parts(pose, k, u)
         linear.append(add(at, slide))
         angular.append(add(angular[parent], spin))
-    return Motion(tuple(angular), tuple(linear))
+    return Motion(tuple(angular), tuple(linear), tuple(u))
 
 
 def accelerations(

@@ -81,11 +81,12 @@ class ChainSource(ChainPlan):
                     [[equation.kind.name, *equation.axes] for equation in cut.type.equations],
                     [cut.joint_a, _numbers(cut.placement_a.homogeneous)],
                     [cut.joint_b, _numbers(cut.placement_b.homogeneous)],
+                    cut.length,
                 ]
                 for cut in self.closure.cuts
             ],
             "couplings": [
-                [*one.q_index, *one.v_index, *one.weights, one.constant, one.is_length]
+                [*one.q_index, *one.v_index, *(curve.pieces for curve in one.curves), one.offset, one.is_length]
                 for one in self.closure.couplings
             ],
             "actuators": self.actuated_rates,

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from cutjoint.description.checks.tree import rigid_groups
+from cutjoint.description.curves import Curve, Table
 from cutjoint.description.findings import Findings, clip, listing, nearest
 from cutjoint.description.model import TASK_AXES, TASK_NAMES, Frame, Home, JointType, Place, RobotDescription
 
@@ -64,6 +65,9 @@ def _cuts(robot: RobotDescription, links: list[str], sound: bool, findings: Find
             found = f"{counts[cut.name]} cuts are called '{cut.name}'"
             findings.error(found, "a name of its own for each", "rename one", cut.place)
             counts[cut.name] = 0
+        if not (np.isfinite(cut.length) and (cut.length > 0.0 if cut.type.has_length else cut.length == 0.0)):
+            expected = "a length > 0 m" if cut.type.has_length else "a length of cuts of type distance only"
+            findings.error(f"{what} of type {cut.type.value} has the length {cut.length:g}", expected, "", cut.place)
         ends = [_frame(frame, what, links, findings, cut.place) for frame in (cut.a, cut.b)]
         if not all(ends):
             continue
@@ -96,31 +100,58 @@ def _couplings(robot: RobotDescription, findings: Findings) -> None:
             found = f"joint '{coupling.joint}' is driven by {driven[coupling.joint]} couplings"
             findings.error(found, "at most one driver", "remove one", place)
             driven[coupling.joint] = 0
-        for name in (coupling.joint, coupling.driver):
+        for name in (coupling.joint, *coupling.drivers):
             if _known(name, joints, "joint", what, findings, place) and not joints[name].type.single:
                 found = f"{what} couples the {joints[name].type.value} joint '{name}'"
                 findings.error(found, SINGLE, "", place)
-        if coupling.joint == coupling.driver:
+        if coupling.joint in coupling.drivers:
             findings.error(f"{what} couples joint '{coupling.joint}' to itself", "two joints", "", place)
-        if not (np.isfinite(coupling.ratio) and np.isfinite(coupling.offset)):
-            findings.error(f"{what} has ratio {coupling.ratio}, offset {coupling.offset}", "numbers", "", place)
+        for name, count in Counter(coupling.drivers).items():
+            if count > 1:
+                findings.error(
+                    f"{what} has the driver '{name}' {count} times", "each driver once", "add them up", place
+                )
+        if not np.isfinite(coupling.offset):
+            findings.error(f"{what} has offset {coupling.offset}", "a number", "", place)
+        for drive in coupling.drives:
+            wrong = _wrong_curve(drive.curve)
+            if wrong:
+                findings.error(f"{what} has {wrong[0]} of '{drive.driver}'", wrong[1], "", place)
     _coupling_rings(robot, findings)
 
 
+def _wrong_curve(curve: Curve) -> tuple[str, str] | None:
+    """What is wrong with a curve, and what is expected."""
+    if isinstance(curve, Table):
+        points = np.array(curve.points, dtype=float)
+        if points.ndim != 2 or len(points) < 2 or not np.isfinite(points).all():
+            return "a table", "two or more points [x, y], all numbers"
+        if not (np.diff(points[:, 0]) > 0.0).all():
+            return "a table whose x do not grow", "points in the order of growing x, each x once"
+        return None
+    finite = all(np.isfinite(one).all() for piece in curve.pieces for one in piece.coefficients)
+    return None if finite else ("a curve with coefficients that are no numbers", "finite numbers")
+
+
 def _coupling_rings(robot: RobotDescription, findings: Findings) -> None:
-    driver = {coupling.joint: coupling for coupling in robot.couplings if coupling.joint != coupling.driver}
+    driven = {coupling.joint: coupling for coupling in robot.couplings if coupling.joint not in coupling.drivers}
     done: set[str] = set()
-    for start in driver:
-        way: list[str] = []
-        name = start
-        while name in driver and name not in way and name not in done:
-            way.append(name)
-            name = driver[name].driver
-        if name in way:
-            ring = way[way.index(name) :]
-            found = f"couplings drive each other in a ring: {listing([*ring, ring[0]])}"
-            findings.error(found, "a driver that no coupling drives", "remove one", driver[name].place)
-        done.update(way)
+    for start in driven:
+        way: list[tuple[str, int]] = [(start, 0)]
+        while way:
+            name, at = way.pop()
+            drivers = driven[name].drivers if name in driven and name not in done else ()
+            if at >= len(drivers):
+                done.add(name)
+                continue
+            way.append((name, at + 1))
+            ring = [one for one, _ in way]
+            if drivers[at] in ring:
+                ring = ring[ring.index(drivers[at]) :]
+                found = f"couplings drive each other in a ring: {listing([*ring, ring[0]])}"
+                findings.error(found, "a driver that no coupling drives", "remove one", driven[ring[0]].place)
+                return
+            way.append((drivers[at], 0))
 
 
 def _actuators(robot: RobotDescription, findings: Findings) -> None:

@@ -131,4 +131,4 @@ def _coupling(element: Element, get: dict[str, str], name: str, bodies: Bodies, 
     if not joint or not driver:
         findings.error(f"{what} with one joint", "joint1 and joint2", "a joint held still is a fixed joint", line)
         return None
-    return Coupling(name, joint, driver, ratio, offset, Place(findings.file, line))
+    return Coupling.geared(name, joint, driver, ratio, offset, Place(findings.file, line))

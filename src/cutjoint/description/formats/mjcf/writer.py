@@ -57,9 +57,12 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
     for cut in robot.cuts:
         _cut(cut, bodies, equality)
     for coupling in robot.couplings:
-        coefficients = words((coupling.offset, coupling.ratio, 0.0, 0.0, 0.0))
+        gear = coupling.gear
+        if gear is None:
+            raise NotImplementedError("to be written")
+        coefficients = words((coupling.offset, gear[1], 0.0, 0.0, 0.0))
         etree.SubElement(
-            equality, "joint", name=coupling.name, joint1=coupling.joint, joint2=coupling.driver, polycoef=coefficients
+            equality, "joint", name=coupling.name, joint1=coupling.joint, joint2=gear[0], polycoef=coefficients
         )
     actuator = etree.SubElement(root, "actuator")
     for name in robot.actuators:

@@ -210,4 +210,6 @@ def _mimic(element: Element, name: str, findings: Findings) -> Coupling | None:
         values[key] = number[0] if number else 0.0
     offset = values["offset"] - values["multiplier"] * values["reference"]
     driver = str(mimic.get("joint") or "")
-    return Coupling(f"{name}_mimic", name, driver, values["multiplier"], offset, Place(findings.file, mimic.sourceline))
+    return Coupling.geared(
+        f"{name}_mimic", name, driver, values["multiplier"], offset, Place(findings.file, mimic.sourceline)
+    )

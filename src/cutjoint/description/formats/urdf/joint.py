@@ -148,4 +148,4 @@ def _mimic(element: Element, name: str, kind: JointType, findings: Findings) -> 
     offset = read_numbers(mimic.get("offset", "0"), 1, f"offset of joint '{name}'", findings, line)
     if not driver or ratio is None or offset is None:
         return None
-    return Coupling(f"{name}_mimic", name, driver, ratio[0], offset[0], Place(findings.file, line))
+    return Coupling.geared(f"{name}_mimic", name, driver, ratio[0], offset[0], Place(findings.file, line))

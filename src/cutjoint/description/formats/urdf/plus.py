@@ -130,7 +130,7 @@ def read_coupling(element: Element, tree: OpenTree, dependent: set[str], finding
             findings.error(f"ratio of <{element.tag}> '{name}' is 0", "a number other than 0", "", line)
             return None
         driver, joint, value = joint, driver, 1.0 / value
-    return Coupling(name, joint, driver, value, 0.0, Place(findings.file, line))
+    return Coupling.geared(name, joint, driver, value, 0.0, Place(findings.file, line))
 
 
 def _sides(tree: OpenTree, before: str, after: str) -> tuple[list[Joint], list[Joint]]:

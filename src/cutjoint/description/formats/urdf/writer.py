@@ -67,7 +67,7 @@ def robot_element(robot: RobotDescription, path: Path) -> Element:
 
 def is_mimic(coupling: Coupling) -> bool:
     """Whether a coupling is one that `<mimic>` says, name included."""
-    return coupling.name == f"{coupling.joint}_mimic"
+    return coupling.name == f"{coupling.joint}_mimic" and coupling.gear is not None
 
 
 def couplings_without_mimic(robot: RobotDescription) -> list[Coupling]:
@@ -147,8 +147,8 @@ def _joint(joint: Joint, mimic: Coupling | None) -> Element:
     if joint.type.urdf:
         write_dynamics(element, joint.physics)
     if mimic is not None:
-        numbers = {"multiplier": number(mimic.ratio), "offset": number(mimic.offset)}
-        etree.SubElement(element, "mimic", joint=mimic.driver, **numbers)
+        driver, ratio = mimic.gear or ("", 1.0)
+        etree.SubElement(element, "mimic", joint=driver, multiplier=number(ratio), offset=number(mimic.offset))
     return element
 
 

@@ -13,12 +13,12 @@ from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, clip
 from cutjoint.description.formats.common.extras import EARTH, Change, Extras
 from cutjoint.description.formats.common.physics import CUT_KEYS, KEYS
+from cutjoint.description.formats.common.toml.couplings import take_coupling
 from cutjoint.description.formats.common.toml.physics import take_bushing, take_physics
 from cutjoint.description.formats.common.toml.table import TomlTable, parse
 from cutjoint.description.model import (
     TASK_AXES,
     TASK_NAMES,
-    Coupling,
     CutJoint,
     CutType,
     Frame,
@@ -52,7 +52,7 @@ def read_extras(text: str, findings: Findings, line: int | None = None) -> Extra
 def take_extras(top: TomlTable, actuators_required: bool) -> Extras:
     """Take the keys out of the top table of a loops.toml.  Keys that it does not have stay unknown."""
     cuts = tuple(_cut(table) for table in top.tables("cut"))
-    couplings = tuple(_coupling(table) for table in top.tables("coupling"))
+    couplings = tuple(take_coupling(table) for table in top.tables("coupling"))
     homes = tuple(_home(name, table) for name, table in top.named_tables("home"))
     variants = tuple(_variant(name, table) for name, table in top.named_tables("variant"))
     joints = tuple(_joint(name, table) for name, table in top.named_tables("joint"))
@@ -105,6 +105,9 @@ def _cut(table: TomlTable) -> CutJoint | None:
     text = table.string("type", required=True)
     frames = table.take("frames", required=True, expected="the two frames that the cut joins")
     physics, bushing = JointPhysics(**take_physics(table, CUT_KEYS)), take_bushing(table)
+    length = table.number("length", required=text == CutType.DISTANCE)
+    if "length" in table.data and text != CutType.DISTANCE:
+        table.wrong("length", table.data["length"], "a length of cuts of type distance only")
     table.finish()
     kinds = [kind.value for kind in CutType]
     if text and text not in kinds:
@@ -116,7 +119,7 @@ def _cut(table: TomlTable) -> CutJoint | None:
         table.wrong("frames", frames, "a list of two frames")
     if not name or text not in kinds or len(ends) != 2 or ends[0] is None or ends[1] is None:
         return None
-    return CutJoint(name, CutType(text), ends[0], ends[1], table.place(), physics, bushing)
+    return CutJoint(name, CutType(text), ends[0], ends[1], table.place(), physics, bushing, length or 0.0)
 
 
 def _tool(top: TomlTable) -> tuple[Frame | None, tuple[str, ...], TaskAxes]:
@@ -149,16 +152,6 @@ def _joint(name: str, table: TomlTable) -> Change | None:
         return None
     first, second = (None if one is None else unit_axis(one, name, table.findings, place) for one in axes)
     return Change(name, JointType(text) if text else None, first, second, velocity, effort, physics, place)
-
-
-def _coupling(table: TomlTable) -> Coupling | None:
-    name = table.string("name", required=True)
-    joint, driver = table.string("joint", required=True), table.string("driver", required=True)
-    ratio, offset = table.number("ratio", 1.0), table.number("offset", 0.0)
-    table.finish()
-    if not (name and joint and driver) or ratio is None or offset is None:
-        return None
-    return Coupling(name, joint, driver, ratio, offset, table.place())
 
 
 def _home(name: str, table: TomlTable) -> Home:

@@ -33,9 +33,10 @@ def take_bushing(table: TomlTable) -> Bushing | None:
 
 
 def cut_lines(cut: CutJoint) -> list[str]:
-    """The lines of the physics of a cut and of its bushing."""
+    """The lines of the length of a cut, of its physics and of its bushing."""
     own = leftover(cut.physics, NO_PHYSICS)
-    lines = [f"{key} = {number(own[key])}" for key in CUT_KEYS if key in own]
+    lines = [f"length = {number(cut.length)}"] if cut.type.has_length else []
+    lines += [f"{key} = {number(own[key])}" for key in CUT_KEYS if key in own]
     if cut.bushing is not None:
         inside = ", ".join(f"{key} = {number(getattr(cut.bushing, key))}" for key in _BUSHING)
         lines.append(f"bushing = {{ {inside} }}")

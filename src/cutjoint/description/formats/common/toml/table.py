@@ -118,7 +118,7 @@ class TomlTable:
         value = self.take(key, required, "a number")
         if value is None:
             return None if required else default
-        numbers = self._numbers(key, value, largest)
+        numbers = self.numbers(key, value, largest)
         if numbers is not None and len(numbers) == 1 and not isinstance(value, list):
             return numbers[0]
         if numbers is not None:
@@ -136,12 +136,12 @@ class TomlTable:
         if not isinstance(value, list) or len(value) != count:
             self.wrong(key, value, f"{count} numbers, as in [{', '.join(['0.0'] * count)}]")
             return None
-        return self._numbers(key, value, largest)
+        return self.numbers(key, value, largest)
 
     def values(self, key: str) -> tuple[float, ...] | float | None:
         """A finite number or a list of them; None where it is wrong or missing."""
         value = self.take(key)
-        numbers = self._numbers(key, value, LARGEST_LENGTH)
+        numbers = self.numbers(key, value, LARGEST_LENGTH)
         return numbers if isinstance(value, list) or numbers is None else numbers[0]
 
     def table(self, key: str) -> TomlTable | None:
@@ -186,7 +186,8 @@ class TomlTable:
         """Note that the value of `key` is not what was expected."""
         self.findings.error(f"{key} of {self.name} is {clip(repr(value))}", expected, "", self.place(key))
 
-    def _numbers(self, key: str, value: object, largest: float) -> tuple[float, ...] | None:
+    def numbers(self, key: str, value: object, largest: float) -> tuple[float, ...] | None:
+        """A number or a list of numbers that stands in the value of `key`, or None after noting what is wrong."""
         items = value if isinstance(value, list) else [value]
         given = [item for item in items if isinstance(item, (int, float)) and not isinstance(item, bool)]
         if len(given) < len(items):

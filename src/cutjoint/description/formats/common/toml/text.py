@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import json
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from cutjoint.arrays import Array
-from cutjoint.description.formats.common.exact import number
+from cutjoint.description.formats.common.toml.couplings import coupling_lines
 from cutjoint.description.formats.common.toml.physics import cut_lines
+from cutjoint.description.formats.common.toml.scalars import key, number, numbers, text
 from cutjoint.description.model import Coupling, CutJoint, Frame, Home, RobotDescription, Variant
 from cutjoint.description.transforms import rpy_from_rotation
 
-_BARE = re.compile(r"^[A-Za-z0-9_-]+$")
 JointKeys = Mapping[str, Mapping[str, object]]
 
 
@@ -54,9 +51,7 @@ def toml_text(
         lines += ["", "[[cut]]", f"name = {text(cut.name)}", f'type = "{cut.type.value}"']
         lines += ["frames = [", f"  {_frame(cut.a)},", f"  {_frame(cut.b)},", "]", *cut_lines(cut)]
     for coupling in couplings:
-        lines += ["", "[[coupling]]", f"name = {text(coupling.name)}", f"joint = {text(coupling.joint)}"]
-        lines += [f"driver = {text(coupling.driver)}", f"ratio = {number(coupling.ratio)}"]
-        lines += [f"offset = {number(coupling.offset)}"]
+        lines += coupling_lines(coupling)
     for home in robot.homes:
         lines += home_lines(home)
     for variant in robot.variants:
@@ -64,21 +59,6 @@ def toml_text(
     if fixed:
         lines += ["", "[fixed]", *(f"{key(link)} = {text(name)}" for link, name in fixed.items())]
     return "\n".join(lines) + "\n"
-
-
-def text(value: str) -> str:
-    """A TOML basic string."""
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def key(name: str) -> str:
-    """A TOML key, quoted where it must be."""
-    return name if _BARE.match(name) else text(name)
-
-
-def numbers(values: Sequence[float] | Array) -> str:
-    """A list of numbers."""
-    return f"[{', '.join(number(value) for value in values)}]"
 
 
 def _value(value: object) -> str:
