@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from cutjoint.description.files import read_mesh
 from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.model import IDENTITY, Inertial, Link, Place, Shape
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
-from cutjoint.description.transforms import placement
+from cutjoint.description.transforms import from_rotation, placement, rotation_from_quaternion
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
 
 Colour = tuple[float, float, float, float]
@@ -35,12 +36,26 @@ def read_origin(element: Element | None, findings: Findings, tag: str = "origin"
     if element is None or origin is None:
         return IDENTITY
     check_known(origin, frozenset({"xyz", "rpy", "quat_xyzw"}), _NONE, _NONE, findings)
-    what, line = f"<{tag}> of <{element.tag}>", origin.sourceline
-    xyz = read_numbers(origin.get("xyz", "0 0 0"), 3, f"{what}: xyz", findings, line)
-    rpy = read_numbers(origin.get("rpy", "0 0 0"), 3, f"{what}: rpy", findings, line)
-    if origin.get("quat_xyzw") is not None:
-        findings.error(f"{what}: quat_xyzw", "rpy", "URDF 1.0 has roll, pitch, yaw only", line)
-    return placement(xyz or (0.0, 0.0, 0.0), rpy or (0.0, 0.0, 0.0))
+    return origin_of(origin, f"<{tag}> of <{element.tag}>", findings)
+
+
+def origin_of(origin: Element, what: str, findings: Findings) -> Array:
+    """The placement (4, 4) of the attributes `xyz` and `rpy` (or `quat_xyzw`, of URDF 1.1) of an element."""
+    line = origin.sourceline
+    xyz = read_numbers(origin.get("xyz", "0 0 0"), 3, f"{what}: xyz", findings, line) or (0.0, 0.0, 0.0)
+    if origin.get("quat_xyzw") is None:
+        rpy = read_numbers(origin.get("rpy", "0 0 0"), 3, f"{what}: rpy", findings, line)
+        return placement(xyz, rpy or (0.0, 0.0, 0.0))
+    if origin.get("rpy") is not None:
+        findings.error(f"{what}: rpy and quat_xyzw", "one of them", "keep one", line)
+    x, y, z, w = read_numbers(origin.get("quat_xyzw"), 4, f"{what}: quat_xyzw", findings, line) or (0.0, 0.0, 0.0, 1.0)
+    length = math.hypot(x, y, z, w)
+    if not length > 1e-9:
+        findings.error(f"{what}: quat_xyzw is 0", "a unit quaternion", "", line)
+        return placement(xyz)
+    if abs(length - 1.0) > 1e-3:
+        findings.warn(f"{what}: quat_xyzw has length {length:.6g}", "1", "it was normalised", line)
+    return from_rotation(rotation_from_quaternion((w, x, y, z)), xyz)
 
 
 def read_colours(root: Element, findings: Findings) -> dict[str, Colour | None]:
