@@ -7,7 +7,7 @@ need be.  Every other joint becomes a cut joint between the two links.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,18 +29,26 @@ class PlacedLink:
 
 
 def span(
-    name: str, bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: str, findings: Findings
+    name: str,
+    bodies: Sequence[PlacedLink],
+    edges: Sequence[Joint],
+    root: str,
+    findings: Findings,
+    keep: Collection[str] = (),
+    close: Collection[str] = (),
 ) -> tuple[OpenTree, list[CutJoint]]:
     """A tree from `root` over all bodies that joints connect to it, and the joints left over as cuts.
 
-    The placements of the joints that are given (`edges`) are those of their frames in the world at zero.  Bodies
-    that nothing connects to the root stay in the list of links without a joint.
+    The placements of the joints that are given (`edges`) are those of their frames in the world at zero.  Where there
+    is a choice, the joints named in `keep` stay in the tree and those named in `close` become cuts.  Bodies that
+    nothing connects to the root stay in the list of links without a joint.
     """
     tree = OpenTree(name, [body.link for body in bodies])
     world = {body.link.name: body.world for body in bodies}
-    used = _first_parents(bodies, edges, root)
+    ranked = sorted(edges, key=lambda edge: (edge.name in close) - (edge.name in keep))
+    used = _first_parents(bodies, ranked, root)
     if used is None:
-        used = _greedy(edges, root)
+        used = _greedy(ranked, root)
     for edge, backwards in used:
         _attach(tree, edge, backwards, world)
     taken = {id(edge) for edge, _ in used}
