@@ -189,8 +189,9 @@ def _unknown(
         findings.warn(f"unknown {found} is ignored", expected, "", at.sourceline)
 
 
-def refuse_xacro(root: Element, findings: Findings) -> None:
-    """Note xacro tags and expressions that are left in a file (the first of each line)."""
+def left_in(root: Element) -> list[tuple[str, int | None]]:
+    """Xacro tags and expressions that are left in a file, the first of each element, with their lines."""
+    found = []
     for element in root.iter(etree.Element):
         tag = str(element.tag)
         inside = next((f'{key}="{value}"' for key, value in element.attrib.items() if is_xacro(value)), "")
@@ -198,12 +199,15 @@ def refuse_xacro(root: Element, findings: Findings) -> None:
             inside = tag.rsplit("}", 1)[-1].removeprefix("xacro:")
             inside = f"<xacro:{inside}>"
         if inside:
-            findings.error(
-                f"xacro left in: {clip(inside)}",
-                "a plain file without xacro",
-                "expand it first: xacro robot.urdf.xacro > robot.urdf",
-                element.sourceline,
-            )
+            found.append((clip(inside), element.sourceline))
+    return found
+
+
+def refuse_xacro(root: Element, findings: Findings) -> None:
+    """Note all xacro that is left in a file, as an error each."""
+    for inside, line in left_in(root):
+        mend = "expand it first: xacro robot.urdf.xacro > robot.urdf"
+        findings.error(f"xacro left in: {inside}", "a plain file without xacro", mend, line)
 
 
 def name_of(element: Element, findings: Findings) -> str | None:

@@ -16,7 +16,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.urdf.bushing import read_bushing
@@ -33,7 +32,9 @@ ROBOT_TAGS = frozenset(
 )
 """What Drake adds to a `<robot>`, besides `frame` without a prefix."""
 _GROUP = frozenset({"drake:member", "drake:member_group", "drake:ignored_collision_filter_group"})
-_TENDON = tuple(f"tendon_constraint_{what}" for what in ("offset", "lower_limit", "upper_limit", "stiffness", "damping"))
+_TENDON = tuple(
+    f"tendon_constraint_{what}" for what in ("offset", "lower_limit", "upper_limit", "stiffness", "damping")
+)
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def _unread(element: Element, what: str, expected: str, findings: Findings) -> N
 
 def _named(base: str, tree: OpenTree) -> str:
     """A name for a cut or coupling that Drake's file leaves without."""
-    taken = {one.name for one in (*tree.cuts, *tree.couplings)}
+    taken = {cut.name for cut in tree.cuts} | {coupling.name for coupling in tree.couplings}
     return next(name for name in (base, *(f"{base}_{number}" for number in range(2, 10**6))) if name not in taken)
 
 
@@ -177,9 +178,7 @@ def _optional(parts: Parts, name: str, findings: Findings) -> float | None:
     return numbers[0] if numbers else None
 
 
-def _bushing(
-    element: Element, frames: Mapping[str, Frame], tree: OpenTree, findings: Findings
-) -> list[CutJoint]:
+def _bushing(element: Element, frames: Mapping[str, Frame], tree: OpenTree, findings: Findings) -> list[CutJoint]:
     kinds = [f"bushing_{what}_{how}" for what in ("force", "torque") for how in ("stiffness", "damping")]
     parts = Parts.of(element, ["bushing_frameA", "bushing_frameC", *kinds], findings)
     ends = [parts.text(name, "name", findings) for name in ("bushing_frameA", "bushing_frameC")]

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import OpenTree
-from cutjoint.description.formats.sdf.link import text_of
+from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.formats.urdf.gazebo_joint import read_gazebo_joint
 from cutjoint.description.formats.urdf.plugins import read_plugin
 from cutjoint.description.model import Joint

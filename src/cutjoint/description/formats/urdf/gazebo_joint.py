@@ -8,19 +8,21 @@ model's where there is `use_parent_model_frame`.  Both links have the joint wher
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.common.graph import cut_of
-from cutjoint.description.formats.sdf.dynamics import read_limits, read_physics
-from cutjoint.description.formats.sdf.link import read_pose, text_of
+from cutjoint.description.formats.sdf.dynamics import read_limits, read_physics, unused_axis
+from cutjoint.description.formats.sdf.names import check_names
+from cutjoint.description.formats.sdf.values import child_flag, read_pose, text_of
 from cutjoint.description.formats.urdf.zero import placements
-from cutjoint.description.model import IDENTITY, CutJoint, Joint, JointType, Limits, Place
+from cutjoint.description.model import IDENTITY, CutJoint, Joint, JointPhysics, JointType, Limits, Place
 from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import inverse
-from cutjoint.description.xml import Element, check_known, children, name_of, only_child
+from cutjoint.description.xml import Element, name_of, only_child
+from cutjoint.mechanism.physics import NO_PHYSICS
 
 WORLD = "world"
 TYPES = {
@@ -32,30 +34,13 @@ TYPES = {
     "revolute2": JointType.UNIVERSAL,
     "fixed": JointType.FIXED,
 }
-_NONE: frozenset[str] = frozenset()
-_POSE = frozenset({"relative_to", "degrees", "rotation_format", "frame"})
-_AXIS = frozenset({"xyz", "dynamics", "limit", "mimic", "use_parent_model_frame"})
-_KNOWN: Mapping[str, tuple[frozenset[str], frozenset[str]]] = {
-    "parent": (_NONE, _NONE),
-    "child": (_NONE, _NONE),
-    "pose": (_POSE, _NONE),
-    "axis": (_NONE, _AXIS),
-    "axis2": (_NONE, _AXIS),
-    "xyz": (frozenset({"expressed_in"}), _NONE),
-    "dynamics": (_NONE, frozenset({"damping", "friction", "spring_reference", "spring_stiffness"})),
-    "limit": (_NONE, frozenset({"lower", "upper", "effort", "velocity", "stiffness", "dissipation"})),
-}
-"""Element inside the joint -> its attributes and children."""
+_VERSION = (1, 6)
+"""Of the names that are known: the last version that has `use_parent_model_frame`."""
 
 
 def read_gazebo_joint(element: Element, tree: OpenTree, findings: Findings) -> CutJoint | None:
     """The cut of a `<joint>` in a `<gazebo>`; None after noting why not."""
-    ignored = frozenset({"physics", "sensor", "plugin"})
-    check_known(element, frozenset({"name", "type"}), frozenset({"parent", "child", "pose", "axis", "axis2"}), ignored,
-                findings)  # fmt: skip
-    for part in element.iter():
-        if part.tag in _KNOWN and not _inside(part, ignored):
-            check_known(part, *_KNOWN[part.tag], frozenset({"initial_position"}), findings)
+    check_names(element, _VERSION, findings)
     name = name_of(element, findings)
     text = str(element.get("type") or "").strip()
     if text not in TYPES:
@@ -77,10 +62,6 @@ def read_gazebo_joint(element: Element, tree: OpenTree, findings: Findings) -> C
     return _cut(element, name, TYPES[text], (ends[0], ends[1]), tree, world, findings)
 
 
-def _inside(part: Element, tags: frozenset[str]) -> bool:
-    return any(above.tag in tags for above in part.iterancestors())
-
-
 def _end(
     element: Element, tag: str, name: str, tree: OpenTree, world: Mapping[str, Array], findings: Findings
 ) -> str | None:
@@ -93,7 +74,9 @@ def _end(
     roots = [one for one in world if one not in {joint.child for joint in tree.joints}]
     if link == WORLD and len(roots) == 1:
         return roots[0]
-    found = f"{tag} '{link}' of the joint '{name}' in <gazebo> is not a link" if link else f"joint '{name}' without {tag}"
+    found = (
+        f"{tag} '{link}' of the joint '{name}' in <gazebo> is not a link" if link else f"joint '{name}' without {tag}"
+    )
     findings.error(found, f"<{tag}>NAME OF A LINK</{tag}>", nearest(link, world), line)
     return None
 
@@ -112,25 +95,44 @@ def _cut(
     line = element.sourceline if pose is None else pose.sourceline
     above = world[ends[1]] if not base else _frame(base, tree, world, findings, line)
     at = readonly(above @ read_pose(element, f"joint '{name}' in <gazebo>", findings))
-    axes, limits = [readonly([1.0, 0.0, 0.0]), readonly([0.0, 1.0, 0.0])], Limits()
-    for index, tag in enumerate(("axis", "axis2")[: kind.axes]):
-        axis = only_child(element, tag, findings)
-        if axis is None:
+    elements = [only_child(element, tag, findings) for tag in ("axis", "axis2")]
+    for tag, axis in zip(("axis", "axis2"), elements, strict=True):
+        if axis is None and kind.axes > ("axis", "axis2").index(tag):
             found = f"{kind.value} joint '{name}' in <gazebo> without <{tag}>"
             findings.error(found, f"<{tag}><xyz>...</xyz></{tag}>", "", element.sourceline)
             return None
-        axes[index] = _axis(axis, name, at, tree, world, findings)
-        if kind.single:
-            limits = read_limits(axis, name, kind, findings)
-    if kind.axes == 2 and abs(float(axes[0] @ axes[1])) > 1e-6:
-        found = f"the axes of the {kind.value} joint '{name}' in <gazebo> are not perpendicular"
-        findings.error(found, "two perpendicular axes", "", element.sourceline)
-        return None
-    physics = read_physics(element, name, kind, findings)
+    for axis in elements[kind.axes :]:
+        unused_axis(axis, name, kind, findings)
+    given = [axis for axis in elements[: kind.axes] if axis is not None]
+    axes = [_axis(axis, name, at, tree, world, findings) for axis in given]
+    physics = _physics(given, axes, name, kind, findings)
+    limits = read_limits(given[0], name, kind, findings) if kind.single else Limits()
+    first, second = (*axes, readonly([1.0, 0.0, 0.0]), readonly([0.0, 1.0, 0.0]))[:2]
     place = Place(findings.file, element.sourceline)
-    edge = Joint(name, kind, ends[0], ends[1], IDENTITY, axes[0], axes[1], limits, physics, place)
+    edge = Joint(name, kind, ends[0], ends[1], IDENTITY, first, second, limits, physics, place)
     at_parent, at_child = (readonly(inverse(world[link]) @ at) for link in ends)
     return cut_of(edge, at_parent, at_child, findings)
+
+
+def _physics(
+    given: Sequence[Element], axes: Sequence[Array], name: str, kind: JointType, findings: Findings
+) -> JointPhysics:
+    """What the joint does by itself; both axes of a universal one must do the same, and be perpendicular."""
+    if not given:
+        return NO_PHYSICS
+    found = [read_physics(axis, name, kind, findings) for axis in given]
+    line = given[0].sourceline
+    if kind.axes == 2 and abs(float(axes[0] @ axes[1])) > 1e-6:
+        text = f"the axes of the {kind.value} joint '{name}' in <gazebo> are not perpendicular"
+        findings.error(text, "two perpendicular axes", "", line)
+    if found[0] != found[-1]:
+        text = f"the two axes of the joint '{name}' in <gazebo> have different dampers, friction or springs"
+        findings.error(text, "the same for both", "", line)
+    for axis in given if kind.axes == 2 else ():
+        if read_limits(axis, name, JointType.REVOLUTE, Findings()) != Limits():
+            text = f"limits of the joint '{name}' in <gazebo>, which closes a loop, are not used"
+            findings.warn(text, "limits in the tree", "", axis.sourceline)
+    return found[0]
 
 
 def _frame(name: str, tree: OpenTree, world: Mapping[str, Array], findings: Findings, line: int | None) -> Array:
@@ -145,17 +147,14 @@ def _frame(name: str, tree: OpenTree, world: Mapping[str, Array], findings: Find
     return world[link]
 
 
-def _axis(
-    axis: Element, name: str, at: Array, tree: OpenTree, world: Mapping[str, Array], findings: Findings
-) -> Array:
+def _axis(axis: Element, name: str, at: Array, tree: OpenTree, world: Mapping[str, Array], findings: Findings) -> Array:
     """An axis in the frame of the joint, which stands at `at`."""
     xyz = only_child(axis, "xyz", findings)
     line = axis.sourceline if xyz is None else xyz.sourceline
     values = read_numbers("0 0 1" if xyz is None else xyz.text, 3, f"axis of joint '{name}'", findings, line)
     unit = unit_axis(values or (0.0, 0.0, 1.0), name, findings, line)
     base = "" if xyz is None else str(xyz.get("expressed_in") or "").strip()
-    old = [text_of(one).lower() for one in children(axis, "use_parent_model_frame")]
-    if not base and old and old[0] in ("1", "true"):
+    if not base and child_flag(axis, "use_parent_model_frame", findings):
         base = "__model__"
     if not base:
         return unit

@@ -115,5 +115,8 @@ def _names(root: Element, tree: OpenTree, findings: Findings) -> None:
         said = [str(value).strip() for one in element.iter() for value in (*one.attrib.values(), one.text or "")]
         named = list(dict.fromkeys(one for one in said if one in parts))
         if len(named) > 1:
-            found = f"unknown element <{clip(short(str(element.tag)))}> names {listing(named, 4)}: does it join them?"
-            findings.doubt(found, "a dialect that is known", "say it in a loops.toml, and remove it", element.sourceline)
+            tag = clip(short(str(element.tag)))
+            found = f"unknown element <{tag}> names {listing(named, 4)}: does it join them?"
+            findings.doubt(
+                found, "a dialect that is known", "say it in a loops.toml, and remove it", element.sourceline
+            )

@@ -13,7 +13,7 @@ import re
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, clip
 from cutjoint.description.formats.common.extras import OpenTree
-from cutjoint.description.formats.sdf.link import text_of
+from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.formats.urdf.zero import placements
 from cutjoint.description.model import IDENTITY, Coupling, CutJoint, CutType, Frame, Place
 from cutjoint.description.numbers import read_numbers

@@ -10,7 +10,7 @@ from cutjoint.description.model import IDENTITY
 
 
 def placements(tree: OpenTree) -> Mapping[str, Array]:
-    """Link -> its placement (4, 4) in its root link with all coordinates at zero; rings have no root and are left out."""
+    """Link -> its placement (4, 4) in its root link at zero; rings, which have no root, are left out."""
     below: dict[str, list[tuple[str, Array]]] = {}
     for joint in tree.joints:
         below.setdefault(joint.parent, []).append((joint.child, joint.placement))
