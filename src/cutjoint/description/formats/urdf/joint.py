@@ -143,7 +143,11 @@ def _limit(limit: Element, key: str, name: str, findings: Findings) -> float | N
 
 def _mimic(element: Element, name: str, kind: JointType, findings: Findings) -> Coupling | None:
     found = [one for one in children(element) if one.tag == "mimic" or drake_name(str(one.tag)) == "mimic"]
-    if not found or not kind.moves:
+    if not found:
+        return None
+    if not kind.moves:
+        what = f"<mimic> of joint '{name}', which is fixed, is not used"
+        findings.warn(what, "a joint that moves", "", found[0].sourceline)
         return None
     if len(found) > 1:
         what = f"{len(found)} <mimic> in joint '{name}'"

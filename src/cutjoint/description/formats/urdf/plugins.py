@@ -53,6 +53,9 @@ def _mimic(element: Element, values: dict[str, str], tree: OpenTree, findings: F
     ratio, offset = numbers
     if ratio is None or offset is None:
         return
+    if any(one.name == joint and not one.type.moves for one in tree.joints):
+        findings.warn(f"a mimic plugin of joint '{joint}', which is fixed, is not used", "a joint that moves", "", line)
+        return
     coupling = Coupling.geared(f"{joint}_mimic", joint, driver, ratio[0], offset[0], Place(findings.file, line))
     same = [one for one in tree.couplings if one.joint == joint]
     if not same:
