@@ -8,11 +8,11 @@ from pathlib import Path
 
 from cutjoint.arrays import Array
 from cutjoint.description.files import read_mesh
-from cutjoint.description.findings import Findings, listing, nearest
+from cutjoint.description.findings import Findings, Harmless, listing, nearest
 from cutjoint.description.model import IDENTITY, Inertial, Link, Place, Shape
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
 from cutjoint.description.transforms import from_rotation, placement, rotation_from_quaternion
-from cutjoint.description.xml import Element, check_known, children, name_of, only_child
+from cutjoint.description.xml import Element, check_known, children, drake_name, name_of, only_child, short
 
 Colour = tuple[float, float, float, float]
 Colours = Mapping[str, Colour | None]
@@ -27,6 +27,17 @@ _SHAPES: Mapping[str, frozenset[str]] = {
     "sphere": frozenset({"radius"}),
     "mesh": frozenset({"filename", "scale"}),
 }
+_DRAKE_SHAPES = frozenset({"drake:capsule", "drake:ellipsoid"})
+_DRAKE = frozenset(
+    {"drake:proximity_properties", "drake:accepting_renderer", "drake:illustration_properties"}
+    | {"drake:perception_properties"}
+)
+"""What Drake adds to shapes, for contact and looks."""
+_CONTACT = frozenset(
+    {"drake:compliant_hydroelastic", "drake:rigid_hydroelastic", "drake:soft_hydroelastic", "drake:mu_dynamic"}
+    | {"drake:hunt_crossley_dissipation", "drake:hydroelastic_modulus", "drake:hydroelastic_margin", "drake:mu_static"}
+    | {"drake:mesh_resolution_hint", "drake:point_contact_stiffness", "drake:relaxation_time"}
+)
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -99,8 +110,9 @@ def read_link(element: Element, path: Path, colours: Colours, findings: Findings
     name = name_of(element, findings)
     if name is None:
         return None
-    visuals = [_shape(one, name, path, colours, findings) for one in children(element, "visual")]
-    collisions = [_shape(one, name, path, colours, findings) for one in children(element, "collision")]
+    harmless = Harmless(findings)
+    visuals = [_shape(one, name, path, colours, harmless) for one in children(element, "visual")]
+    collisions = [_shape(one, name, path, colours, harmless) for one in children(element, "collision")]
     return Link(
         name=name,
         inertial=_inertial(element, name, findings),
@@ -143,7 +155,9 @@ def _inertial(link: Element, name: str, findings: Findings) -> Inertial | None:
 def _shape(element: Element, link: str, path: Path, colours: Colours, findings: Findings) -> Shape | None:
     visual = element.tag == "visual"
     tags = frozenset({"origin", "geometry", "material"}) if visual else frozenset({"origin", "geometry"})
-    ignored = frozenset({"verbose", "convex", "material", "surface", "max_contacts"})
+    ignored = frozenset({"verbose", "convex", "material", "surface", "max_contacts"}) | _DRAKE
+    for contact in (one for one in children(element) if drake_name(str(one.tag)) == "proximity_properties"):
+        check_known(contact, _NONE, _CONTACT, _NONE, findings)
     check_known(element, frozenset({"name", "group"}), tags, ignored, findings)
     origin = read_origin(element, findings)
     geometry = only_child(element, "geometry", findings)
@@ -151,14 +165,17 @@ def _shape(element: Element, link: str, path: Path, colours: Colours, findings: 
     if geometry is None:
         findings.error(f"{what} without <geometry>", "<geometry> with one shape", "", element.sourceline)
         return None
-    check_known(geometry, frozenset({"name"}), frozenset(_SHAPES), _NONE, findings)
-    shapes = [one for one in children(geometry) if one.tag in _SHAPES]
+    check_known(geometry, frozenset({"name"}), frozenset(_SHAPES), _DRAKE_SHAPES, findings)
+    shapes = [one for one in children(geometry) if one.tag in _SHAPES or short(str(one.tag)) in _DRAKE_SHAPES]
     if len(shapes) != 1:
         expected = f"exactly one of {', '.join(sorted(_SHAPES))}"
         findings.error(f"{what} with {len(shapes)} shapes", expected, "", geometry.sourceline)
         return None
-    kind = str(shapes[0].tag)
-    check_known(shapes[0], _SHAPES[kind], _NONE, _NONE, findings)
+    kind = short(str(shapes[0].tag)).removeprefix("drake:")
+    if kind not in _SHAPES:
+        findings.warn(f"{kind} in {what} is not shown", f"one of {', '.join(_SHAPES)}", "", shapes[0].sourceline)
+        return None
+    check_known(shapes[0], _SHAPES[kind], _NONE, frozenset({"drake:declare_convex", "verbose"}), findings)
     size = _size(shapes[0], kind, what, findings)
     mesh = _mesh(shapes[0], what, path, findings) if kind == "mesh" else None
     if size is None or (kind == "mesh" and mesh is None):
