@@ -1,11 +1,11 @@
 """Drake's LinearBushingRollPitchYaw as a bushing of a cut.
 
 Drake's has three numbers of each kind, along x, y, z and for roll, pitch, yaw
-(https://drake.mit.edu, class LinearBushingRollPitchYaw).  Those here are the same in every direction that the cut's type
-holds, so that Drake's can be read where the forces are the same along all axes, and the torques the same about all of them
-(a fixed cut), about all but one, which turns freely (revolute), or zero (spherical).  Where something turns, Drake's
-torques are those of its angles, these those of the rotation vector or of the tilt of the axis: the same as long as the
-bushing is turned little, which is what it is made for.
+(https://drake.mit.edu, class LinearBushingRollPitchYaw).  Those here are the same in every direction that the cut's
+type holds, so that Drake's can be read where the forces are the same along all axes, and the torques the same about all
+of them (a fixed cut), about all but one, which turns freely (revolute), or zero (spherical).  Where something turns,
+Drake's torques are those of its angles, these those of the rotation vector or of the tilt of the axis: the same as long
+as the bushing is turned little, which is what it is made for.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 A mate called `closing_NAME` leaves two frames in the URDF, links `closing_NAME_1` and `closing_NAME_2` on fixed joints,
 which have to be brought together.  Where the mate was a hinge, the program puts two more frames
-0.1 m along its axis z, `closing_NAME_1_z` and `closing_NAME_2_z`: that is a revolute cut.  Else the URDF does not say what
-the mate was, and the frames are held together as by the program's own `<connect>`: at a point.
+0.1 m along its axis z, `closing_NAME_1_z` and `closing_NAME_2_z`: that is a revolute cut.  Else the URDF does not say
+what the mate was, and the frames are held together as by the program's own `<connect>`: at a point.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """The XML of a URDF, expanded where it is xacro (https://wiki.ros.org/xacro) and the package `xacro` is installed.
 
-Xacro is a language with Python expressions and includes, so it runs as a process of its own (`expander.py`) with bounds.
+Xacro is a language with Python expressions and includes, so it runs as a process of its own (`expander.py`), within
+bounds.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """A `<joint>` of SDF inside the `<gazebo>` of a URDF: Gazebo's way to close loops that URDF itself cannot have.
 
 libsdformat copies what stands in a `<gazebo>` without reference into the model that it makes of the URDF
-(https://github.com/gazebosim/sdformat, parser_urdf.cc, as SDF 1.5 or newer).  So the joint stands at its `<pose>` in the
-child link's frame, or in what `relative_to` names; its axes are in its own frame, in what `expressed_in` names, or in the
-model's where there is `use_parent_model_frame`.  Both links have the joint where they are at zero.
+(https://github.com/gazebosim/sdformat, parser_urdf.cc, as SDF 1.5 or newer).  So the joint stands at its `<pose>` in
+the child link's frame, or in what `relative_to` names; its axes are in its own frame, in what `expressed_in` names, or
+in the model's where there is `use_parent_model_frame`.  Both links have the joint where they are at zero.
 """
 
 from __future__ import annotations

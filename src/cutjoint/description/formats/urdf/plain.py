@@ -2,8 +2,8 @@
 
 Format: https://wiki.ros.org/urdf/XML.  What URDF leaves out stays out here too: a joint without `<limit>` has no limits
 (not limits of 0), a shape without colour has none.  `<mimic>` becomes a coupling.  What other programs put beside it to
-close loops becomes cuts of the tree: joints in `<gazebo>`, Drake's constraints, `<loop_joint>`, closing frames, and links
-with several joints above them.
+close loops becomes cuts of the tree: joints in `<gazebo>`, Drake's constraints, `<loop_joint>`, closing frames, and
+links with several joints above them.
 """
 
 from __future__ import annotations
