@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, count
 
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import OpenTree
@@ -95,6 +96,8 @@ def read_drake(root: Element, tree: OpenTree, findings: Findings) -> None:
             _unread(element, "a spring between two points", points, findings)
         elif name == "collision_filter_group":
             check_known(element, frozenset({"name", "ignore"}), _GROUP, _NONE, findings)
+            for member in children(element):
+                check_known(member, frozenset({"name", "link"}), _NONE, _NONE, findings)
 
 
 def _unread(element: Element, what: str, expected: str, findings: Findings) -> None:
@@ -109,7 +112,7 @@ def _unread(element: Element, what: str, expected: str, findings: Findings) -> N
 def _named(base: str, tree: OpenTree) -> str:
     """A name for a cut or coupling that Drake's file leaves without."""
     taken = {cut.name for cut in tree.cuts} | {coupling.name for coupling in tree.couplings}
-    return next(name for name in (base, *(f"{base}_{number}" for number in range(2, 10**6))) if name not in taken)
+    return next(name for name in chain([base], (f"{base}_{number}" for number in count(2))) if name not in taken)
 
 
 def _frames(root: Element, tree: OpenTree, findings: Findings) -> dict[str, Frame]:

@@ -12,7 +12,7 @@ from cutjoint.description.findings import Findings, Harmless, listing, nearest
 from cutjoint.description.model import IDENTITY, Inertial, Link, Place, Shape
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
 from cutjoint.description.transforms import from_rotation, placement, rotation_from_quaternion
-from cutjoint.description.xml import Element, check_known, children, drake_name, name_of, only_child, short
+from cutjoint.description.xml import Element, check_known, children, name_of, only_child, short
 
 Colour = tuple[float, float, float, float]
 Colours = Mapping[str, Colour | None]
@@ -156,8 +156,10 @@ def _shape(element: Element, link: str, path: Path, colours: Colours, findings: 
     visual = element.tag == "visual"
     tags = frozenset({"origin", "geometry", "material"}) if visual else frozenset({"origin", "geometry"})
     ignored = frozenset({"verbose", "convex", "material", "surface", "max_contacts"}) | _DRAKE
-    for contact in (one for one in children(element) if drake_name(str(one.tag)) == "proximity_properties"):
-        check_known(contact, _NONE, _CONTACT, _NONE, findings)
+    for own in (one for one in children(element) if short(str(one.tag)) in _DRAKE):
+        check_known(own, frozenset({"name", "enabled"}), _CONTACT, _NONE, findings)
+        for one in children(own):
+            check_known(one, frozenset({"value"}), _NONE, _NONE, findings)
     check_known(element, frozenset({"name", "group"}), tags, ignored, findings)
     origin = read_origin(element, findings)
     geometry = only_child(element, "geometry", findings)
