@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import pytest
 from kit.in_urdf import PAIRS, write
 
 from cutjoint.chain import ClosedChain
-from cutjoint.description import load_description, read_checked
+from cutjoint.description import load_description
 
 
 def compared(dialect: str, kind: str, seed: int, folder: Path) -> tuple[np.ndarray, np.ndarray, float]:

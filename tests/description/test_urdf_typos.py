@@ -13,15 +13,15 @@ from cutjoint.description import read_checked
 
 SAMPLES = Path(__file__).parent / "samples"
 COUPLED = """<robot name="r" xmlns:drake="http://drake.mit.edu">
-  <link name="hip"/><link name="thigh"/><link name="rotor"/><link name="shank"/><link name="spare"/>
-  <joint name="a" type="continuous" independent="true"><parent link="hip"/><child link="thigh"/><axis xyz="0 1 0"/></joint>
-  <joint name="b" type="continuous" independent="false"><parent link="hip"/><child link="rotor"/><axis xyz="0 1 0"/></joint>
-  <joint name="c" type="continuous" independent="true"><parent link="thigh"/><child link="shank"/><axis xyz="0 1 0"/></joint>
-  <joint name="d" type="continuous"><parent link="hip"/><child link="spare"/><axis xyz="0 1 0"/>
-    <drake:mimic joint="a" multiplier="2" offset="0.1"/></joint>
-  <coupling name="belt"><predecessor link="shank"/><successor link="rotor"/><ratio value="8"/></coupling>
+  <link name="o"/><link name="a"/><link name="b"/><link name="c"/><link name="d"/>
+  <joint name="oa" type="continuous" independent="true"><parent link="o"/><child link="a"/><axis xyz="0 1 0"/></joint>
+  <joint name="ob" type="continuous" independent="false"><parent link="o"/><child link="b"/><axis xyz="0 1 0"/></joint>
+  <joint name="ac" type="continuous" independent="true"><parent link="a"/><child link="c"/><axis xyz="0 1 0"/></joint>
+  <joint name="od" type="continuous"><parent link="o"/><child link="d"/><axis xyz="0 1 0"/>
+    <drake:mimic joint="oa" multiplier="2" offset="0.1"/></joint>
+  <coupling name="belt"><predecessor link="c"/><successor link="b"/><ratio value="8"/></coupling>
   <drake:tendon_constraint>
-    <drake:tendon_constraint_joint name="a" a="1"/><drake:tendon_constraint_joint name="c" a="-1"/>
+    <drake:tendon_constraint_joint name="oa" a="1"/><drake:tendon_constraint_joint name="ac" a="-1"/>
     <drake:tendon_constraint_offset value="0"/><drake:tendon_constraint_lower_limit value="0"/>
     <drake:tendon_constraint_upper_limit value="0"/>
   </drake:tendon_constraint>

@@ -154,7 +154,8 @@ def aligned(a: Array, b: Array) -> Array:
 
 def drake(loop: Loop) -> str:
     parts = "".join(
-        f'<drake:ball_constraint_body_{end} name="{link}"/><drake:ball_constraint_p_{point} value="{loop.point(link)}"/>'
+        f'<drake:ball_constraint_body_{end} name="{link}"/>'
+        f'<drake:ball_constraint_p_{point} value="{loop.point(link)}"/>'
         for end, point, link in (("A", "AP", loop.a), ("B", "BQ", loop.b))
     )
     return f"<drake:ball_constraint>{parts}</drake:ball_constraint>"

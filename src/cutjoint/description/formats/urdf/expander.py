@@ -14,9 +14,9 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-MEMORY = 2 * 2**30
+MEMORY = 2**30
 """Bytes of address space."""
-SECONDS = 20
+SECONDS = 4
 """Of processor time."""
 FAILED = 2
 """The exit status where xacro refuses the file; the reason is on stderr."""

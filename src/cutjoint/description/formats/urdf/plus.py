@@ -9,7 +9,7 @@ share, and `<constraint type="rolling">` for a coupling.
 
 from __future__ import annotations
 
-from cutjoint.description.findings import Findings
+from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import read_origin
@@ -52,7 +52,13 @@ def read_plus(root: Element, tree: OpenTree, findings: Findings) -> tuple[str, .
     dependent = _dependent(root, findings)
     sums = [one for one in (read_sum(element, tree, findings) for element in couplings) if one is not None]
     tree.couplings += solved(sums, dependent, tree, findings)
-    driven = {coupling.joint for coupling in tree.couplings} | dependent
+    driven = {coupling.joint for coupling in tree.couplings}
+    loose = dependent - driven
+    if loose and not (tree.cuts or tree.closings):
+        at = next(one for one in children(root, "joint") if str(one.get("name") or "").strip() in loose)
+        found = f"joints that are not independent, and that nothing makes follow: {listing(sorted(loose))}"
+        findings.doubt(found, "a <loop> or <coupling> for each", "add what ties them", at.sourceline)
+    driven |= dependent
     return tuple(joint.name for joint in tree.joints if joint.type.single and joint.name not in driven)
 
 
