@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from kit.in_urdf import PAIRS, write
+from kit.in_urdf import DIALECTS, PAIRS, write
 
 from cutjoint.chain import ClosedChain
 from cutjoint.description import load_description
@@ -30,15 +30,14 @@ def compared(dialect: str, kind: str, seed: int, folder: Path) -> tuple[np.ndarr
     return found[0], found[1], float(np.abs(bare).max())
 
 
-@pytest.mark.parametrize(("dialect", "kind"), PAIRS)
-@pytest.mark.parametrize("seed", range(1))
-def test_a_loop_in_any_dialect_moves_the_same(dialect: str, kind: str, seed: int, tmp_path: Path) -> None:
-    native, other, size = compared(dialect, kind, seed, tmp_path)
+@pytest.mark.parametrize(("dialect", "kind"), [(name, kinds[0]) for name, (_, kinds) in DIALECTS.items()])
+def test_a_loop_in_any_dialect_moves_the_same(dialect: str, kind: str, tmp_path: Path) -> None:
+    native, other, size = compared(dialect, kind, 0, tmp_path)
     assert np.abs(native - other).max() <= 1e-12 * max(size, np.abs(native).max())
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(1, 25))
+@pytest.mark.parametrize("seed", range(25))
 def test_many_loops_in_any_dialect_move_the_same(seed: int, tmp_path: Path) -> None:
     for dialect, kind in PAIRS:
         native, other, size = compared(dialect, kind, seed, tmp_path / f"{dialect}_{kind}")

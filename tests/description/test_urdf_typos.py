@@ -73,7 +73,7 @@ def silent(text: str, folder: Path, rng: np.random.Generator | None = None) -> l
     before = {problem.found for problem in read_checked(path).problems}
     every = list(misspelt(text))
     if rng is not None:
-        every = [every[index] for index in rng.choice(len(every), 40, replace=False)]
+        every = [every[index] for index in rng.choice(len(every), 20, replace=False)]
     found = []
     for told, data in every:
         path.write_bytes(data)
