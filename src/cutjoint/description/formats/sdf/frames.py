@@ -23,9 +23,10 @@ class Frames:
     `fixed` gives the placement of some scopes, in whose own frame things are then placed.
     """
 
-    def __init__(self, fixed: Mapping[Scope, Array] | None = None) -> None:
+    def __init__(self, fixed: Mapping[Item | Scope, Array] | None = None) -> None:
         self._fixed = bool(fixed)
-        self._known: dict[Item | Scope, Array] = dict(fixed or {})
+        self._known: dict[Item | Scope, Array] = {}
+        self._known.update(fixed or {})
         self._open: set[Item | Scope] = set()
 
     def named(self, scope: Scope, name: str, what: str, line: int | None) -> Array:

@@ -1,7 +1,7 @@
 """The scopes of an SDF file and of the models that it includes.
 
-`<include>` names a folder with a model.config or a model.sdf, or a file: model://NAME is looked for as meshes are, other
-names beside the file.  Nothing is fetched from the net.
+`<include>` names a folder with a model.config or a model.sdf, or a file: model://NAME is looked for as meshes are,
+other names beside the file.  Nothing is fetched from the net.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def open_sdf(path: Path, findings: Findings) -> Element | None:
 
 
 def outermost(root: Element, path: Path, findings: Findings) -> Scope | None:
-    """The scope of an `<sdf>` with a world or with a model, with all that is in it; None where there is more than one."""
+    """The scope of an `<sdf>` with a world or with a model, and all that is in it; None where there are several."""
     version = version_of(root, findings)
     outer = [*children(root, "world")]
     alone = [*children(root, "model")]

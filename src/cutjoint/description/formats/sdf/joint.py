@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.graph import PlacedLink
-from cutjoint.description.formats.sdf.dynamics import read_limits, read_physics, unused_axis
+from cutjoint.description.formats.sdf.dynamics import read_limits, read_physics, unused_axis, with_rotor
 from cutjoint.description.formats.sdf.frames import Bodies, Frames
 from cutjoint.description.formats.sdf.scope import Item
 from cutjoint.description.formats.sdf.values import WORLD, child_flag, text_of
@@ -144,6 +143,7 @@ def _axes(item: Item, kind: JointType, at: Array, frames: Frames) -> list[Axis]:
             one = JointType.REVOLUTE if kind.axes == 2 else kind
             direction = _direction(axis, item, at, frames)
             limits, physics = read_limits(axis, item.name, one, findings), read_physics(axis, item.name, one, findings)
+            physics = with_rotor(physics, element, item.name, kind, findings)
             axes.append(Axis(direction, limits, physics))
     return axes
 

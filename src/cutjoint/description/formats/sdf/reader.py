@@ -1,5 +1,4 @@
-"""SDF (http://sdformat.org/spec), versions 1.4 to 1.12, whose links may have several parents: the joints left over close
-loops.
+"""SDF (http://sdformat.org/spec), versions 1.4 to 1.12: links may have several parents; joints left over close loops.
 
 One robot, of one model or of several that joints tie together, in a world or alone; models may be nested and included.
 Without `<static>` and without a joint to `world` the base floats.
@@ -12,7 +11,7 @@ from pathlib import Path
 
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.extras import Extras, OpenTree, described
+from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.graph import PlacedLink, span
 from cutjoint.description.formats.sdf.choice import Choice, chosen
 from cutjoint.description.formats.sdf.coupling import read_gearbox, read_mimics
@@ -23,7 +22,7 @@ from cutjoint.description.formats.sdf.link import read_body
 from cutjoint.description.formats.sdf.plugin import read_plugins
 from cutjoint.description.formats.sdf.scope import Item, Scope
 from cutjoint.description.formats.sdf.values import WORLD
-from cutjoint.description.formats.sdf.world import gravity_of, note_world
+from cutjoint.description.formats.sdf.world import gravity_of, note_foreign, note_world
 from cutjoint.description.model import IDENTITY, Coupling, Joint, JointType, Link, RobotDescription
 
 
@@ -44,7 +43,9 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     mimics = [*read_mimics(choice.joints)]
     two = {one for mimic in mimics for one in (mimic.follower, mimic.leader)}
     edges = read_joints(choice.joints, two, frames, bodies)
-    acting = read_plugins(scope for top in (outer, *choice.models) for scope in _scopes(top))
+    scopes = [scope for top in (outer, *choice.models) for scope in _scopes(top)]
+    note_foreign(scopes)
+    acting = read_plugins(scopes)
     couplings = [mimic.coupling for mimic in mimics] + acting.couplings
     for item in edges.gearboxes:
         gearbox = read_gearbox(item, edges.joints, frames, bodies)
@@ -66,9 +67,7 @@ def _scopes(top: Scope) -> Sequence[Scope]:
     return [*top.models()] if top.is_model else [top]
 
 
-def _held(
-    joints: list[Joint], links: list[Item], placed: list[PlacedLink], choice: Choice
-) -> tuple[list[Joint], str]:
+def _held(joints: list[Joint], links: list[Item], placed: list[PlacedLink], choice: Choice) -> tuple[list[Joint], str]:
     """The joints, with those that hold static links and let the base float, and the root of the tree."""
     first = choice.models[0]
     if choice.base_only:
@@ -129,9 +128,7 @@ def _roots(placed: list[PlacedLink], joints: list[Joint], kind: JointType) -> li
     return extra
 
 
-def _note_cut(
-    cuts: set[str], couplings: Sequence[Coupling], driven: Sequence[str], findings: Findings
-) -> None:
+def _note_cut(cuts: set[str], couplings: Sequence[Coupling], driven: Sequence[str], findings: Findings) -> None:
     """Note couplings and controllers of joints that close loops, which have no coordinate."""
     mend = "let another joint of the loop close it: <must_be_loop_joint>, or <parent> and <child> exchanged"
     for coupling in couplings:
