@@ -175,14 +175,14 @@ class Model:
 
 
 class Sdf:
-    """A mechanism in SDF.  `names` tells what its joints are called there."""
+    """A mechanism in SDF.  `names` tells what its joints are called there; `old` keeps to versions without frames."""
 
-    def __init__(self, made: Mechanism, rng: Rng, folder: Path, plain: bool = False) -> None:
-        self.made, self.rng, self.folder, self.plain = made, rng, folder, plain
+    def __init__(self, made: Mechanism, rng: Rng, folder: Path, old: bool = False) -> None:
+        self.made, self.rng, self.folder, self.old = made, rng, folder, old
         self.names: dict[str, str] = {}
         self.links = {body.name: somewhere(rng) for body in made.bodies}
         self.files, self.included = 0, set[int]()
-        self.version = str(rng.choice(["1.7", "1.9", "1.10", "1.12"]))
+        self.version = str(rng.choice(["1.4", "1.5", "1.6"] if old else ["1.7", "1.9", "1.10", "1.12"]))
 
     def write(self) -> Path:
         """The file to read; included models are beside it."""
@@ -204,7 +204,7 @@ class Sdf:
     def _nest(self, model: Model, bodies: list[str], depth: int) -> None:
         """Write the links, some of them into inner models."""
         inner: list[str] = []
-        if depth < 2 and len(bodies) > 2 and self.rng.random() < 0.7:
+        if not self.old and depth < 2 and len(bodies) > 2 and self.rng.random() < 0.7:
             inner = list(self.rng.choice(bodies, 2 if depth else 3, replace=False))
         for name in bodies:
             if name not in inner:
@@ -234,7 +234,7 @@ class Sdf:
         )
         model.places[name] = at
         model.bodies.append(name)
-        for number in range(self.rng.integers(0, 3)):
+        for number in range(0 if self.old else self.rng.integers(0, 3)):
             frame, place = f"{name}f{number}", somewhere(self.rng)
             to = name if number == 0 else str(self.rng.choice([name, f"{name}f{number - 1}"]))
             pose = self._pose(place, model.places, to, model)
@@ -258,11 +258,11 @@ class Sdf:
     def _inner(self, one: Model, base: dict[str, Array], above: Model) -> str:
         """An inner model, written in place or included, with a pose of its own frame or of a frame in it."""
         frame, placed = "", one.frame
-        if one.places and not self.plain and self.rng.random() < 0.5:
+        if one.places and self.rng.random() < 0.5:
             frame = str(self.rng.choice(list(one.places)))
             placed = one.places[frame]
         pose = self._pose(placed, base, "", above)
-        if not (one.merged or (not self.plain and self.rng.random() < 0.4)):
+        if not (one.merged or self.rng.random() < 0.4):
             said = self._text(one, pose)
             return said.replace("<model ", f'<model placement_frame="{frame}" ', 1) if frame else said
         self.files += 1
@@ -304,7 +304,7 @@ class Sdf:
         if pair.kind is JointType.REVOLUTE:
             frame[:3, 3] += frame[:3, :3] @ axis * self.rng.uniform(-1, 1)
         ends = ends[::-1] if backwards else ends
-        word = self.rng.choice(WORDS[pair.kind])
+        word = "revolute" if self.old and pair.kind is JointType.REVOLUTE else self.rng.choice(WORDS[pair.kind])
         said = [self._axis(tag, one, frame, model, pair.damping) for tag, one in (("axis", axis), ("axis2", axis2))]
         count = pair.kind.axes
         mimic = "".join(
@@ -341,12 +341,16 @@ class Sdf:
         return str(self.rng.choice([f"{prefix}{name}", *frames]))
 
     def _axis(self, tag: str, axis: Array, frame: Array, model: Model, damping: float) -> str:
-        name = str(self.rng.choice(["", "__model__", *model.places]))
-        if name and not self.plain:
+        name = str(self.rng.choice(["", "__model__", *([] if self.old else model.places)]))
+        name = "__model__" if self.version == "1.4" else name
+        if name:
             other = model.frame if name == "__model__" else model.places[name]
             axis = other[:3, :3].T @ frame[:3, :3] @ axis
-        said = f' expressed_in="{name}"' if name and not self.plain else ""
+        said = f' expressed_in="{name}"' if name and not self.old else ""
         dynamics = f"<dynamics><damping>{damping!r}</damping></dynamics>" if damping else ""
+        if self.old and self.version != "1.4" and (name or self.rng.random() < 0.5):
+            flag = self.rng.choice(["true", "1"] if name else ["false", "0"])
+            dynamics += f"<use_parent_model_frame>{flag}</use_parent_model_frame>"
         return f"<{tag}><xyz{said}>{' '.join(map(repr, map(float, axis)))}</xyz>{dynamics}</{tag}>"
 
     # -- poses -------------------------------------------------------------------------------------------------------
@@ -361,13 +365,13 @@ class Sdf:
             base = places[default] if default in places else np.eye(4) if model is None or default else model.frame
             if default and default not in places:
                 said, base = ' relative_to="__model__"', (model.frame if model else np.eye(4))
-            if model is not None and self.rng.random() < 0.6:
+            if model is not None and not self.old and self.rng.random() < 0.6:
                 name = str(self.rng.choice(["__model__", *places]))
                 base = model.frame if name == "__model__" else places[name]
                 said = f' relative_to="{name}"'
         pose = np.linalg.inv(base) @ at
         turn = Rotation.from_matrix(pose[:3, :3])
-        form = self.rng.integers(1 if self.plain else 3)
+        form = self.rng.integers(1 if self.old else 3)
         if form == 0:
             numbers = turn.as_euler("xyz")
         elif form == 1:
