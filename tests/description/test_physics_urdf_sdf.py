@@ -29,7 +29,8 @@ def sdf(dynamics: str = "", limit: str = "", kind: str = "revolute", second: str
     inertial = "<inertial><mass>1</mass></inertial>"
     axis = f"<axis><xyz>0 1 0</xyz><limit>{limit}</limit><dynamics>{dynamics}</dynamics></axis>"
     return (
-        f'<sdf version="1.7"><model name="m"><joint name="w" type="fixed"><parent>world</parent><child>base</child></joint><link name="base">{inertial}</link>'
+        f'<sdf version="1.7"><model name="m"><link name="base">{inertial}</link>'
+        '<joint name="w" type="fixed"><parent>world</parent><child>base</child></joint>'
         f'<link name="a">{inertial}</link><link name="b">{inertial}</link>'
         f'<joint name="j" type="{kind}"><parent>base</parent><child>a</child>{axis}{second}</joint>'
         f'<joint name="k" type="revolute"><parent>base</parent><child>b</child><axis><xyz>0 1 0</xyz></axis></joint>'

@@ -68,4 +68,4 @@ def test_a_mechanism_in_other_words(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1, 200))
 def test_mechanisms_in_other_words(seed: int, tmp_path: Path) -> None:
-    assert apart(seed, tmp_path) < 1e-11
+    assert apart(seed, tmp_path) < 1e-12

@@ -1,4 +1,4 @@
-"""Random mechanisms, and the same in the many words of SDF: frames, nested and included models, chains of relative poses.
+"""Random mechanisms, and the same in the many words of SDF: frames, models in models, includes, chains of poses.
 
 A mechanism is bodies and joints as they stand in the world at zero.  `as_description` makes a tree with cuts of it by
 hand; `Sdf` writes it as text, with everything said in a randomly chosen way.
@@ -6,7 +6,7 @@ hand; `Sdf` writes it as text, with everything said in a randomly chosen way.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -82,7 +82,7 @@ class Pair:
 
 @dataclass
 class Mechanism:
-    """Bodies, the joints of a tree from the world, those that close loops, and mimics (joint, driver, ratio, offset)."""
+    """Bodies, the joints of a tree from the world, those that close loops, mimics (joint, driver, ratio, offset)."""
 
     bodies: list[Body]
     tree: list[Pair]
@@ -144,14 +144,10 @@ def as_description(made: Mechanism) -> RobotDescription:
         physics = JointPhysics(damping=one.damping)
         cuts.append(CutJoint(one.name, CutType(str(one.kind.cut)), *frames, physics=physics))
     couplings = [Coupling.geared(f"{j}_mimic", j, driver, ratio, off) for j, driver, ratio, off in made.mimics]
-    return RobotDescription(
-        "made", tuple(links), tuple(joints), tuple(cuts), tuple(couplings), gravity=made.gravity
-    )
+    return RobotDescription("made", tuple(links), tuple(joints), tuple(cuts), tuple(couplings), gravity=made.gravity)
 
 
 def _damped(joint: Joint, pair: Pair) -> Joint:
-    from dataclasses import replace
-
     return replace(joint, physics=JointPhysics(damping=pair.damping)) if pair.damping else joint
 
 
@@ -273,7 +269,9 @@ class Sdf:
         text = self._text(one, self._pose(somewhere(self.rng), None, ""))
         text = text.replace(f'name="{one.name}"', 'name="other"', 1)
         (folder / "here.sdf").write_text(f'<sdf version="{self.version}">{text}</sdf>')
-        (folder / "model.config").write_text('<model><sdf version="1.4">no.sdf</sdf><sdf version="1.9">here.sdf</sdf></model>')
+        (folder / "model.config").write_text(
+            '<model><sdf version="1.4">no.sdf</sdf><sdf version="1.9">here.sdf</sdf></model>'
+        )
         given = f"<placement_frame>{frame}</placement_frame>" if frame else ""
         merge = ' merge="true"' if one.merged else ""
         near = "../" if any(id(model) in self.included for model in above.path()) else ""
@@ -356,7 +354,7 @@ class Sdf:
     # -- poses -------------------------------------------------------------------------------------------------------
 
     def _pose(self, at: Array, places: dict[str, Array] | None, default: str, model: Model | None = None) -> str:
-        """A pose of what stands at `at` in the world: relative to some name, or to the default (a name, else the model).
+        """A pose of what stands at `at` in the world, relative to some name or to the default (a name, or the model).
 
         Without places it is a pose in a frame that is not named.
         """

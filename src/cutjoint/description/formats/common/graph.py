@@ -40,14 +40,15 @@ def span(
     """A tree from `root` over all bodies that joints connect to it, and the joints left over as cuts.
 
     The placements of the joints that are given (`edges`) are those of their frames in the world at zero.  Where there
-    is a choice, the joints named in `keep` stay in the tree and those named in `close` become cuts.  Bodies that
+    is a choice, the joints named in `keep` stay in the tree and the others of `close` become cuts.  Bodies that
     nothing connects to the root stay in the list of links without a joint.
     """
     tree = OpenTree(name, [body.link for body in bodies])
     world = {body.link.name: body.world for body in bodies}
+    close = set(close).difference(keep)
     used = _spanning(bodies, edges, root)
     inside = {edge.name for edge, _ in used}
-    if not inside >= {edge.name for edge in edges if edge.name in keep} or inside & set(close):
+    if not inside >= {edge.name for edge in edges if edge.name in keep} or inside & close:
         used = _spanning(bodies, _forest(edges, inside, keep, close), root)
     for edge, backwards in used:
         _attach(tree, edge, backwards, world)
@@ -61,7 +62,9 @@ def _spanning(bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: str) -
     return _greedy(edges, root) if used is None else used
 
 
-def _forest(edges: Sequence[Joint], inside: Collection[str], keep: Collection[str], close: Collection[str]) -> list[Joint]:
+def _forest(
+    edges: Sequence[Joint], inside: Collection[str], keep: Collection[str], close: Collection[str]
+) -> list[Joint]:
     """The joints without those that close loops: rather those of `close`, and none of `keep` if there is a choice.
 
     Otherwise those named in `inside` stay.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
@@ -126,18 +126,31 @@ class Bodies:
 
     def _own(self, scope: Scope, what: str, line: int | None) -> str | None:
         """The canonical link of a model; the world of a world."""
-        if not scope.is_model or scope.static:
+        if not scope.is_model:
             return WORLD
         named = str(scope.element.get("canonical_link") or "").strip()
         if named:
             item = scope.look(named, ("link",), "unknown canonical_link", scope.element.sourceline)
-            return None if item is None else item.full
+            return None if item is None else WORLD if scope.static else item.full
+        if scope.static:
+            return WORLD
         first = scope.first_link()
         item = None if first is None else scope.find(first, ("link",))
         if item is None:
             scope.findings.error(f"{what} is a model without links", "at least one <link>", "", line)
             return None
         return item.full
+
+
+def check_frames(scopes: Iterable[Scope], frames: Frames, bodies: Bodies) -> None:
+    """Note what is wrong with frames, and with canonical links, whether or not something uses them."""
+    for scope in scopes:
+        for item in scope.items:
+            if item.kind == "frame":
+                frames.of(item)
+                bodies.named(scope, item.name, "unknown frame", item.line)
+        if str(scope.element.get("canonical_link") or "").strip():
+            bodies.named(scope, MODEL, "unknown frame", scope.element.sourceline)
 
 
 def _relative(pose: Element | None) -> str:

@@ -15,7 +15,7 @@ from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.graph import PlacedLink, span
 from cutjoint.description.formats.sdf.choice import Choice, chosen
 from cutjoint.description.formats.sdf.coupling import read_gearbox, read_mimics
-from cutjoint.description.formats.sdf.frames import Bodies, Frames
+from cutjoint.description.formats.sdf.frames import Bodies, Frames, check_frames
 from cutjoint.description.formats.sdf.include import open_sdf, outermost
 from cutjoint.description.formats.sdf.joint import read_joints, world_end
 from cutjoint.description.formats.sdf.link import read_body
@@ -45,6 +45,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     edges = read_joints(choice.joints, two, frames, bodies)
     scopes = [scope for top in (outer, *choice.models) for scope in _scopes(top)]
     note_foreign(scopes)
+    check_frames(scopes, frames, bodies)
     acting = read_plugins(scopes)
     couplings = [mimic.coupling for mimic in mimics] + acting.couplings
     for item in edges.gearboxes:
