@@ -166,15 +166,38 @@ def test_versions_compare_by_their_numbers(version: str, reading) -> None:
     np.testing.assert_allclose(old.axis, [0, 1, 0], atol=1e-15)
 
 
-def test_included_models_have_the_name_and_pose_of_the_include(reading) -> None:
-    arm = model(link("a") + link("b", "1 0 0 0 0 0") + joint("J", "a", "b"), "arm").replace(
-        "<link", "<static>1</static><link", 1
-    )
-    include = "<include><uri>model://arm</uri><name>left</name><pose>0 0 2 0 0 0</pose><static>false</static></include>"
-    one = reading(model(include + joint("W", "world", "left", "fixed")), arm=arm)
-    assert mobility(one) == 1
-    assert one.description.joint("left::J").child == "left::b"
-    np.testing.assert_allclose(one.description.joint("W").placement[:3, 3], [0, 0, 2])
+def test_included_models_have_the_name_pose_and_hold_of_the_include(reading) -> None:
+    arm = model(link("a") + link("b", "1 0 0 0 0 0") + joint("J", "a", "b"), "arm")
+    held = arm.replace("<link", "<static>1</static><link", 1)
+    said = "<include><uri>model://arm</uri><name>left</name><pose>0 0 2 0 0 0</pose>{}</include>"
+    free = reading(model(said.format("<static>false</static>") + joint("W", "world", "left", "fixed")), arm=held)
+    assert mobility(free) == 1
+    assert free.description.joint("left::J").child == "left::b"
+    np.testing.assert_allclose(free.description.joint("W").placement[:3, 3], [0, 0, 2])
+    lone = link("z") + joint("Z", "world", "z")
+    for inside, text in ((said.format("<static>true</static>"), arm), (said.format(""), held)):
+        one = reading(model(lone + inside), arm=text)
+        assert {each.name for each in one.description.joints} == {"Z", "left::a_static", "left::b_static"}
+
+
+def test_a_model_config_names_the_newest_version(reading, tmp_path: Path) -> None:
+    (tmp_path / "arm").mkdir()
+    for order in ((4, 9, 10), (10, 9, 4)):
+        named = "".join(f'<sdf version="1.{number}">{number}.sdf</sdf>' for number in order)
+        (tmp_path / "arm" / "model.config").write_text(f"<model>{named}</model>")
+        for number in order:
+            (tmp_path / "arm" / f"{number}.sdf").write_text(model(link(f"l{number}"), "arm"))
+        links = reading(model("<include><uri>model://arm</uri></include>")).description.links
+        assert [each.name for each in links] == ["world", "arm::l10"]
+
+
+def test_the_old_way_to_give_axes_is_a_doubt_in_new_files_and_not_used(reading) -> None:
+    old = "<use_parent_model_frame>true</use_parent_model_frame>"
+    text = model(link("a", "0 0 0 1.5707963267948966 0 0") + joint("J", "world", "a", axis=old))
+    assert reading(text).description is None
+    np.testing.assert_allclose(reading(text, lenient=True).description.joint("J").axis, [0, 0, 1], atol=1e-15)
+    found = reading(text.replace('version="1.9"', 'version="1.6"')).description.joint("J")
+    np.testing.assert_allclose(found.axis, [0, 1, 0], atol=1e-15)
 
 
 def test_a_merged_model_shares_the_names(reading) -> None:
