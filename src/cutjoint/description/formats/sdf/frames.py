@@ -93,7 +93,7 @@ class Frames:
         return readonly(base @ own @ inverse(inside))
 
 
-class Bodies:
+class Carriers:
     """Which link each frame moves with."""
 
     def __init__(self) -> None:
@@ -142,15 +142,15 @@ class Bodies:
         return item.full
 
 
-def check_frames(scopes: Iterable[Scope], frames: Frames, bodies: Bodies) -> None:
+def check_frames(scopes: Iterable[Scope], frames: Frames, carriers: Carriers) -> None:
     """Note what is wrong with frames, and with canonical links, whether or not something uses them."""
     for scope in scopes:
         for item in scope.items:
             if item.kind == "frame":
                 frames.of(item)
-                bodies.named(scope, item.name, "unknown frame", item.line)
+                carriers.named(scope, item.name, "unknown frame", item.line)
         if str(scope.element.get("canonical_link") or "").strip():
-            bodies.named(scope, MODEL, "unknown frame", scope.element.sourceline)
+            carriers.named(scope, MODEL, "unknown frame", scope.element.sourceline)
 
 
 def _relative(pose: Element | None) -> str:

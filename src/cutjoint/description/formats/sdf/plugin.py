@@ -26,16 +26,16 @@ _MIMIC_IGNORED = frozenset({"robotNamespace"})
 
 
 @dataclass
-class Acting:
+class Plugged:
     """What plugins do: full names of driven joints, and couplings."""
 
     driven: list[str] = field(default_factory=list)
     couplings: list[Coupling] = field(default_factory=list)
 
 
-def read_plugins(scopes: Sequence[Scope]) -> Acting:
+def read_plugins(scopes: Sequence[Scope]) -> Plugged:
     """All plugins of models and worlds, with a note on each that acts and is not read."""
-    acting = Acting()
+    acting = Plugged()
     for scope in scopes:
         elements = [*children(scope.element, "plugin")]
         elements += [one for item in scope.items for one in item.element.iter("plugin") if item.kind != "model"]
@@ -44,7 +44,7 @@ def read_plugins(scopes: Sequence[Scope]) -> Acting:
     return acting
 
 
-def _read(element: Element, scope: Scope, acting: Acting) -> None:
+def _read(element: Element, scope: Scope, acting: Plugged) -> None:
     name, file = str(element.get("name") or ""), str(element.get("filename") or "")
     kind = _WORD.sub("", f"{file} {name}".lower())
     what = f"plugin '{clip(name or file)}'"
@@ -72,7 +72,7 @@ def _read(element: Element, scope: Scope, acting: Acting) -> None:
             findings.warn(found, "joint controllers", "", line)
 
 
-def _mimic(element: Element, what: str, scope: Scope, acting: Acting) -> None:
+def _mimic(element: Element, what: str, scope: Scope, acting: Plugged) -> None:
     """The plugin of roboticsgroup: coordinate of mimicJoint = multiplier * that of joint + offset."""
     findings, line = scope.findings, element.sourceline
     check_known(element, frozenset({"name", "filename"}), _MIMIC, _MIMIC_IGNORED, findings)

@@ -13,9 +13,9 @@ from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.graph import PlacedLink, span
-from cutjoint.description.formats.sdf.choice import Choice, chosen
+from cutjoint.description.formats.sdf.choice import Chosen, chosen
 from cutjoint.description.formats.sdf.coupling import read_gearbox, read_mimics
-from cutjoint.description.formats.sdf.frames import Bodies, Frames, check_frames
+from cutjoint.description.formats.sdf.frames import Carriers, Frames, check_frames
 from cutjoint.description.formats.sdf.include import open_sdf, outermost
 from cutjoint.description.formats.sdf.joint import read_joints, world_end
 from cutjoint.description.formats.sdf.link import read_body
@@ -34,7 +34,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     if outer is None or choice is None:
         return None
     note_world(outer)
-    frames, bodies = Frames(), Bodies()
+    frames, carriers = Frames(), Carriers()
     links = [item for model in choice.models for item in model.each("link")]
     if not links:
         findings.error("a model without links", "at least one <link>", "", choice.models[0].element.sourceline)
@@ -42,14 +42,14 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     placed = [read_body(item, frames) for item in links]
     mimics = [*read_mimics(choice.joints)]
     two = {one for mimic in mimics for one in (mimic.follower, mimic.leader)}
-    edges = read_joints(choice.joints, two, frames, bodies)
+    edges = read_joints(choice.joints, two, frames, carriers)
     scopes = [scope for top in (outer, *choice.models) for scope in _scopes(top)]
     note_foreign(scopes)
-    check_frames(scopes, frames, bodies)
+    check_frames(scopes, frames, carriers)
     acting = read_plugins(scopes)
     couplings = [mimic.coupling for mimic in mimics] + acting.couplings
     for item in edges.gearboxes:
-        gearbox = read_gearbox(item, edges.joints, frames, bodies)
+        gearbox = read_gearbox(item, edges.joints, frames, carriers)
         couplings += [] if gearbox is None else [gearbox]
     placed += edges.links
     joints, root_link = _held(edges.joints, links, placed, choice)
@@ -68,7 +68,7 @@ def _scopes(top: Scope) -> Sequence[Scope]:
     return [*top.models()] if top.is_model else [top]
 
 
-def _held(joints: list[Joint], links: list[Item], placed: list[PlacedLink], choice: Choice) -> tuple[list[Joint], str]:
+def _held(joints: list[Joint], links: list[Item], placed: list[PlacedLink], choice: Chosen) -> tuple[list[Joint], str]:
     """The joints, with those that hold static links and let the base float, and the root of the tree."""
     first = choice.models[0]
     if choice.base_only:
