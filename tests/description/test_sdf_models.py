@@ -53,6 +53,17 @@ def test_the_world_may_be_the_child(reading) -> None:
     assert hung.description.cuts[0].name == "D"
 
 
+def test_names_reach_into_models(reading) -> None:
+    inner = (
+        f'<model name="m"><pose>0 3 0 0 0 0</pose>{link("x")}<frame name="f"><pose>0 0 1 0 0 0</pose></frame></model>'
+    )
+    for name, wanted in (("m", 3), ("m::__model__", 3), ("m::f", 3), ("m::x", 3), ("__model__", 0)):
+        outer = link("a").replace("<pose>", f'<pose relative_to="{name}">', 1)
+        joints = reading(model(outer + inner + joint("J", "world", "a") + joint("K", "a", "m::f"))).description.joints
+        at = next(one for one in joints if one.name == "J").placement[:3, 3]
+        np.testing.assert_allclose(at, [0, wanted, 1 if name == "m::f" else 0], atol=1e-15)
+
+
 def test_the_placement_frame_is_what_the_pose_places(reading) -> None:
     text = model(link("a", "0 0 1 0 0 0") + '<frame name="f" attached_to="a"><pose>0 2 0 0 0 0</pose></frame>')
     text = text.replace('name="robot">', 'name="robot" placement_frame="f"><pose>5 0 0 0 0 0</pose>')
