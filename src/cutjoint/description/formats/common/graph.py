@@ -40,20 +40,53 @@ def span(
     """A tree from `root` over all bodies that joints connect to it, and the joints left over as cuts.
 
     The placements of the joints that are given (`edges`) are those of their frames in the world at zero.  Where there
-    is a choice, the joints named in `keep` stay in the tree and those named in `close` become cuts.  Bodies that
+    is a choice, the joints named in `keep` stay in the tree and the others of `close` become cuts.  Bodies that
     nothing connects to the root stay in the list of links without a joint.
     """
     tree = OpenTree(name, [body.link for body in bodies])
     world = {body.link.name: body.world for body in bodies}
-    ranked = sorted(edges, key=lambda edge: (edge.name in close) - (edge.name in keep))
-    used = _first_parents(bodies, ranked, root)
-    if used is None:
-        used = _greedy(ranked, root)
+    close = set(close).difference(keep)
+    used = _spanning(bodies, edges, root)
+    inside = {edge.name for edge, _ in used}
+    if not inside >= {edge.name for edge in edges if edge.name in keep} or inside & close:
+        used = _spanning(bodies, _forest(edges, inside, keep, close), root)
     for edge, backwards in used:
         _attach(tree, edge, backwards, world)
     taken = {id(edge) for edge, _ in used}
     cuts = [_cut(edge, world, findings) for edge in edges if id(edge) not in taken]
     return tree, [cut for cut in cuts if cut is not None]
+
+
+def _spanning(bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: str) -> list[tuple[Joint, bool]]:
+    used = _first_parents(bodies, edges, root)
+    return _greedy(edges, root) if used is None else used
+
+
+def _forest(
+    edges: Sequence[Joint], inside: Collection[str], keep: Collection[str], close: Collection[str]
+) -> list[Joint]:
+    """The joints without those that close loops: rather those of `close`, and none of `keep` if there is a choice.
+
+    Otherwise those named in `inside` stay.
+    """
+
+    def rank(edge: Joint) -> tuple[bool, bool, bool]:
+        return edge.name in close, edge.name not in keep, edge.name not in inside
+
+    part: dict[str, str] = {}
+
+    def top(name: str) -> str:
+        while name in part:
+            name = part[name]
+        return name
+
+    kept = []
+    for edge in sorted(edges, key=rank):
+        ends = top(edge.parent), top(edge.child)
+        if ends[0] != ends[1]:
+            part[ends[0]] = ends[1]
+            kept.append(edge.name)
+    return [edge for edge in edges if edge.name in kept]
 
 
 def _first_parents(bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: str) -> list[tuple[Joint, bool]] | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.description.findings import clip
-from cutjoint.description.formats.sdf.frames import Bodies, Frames
+from cutjoint.description.formats.sdf.frames import Carriers, Frames
 from cutjoint.description.formats.sdf.joint import TYPES, gearbox_axis, half
 from cutjoint.description.formats.sdf.scope import Item
 from cutjoint.description.formats.sdf.values import text_of
@@ -78,7 +78,7 @@ def _mimic(element: Element, item: Item, tag: str) -> Mimic | None:
     return Mimic(item, tag, leader, axis, values["multiplier"], offset, Place(findings.file, line))
 
 
-def read_gearbox(item: Item, joints: Sequence[Joint], frames: Frames, bodies: Bodies) -> Coupling | None:
+def read_gearbox(item: Item, joints: Sequence[Joint], frames: Frames, carriers: Carriers) -> Coupling | None:
     """A gearbox as a coupling of the two hinges between its reference body and its parent and child.
 
     With theta1 the angle from the reference body to the parent about <axis>, and theta2 that to the child about
@@ -96,7 +96,7 @@ def read_gearbox(item: Item, joints: Sequence[Joint], frames: Frames, bodies: Bo
         if body and ratio is not None:
             findings.error(f"{what} without parent or child", "two gears", "", item.line)
         return None
-    links = [bodies.named(item.scope, name, f"{what} at the unknown frame", item.line) for name in names]
+    links = [carriers.named(item.scope, name, f"{what} at the unknown frame", item.line) for name in names]
     found = []
     for link, tag in ((links[1], "axis"), (links[2], "axis2")):
         axis = gearbox_axis(item, tag, frames)

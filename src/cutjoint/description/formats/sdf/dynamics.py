@@ -7,6 +7,8 @@ not yield, as is a missing one: converters write the default into every file.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from cutjoint.description.findings import Findings
@@ -14,11 +16,13 @@ from cutjoint.description.formats.common.physics import largest
 from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.model import JointPhysics, JointType, Limits
 from cutjoint.description.numbers import parse_number, read_numbers
-from cutjoint.description.xml import Element, only_child
+from cutjoint.description.xml import Element, children, only_child
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 UNLIMITED = 1e16
 """SDF's own number for no limit."""
+ROTORS = {"rotor_inertia": "rotor", "gear_ratio": "gear"}
+"""Elements of Drake's in a joint -> what they are."""
 RIGID = 1e8
 """N/m or N m/rad: SDF's default for the stiffness of a stop."""
 
@@ -99,3 +103,28 @@ def _number(axis: Element, section: str, tag: str, key: str, name: str, findings
     most = float("inf") if key.startswith("stop") else largest(key)
     value = read_numbers(text_of(element), 1, f"{tag} of joint '{name}'", findings, element.sourceline, most)
     return None if value is None else value[0]
+
+
+def drake_name(element: Element) -> str | None:
+    """The name without its prefix where it is one of Drake's."""
+    tag = str(element.tag)
+    if tag.startswith("drake:"):
+        return tag.removeprefix("drake:")
+    return tag.rpartition("}")[2] if "drake.mit.edu" in tag.rpartition("}")[0] else None
+
+
+def with_rotor(physics: JointPhysics, joint: Element, name: str, kind: JointType, findings: Findings) -> JointPhysics:
+    """With the `<drake:rotor_inertia>` and `<drake:gear_ratio>` of a joint."""
+    values = {}
+    for element in children(joint):
+        key = ROTORS.get(drake_name(element) or "")
+        if key is not None:
+            told = f"{key} of joint '{name}'"
+            value = read_numbers(text_of(element), 1, told, findings, element.sourceline, largest(key))
+            values.update({} if value is None else {key: value[0]})
+    if values and not kind.single:
+        findings.warn(
+            f"rotor of the {kind.value} joint '{name}' is not used", "a joint of one axis", "", joint.sourceline
+        )
+        return physics
+    return replace(physics, **values)

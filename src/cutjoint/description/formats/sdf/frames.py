@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
@@ -23,9 +23,10 @@ class Frames:
     `fixed` gives the placement of some scopes, in whose own frame things are then placed.
     """
 
-    def __init__(self, fixed: Mapping[Scope, Array] | None = None) -> None:
+    def __init__(self, fixed: Mapping[Item | Scope, Array] | None = None) -> None:
         self._fixed = bool(fixed)
-        self._known: dict[Item | Scope, Array] = dict(fixed or {})
+        self._known: dict[Item | Scope, Array] = {}
+        self._known.update(fixed or {})
         self._open: set[Item | Scope] = set()
 
     def named(self, scope: Scope, name: str, what: str, line: int | None) -> Array:
@@ -92,7 +93,7 @@ class Frames:
         return readonly(base @ own @ inverse(inside))
 
 
-class Bodies:
+class Carriers:
     """Which link each frame moves with."""
 
     def __init__(self) -> None:
@@ -125,18 +126,31 @@ class Bodies:
 
     def _own(self, scope: Scope, what: str, line: int | None) -> str | None:
         """The canonical link of a model; the world of a world."""
-        if not scope.is_model or scope.static:
+        if not scope.is_model:
             return WORLD
         named = str(scope.element.get("canonical_link") or "").strip()
         if named:
             item = scope.look(named, ("link",), "unknown canonical_link", scope.element.sourceline)
-            return None if item is None else item.full
+            return None if item is None else WORLD if scope.static else item.full
+        if scope.static:
+            return WORLD
         first = scope.first_link()
         item = None if first is None else scope.find(first, ("link",))
         if item is None:
             scope.findings.error(f"{what} is a model without links", "at least one <link>", "", line)
             return None
         return item.full
+
+
+def check_frames(scopes: Iterable[Scope], frames: Frames, carriers: Carriers) -> None:
+    """Note what is wrong with frames, and with canonical links, whether or not something uses them."""
+    for scope in scopes:
+        for item in scope.items:
+            if item.kind == "frame":
+                frames.of(item)
+                carriers.named(scope, item.name, "unknown frame", item.line)
+        if str(scope.element.get("canonical_link") or "").strip():
+            carriers.named(scope, MODEL, "unknown frame", scope.element.sourceline)
 
 
 def _relative(pose: Element | None) -> str:

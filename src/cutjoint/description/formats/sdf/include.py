@@ -1,7 +1,7 @@
 """The scopes of an SDF file and of the models that it includes.
 
-`<include>` names a folder with a model.config or a model.sdf, or a file: model://NAME is looked for as meshes are, other
-names beside the file.  Nothing is fetched from the net.
+`<include>` names a folder with a model.config or a model.sdf, or a file: model://NAME and NAME are looked for beside the
+file and as meshes are.  Nothing is fetched from the net.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def open_sdf(path: Path, findings: Findings) -> Element | None:
 
 
 def outermost(root: Element, path: Path, findings: Findings) -> Scope | None:
-    """The scope of an `<sdf>` with a world or with a model, with all that is in it; None where there is more than one."""
+    """The scope of an `<sdf>` with a world or with a model, and all that is in it; None where there are several."""
     version = version_of(root, findings)
     outer = [*children(root, "world")]
     alone = [*children(root, "model")]
@@ -164,14 +164,14 @@ def _file(uri: str, element: Element, scope: Scope) -> Path | None:
         mend = "fetch the model and include it by model:// or a relative path" if uri else ""
         findings.error(found, "a model on this machine", mend, line)
         return None
-    near = [scope.file.parent, *search_folders(scope.file)] if scheme in ("model", "package") else [scope.file.parent]
+    near = [scope.file.parent, *search_folders(scope.file)] if scheme != "file" else [scope.file.parent]
     tried = [Path(os.path.normpath(folder / name)) for folder in near]
     for one in dict.fromkeys(tried):
         found_there = _model_file(one, findings)
         if found_there is not None:
             return found_there
     places = ", ".join(map(str, list(dict.fromkeys(tried))[:2]))
-    mend = "add the folder that holds it to GAZEBO_MODEL_PATH" if scheme == "model" else ""
+    mend = "" if scheme == "file" else "add the folder that holds it to GAZEBO_MODEL_PATH"
     findings.error(f"model '{clip(uri)}' of an <include> not found", f"a folder or file, such as {places}", mend, line)
     return None
 

@@ -12,10 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.graph import PlacedLink
-from cutjoint.description.formats.sdf.dynamics import read_limits, read_physics, unused_axis
-from cutjoint.description.formats.sdf.frames import Bodies, Frames
+from cutjoint.description.formats.sdf.dynamics import read_limits, read_physics, unused_axis, with_rotor
+from cutjoint.description.formats.sdf.frames import Carriers, Frames
 from cutjoint.description.formats.sdf.scope import Item
 from cutjoint.description.formats.sdf.values import WORLD, child_flag, text_of
 from cutjoint.description.model import Joint, JointPhysics, JointType, Limits, Link, Place
@@ -54,13 +53,13 @@ def half(name: str, axis: str) -> str:
     return name + _SECOND if axis == "axis2" else name
 
 
-def read_joints(items: list[Item], split: Collection[Item], frames: Frames, bodies: Bodies) -> Edges:
+def read_joints(items: list[Item], split: Collection[Item], frames: Frames, carriers: Carriers) -> Edges:
     """All joints, read; those in `split` never as universal joints."""
     edges = Edges()
     for item in items:
         element, findings = item.element, item.scope.findings
         text = str(element.get("type") or "").strip()
-        ends = _ends(item, bodies)
+        ends = _ends(item, carriers)
         if text in _REFUSED:
             found = f"type '{text}' of joint '{item.name}' is not supported"
             findings.error(found, f"one of {', '.join(_ALL)}", f"write it as {_REFUSED[text]}", item.line)
@@ -73,7 +72,7 @@ def read_joints(items: list[Item], split: Collection[Item], frames: Frames, bodi
     return edges
 
 
-def _ends(item: Item, bodies: Bodies) -> tuple[str, str] | None:
+def _ends(item: Item, carriers: Carriers) -> tuple[str, str] | None:
     """The links that a joint joins, or None after noting why not."""
     ends = []
     for tag in ("parent", "child"):
@@ -83,7 +82,7 @@ def _ends(item: Item, bodies: Bodies) -> tuple[str, str] | None:
             found = f"joint '{item.name}' without {tag}"
             item.scope.findings.error(found, "the name of a link or frame", "", line)
             continue
-        body = bodies.named(item.scope, text_of(end), f"{tag} of joint '{item.name}' is the unknown frame", line)
+        body = carriers.named(item.scope, text_of(end), f"{tag} of joint '{item.name}' is the unknown frame", line)
         ends += [] if body is None else [body]
     if len(ends) == 2 and ends[0] == ends[1]:
         found = f"both ends of joint '{item.name}' are on '{ends[0]}'"
@@ -144,6 +143,7 @@ def _axes(item: Item, kind: JointType, at: Array, frames: Frames) -> list[Axis]:
             one = JointType.REVOLUTE if kind.axes == 2 else kind
             direction = _direction(axis, item, at, frames)
             limits, physics = read_limits(axis, item.name, one, findings), read_physics(axis, item.name, one, findings)
+            physics = with_rotor(physics, element, item.name, kind, findings)
             axes.append(Axis(direction, limits, physics))
     return axes
 

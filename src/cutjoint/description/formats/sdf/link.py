@@ -69,7 +69,7 @@ def _inertial(link: Element, name: str, findings: Findings) -> Inertial | None:
 def _note_inertial(element: Element, name: str, findings: Findings) -> None:
     """Note what an `<inertial>` says otherwise than by numbers."""
     if flag(str(element.get("auto") or ""), f"auto of the inertia of link '{name}'", findings, element.sourceline):
-        found = f'<inertial auto="true"> of link \'{name}\''
+        found = f"<inertial auto=\"true\"> of link '{name}'"
         findings.error(found, "<mass> and <inertia>", "write the numbers out: gz sdf -p model.sdf", element.sourceline)
     added = only_child(element, "fluid_added_mass", findings)
     if added is not None and any(text_of(one).strip("0. ") for one in children(added)):

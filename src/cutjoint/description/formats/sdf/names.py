@@ -69,9 +69,7 @@ def _foreign(name: str) -> bool:
     return "{" in name or ":" in name
 
 
-def _unknown(
-    found: str, name: str, known: frozenset[str], decor: bool, findings: Findings, line: int | None
-) -> None:
+def _unknown(found: str, name: str, known: frozenset[str], decor: bool, findings: Findings, line: int | None) -> None:
     near = closest(name, known, cutoff=0.5)
     expected = f"one of {', '.join(sorted(known))}" if known else "nothing there"
     mend = f"did you mean '{near}'?" if near else "remove it"

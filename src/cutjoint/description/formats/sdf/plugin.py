@@ -1,10 +1,13 @@
-"""The `<plugin>`s of an SDF that act on joints: Gazebo's joint controllers are actuators, its plugin for mimicking joints
-is a coupling.  One that closes or couples joints otherwise is refused; others that name a joint are noted."""
+"""The `<plugin>`s of an SDF that act on joints.
+
+Gazebo's joint controllers are actuators, its plugin for joints that mimic others is a coupling.  One that closes loops
+or couples joints otherwise is refused; others that name a joint are noted.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from cutjoint.description.findings import clip
@@ -15,24 +18,24 @@ from cutjoint.description.numbers import read_numbers
 from cutjoint.description.xml import Element, check_known, children, only_child
 
 _WORD = re.compile("[^a-z0-9]")
-_DRIVES = ("jointcontroller", "jointpositioncontroller", "jointtrajectorycontroller", "applyjointforce")
-_DRIVES += ("jointvelocitycontroller",)
+_DRIVES = re.compile("joint(position|velocity|trajectory|)controller|applyjointforce")
 _READS = ("publisher", "jointstate", "odometry", "sensor", "video", "logger")
-_BINDS = re.compile("detach|attach|loop|clos|constraint|gear|tendon|cable|spring|mimic|coupl|differential|grasp|vacuum")
-_MIMIC = frozenset({"joint", "mimicJoint", "multiplier", "offset", "sensitiveness", "maxEffort", "hasPID", "robotNamespace"})
+_BINDS = re.compile("attach|detach|loop|clos|constraint|gear|tendon|cable|spring|mimic|coupl|differential|grasp|vacuum")
+_MIMIC = frozenset({"joint", "mimicJoint", "multiplier", "offset", "sensitiveness", "maxEffort", "hasPID"})
+_MIMIC_IGNORED = frozenset({"robotNamespace"})
 
 
 @dataclass
-class Acting:
+class Plugged:
     """What plugins do: full names of driven joints, and couplings."""
 
     driven: list[str] = field(default_factory=list)
     couplings: list[Coupling] = field(default_factory=list)
 
 
-def read_plugins(scopes: Iterator[Scope]) -> Acting:
+def read_plugins(scopes: Sequence[Scope]) -> Plugged:
     """All plugins of models and worlds, with a note on each that acts and is not read."""
-    acting = Acting()
+    acting = Plugged()
     for scope in scopes:
         elements = [*children(scope.element, "plugin")]
         elements += [one for item in scope.items for one in item.element.iter("plugin") if item.kind != "model"]
@@ -41,7 +44,7 @@ def read_plugins(scopes: Iterator[Scope]) -> Acting:
     return acting
 
 
-def _read(element: Element, scope: Scope, acting: Acting) -> None:
+def _read(element: Element, scope: Scope, acting: Plugged) -> None:
     name, file = str(element.get("name") or ""), str(element.get("filename") or "")
     kind = _WORD.sub("", f"{file} {name}".lower())
     what = f"plugin '{clip(name or file)}'"
@@ -50,7 +53,7 @@ def _read(element: Element, scope: Scope, acting: Acting) -> None:
         return
     if "mimicjoint" in kind:
         _mimic(element, what, scope, acting)
-    elif any(word in kind for word in _DRIVES):
+    elif _DRIVES.search(kind):
         names = [text_of(one) for one in element.iter("joint_name")]
         for joint in names:
             item = scope.look(joint, ("joint",), f"{what} drives the unknown joint", line)
@@ -69,10 +72,10 @@ def _read(element: Element, scope: Scope, acting: Acting) -> None:
             findings.warn(found, "joint controllers", "", line)
 
 
-def _mimic(element: Element, what: str, scope: Scope, acting: Acting) -> None:
+def _mimic(element: Element, what: str, scope: Scope, acting: Plugged) -> None:
     """The plugin of roboticsgroup: coordinate of mimicJoint = multiplier * that of joint + offset."""
     findings, line = scope.findings, element.sourceline
-    check_known(element, frozenset({"name", "filename"}), _MIMIC, frozenset(), findings)
+    check_known(element, frozenset({"name", "filename"}), _MIMIC, _MIMIC_IGNORED, findings)
     ends = []
     for tag in ("joint", "mimicJoint"):
         text = text_of(only_child(element, tag, findings))
@@ -84,5 +87,6 @@ def _mimic(element: Element, what: str, scope: Scope, acting: Acting) -> None:
         number = read_numbers(default if part is None else part.text, 1, f"{tag} of {what}", findings, line)
         values += [] if number is None else [number[0]]
     if len(ends) == len(values) == 2:
+        (driver, joint), (ratio, offset) = ends, values
         place = Place(findings.file, line)
-        acting.couplings.append(Coupling.geared(f"{ends[1]}_mimic", ends[1], ends[0], *values, place))
+        acting.couplings.append(Coupling.geared(f"{joint}_mimic", joint, driver, ratio, offset, place))

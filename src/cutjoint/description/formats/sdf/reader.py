@@ -1,5 +1,4 @@
-"""SDF (http://sdformat.org/spec), versions 1.4 to 1.12, whose links may have several parents: the joints left over close
-loops.
+"""SDF (http://sdformat.org/spec), versions 1.4 to 1.12: links may have several parents; joints left over close loops.
 
 One robot, of one model or of several that joints tie together, in a world or alone; models may be nested and included.
 Without `<static>` and without a joint to `world` the base floats.
@@ -12,18 +11,18 @@ from pathlib import Path
 
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.extras import Extras, OpenTree, described
+from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.graph import PlacedLink, span
-from cutjoint.description.formats.sdf.choice import Choice, chosen
+from cutjoint.description.formats.sdf.choice import Chosen, chosen
 from cutjoint.description.formats.sdf.coupling import read_gearbox, read_mimics
-from cutjoint.description.formats.sdf.frames import Bodies, Frames
+from cutjoint.description.formats.sdf.frames import Carriers, Frames, check_frames
 from cutjoint.description.formats.sdf.include import open_sdf, outermost
 from cutjoint.description.formats.sdf.joint import read_joints, world_end
 from cutjoint.description.formats.sdf.link import read_body
 from cutjoint.description.formats.sdf.plugin import read_plugins
 from cutjoint.description.formats.sdf.scope import Item, Scope
 from cutjoint.description.formats.sdf.values import WORLD
-from cutjoint.description.formats.sdf.world import gravity_of, note_world
+from cutjoint.description.formats.sdf.world import gravity_of, note_foreign, note_world
 from cutjoint.description.model import IDENTITY, Coupling, Joint, JointType, Link, RobotDescription
 
 
@@ -35,7 +34,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     if outer is None or choice is None:
         return None
     note_world(outer)
-    frames, bodies = Frames(), Bodies()
+    frames, carriers = Frames(), Carriers()
     links = [item for model in choice.models for item in model.each("link")]
     if not links:
         findings.error("a model without links", "at least one <link>", "", choice.models[0].element.sourceline)
@@ -43,11 +42,14 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     placed = [read_body(item, frames) for item in links]
     mimics = [*read_mimics(choice.joints)]
     two = {one for mimic in mimics for one in (mimic.follower, mimic.leader)}
-    edges = read_joints(choice.joints, two, frames, bodies)
-    acting = read_plugins(scope for top in (outer, *choice.models) for scope in _scopes(top))
+    edges = read_joints(choice.joints, two, frames, carriers)
+    scopes = [scope for top in (outer, *choice.models) for scope in _scopes(top)]
+    note_foreign(scopes)
+    check_frames(scopes, frames, carriers)
+    acting = read_plugins(scopes)
     couplings = [mimic.coupling for mimic in mimics] + acting.couplings
     for item in edges.gearboxes:
-        gearbox = read_gearbox(item, edges.joints, frames, bodies)
+        gearbox = read_gearbox(item, edges.joints, frames, carriers)
         couplings += [] if gearbox is None else [gearbox]
     placed += edges.links
     joints, root_link = _held(edges.joints, links, placed, choice)
@@ -66,9 +68,7 @@ def _scopes(top: Scope) -> Sequence[Scope]:
     return [*top.models()] if top.is_model else [top]
 
 
-def _held(
-    joints: list[Joint], links: list[Item], placed: list[PlacedLink], choice: Choice
-) -> tuple[list[Joint], str]:
+def _held(joints: list[Joint], links: list[Item], placed: list[PlacedLink], choice: Chosen) -> tuple[list[Joint], str]:
     """The joints, with those that hold static links and let the base float, and the root of the tree."""
     first = choice.models[0]
     if choice.base_only:
@@ -129,9 +129,7 @@ def _roots(placed: list[PlacedLink], joints: list[Joint], kind: JointType) -> li
     return extra
 
 
-def _note_cut(
-    cuts: set[str], couplings: Sequence[Coupling], driven: Sequence[str], findings: Findings
-) -> None:
+def _note_cut(cuts: set[str], couplings: Sequence[Coupling], driven: Sequence[str], findings: Findings) -> None:
     """Note couplings and controllers of joints that close loops, which have no coordinate."""
     mend = "let another joint of the loop close it: <must_be_loop_joint>, or <parent> and <child> exchanged"
     for coupling in couplings:

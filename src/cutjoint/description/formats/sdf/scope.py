@@ -1,4 +1,4 @@
-"""What the names in an SDF mean: a scope for each `<world>` and `<model>`, with the links, joints, frames and models in it.
+"""What the names in an SDF mean: a scope for each `<world>` and `<model>`, with the links, joints, ... in it.
 
 A model that is included with merge="true" keeps its own frame, but its names are those of the model around it.
 """

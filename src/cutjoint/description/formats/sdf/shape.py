@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.files import read_mesh
-from cutjoint.description.findings import Findings
+from cutjoint.description.findings import Findings, Harmless
 from cutjoint.description.formats.sdf.frames import Frames
 from cutjoint.description.formats.sdf.scope import Item
 from cutjoint.description.formats.sdf.values import pose_of, text_of
@@ -27,15 +26,10 @@ _SIZES = {
 
 def read_shapes(item: Item, tag: str, frames: Frames) -> Iterator[Shape]:
     """The shapes of a link that can be drawn; all that is wrong with them is a doubt."""
-    findings = item.scope.findings
+    findings = Harmless(item.scope.findings)
     for element in children(item.element, tag):
-        own = Findings(findings.file)
-        shape = _shape(element, f"<{tag}> of link '{item.name}'", item, frames, own)
-        for problem in own.problems:
-            found = replace(problem, tolerable=problem.severity == "error" or problem.tolerable)
-            if found not in findings.problems:
-                findings.problems.append(found)
-        if shape is not None and not own.failed:
+        shape = _shape(element, f"<{tag}> of link '{item.name}'", item, frames, findings)
+        if shape is not None:
             yield shape
 
 
@@ -59,11 +53,12 @@ def _shape(element: Element, what: str, item: Item, frames: Frames, findings: Fi
         if kind != "empty":
             findings.warn(f"{kind} in {what} is not drawn", f"mesh, {', '.join(_SIZES)}", "", line)
         return None
-    sizes: tuple[float, ...] = ()
-    for tag, count in _SIZES[kind]:
-        text = text_of(only_child(kinds[0], tag, findings))
-        sizes += read_numbers(text, count, f"{tag} of {what}", findings, line) or ()
-    return Shape(kind, sizes, at, colour, None, name)
+    sizes = [
+        read_numbers(text_of(only_child(kinds[0], tag, findings)), count, f"{tag} of {what}", findings, line)
+        for tag, count in _SIZES[kind]
+    ]
+    kept = [size for size in sizes if size is not None]
+    return Shape(kind, sum(kept, ()), at, colour, None, name) if len(kept) == len(sizes) else None
 
 
 def _placement(element: Element, what: str, item: Item, frames: Frames, findings: Findings) -> Array:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from cutjoint.description.findings import Findings, clip
 from cutjoint.description.formats.common.extras import EARTH
+from cutjoint.description.formats.sdf.dynamics import ROTORS, drake_name
 from cutjoint.description.formats.sdf.scope import Scope
 from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.numbers import read_numbers
@@ -16,8 +17,6 @@ _DEFAULT = (0.0, 0.0, -9.8)
 _UNUSED = ("state", "population", "actor")
 _HARMLESS = frozenset({"collision_filter_group", "proximity_properties", "diffuse_map", "accepting_renderer"})
 _HARMLESS |= frozenset({"perception_properties", "illustration_properties", "convex", "visual", "declare_convex"})
-READ = frozenset({"rotor_inertia", "gear_ratio"})
-"""Elements of Drake's that are read, of joints."""
 
 
 def gravity_of(outer: Scope) -> tuple[float, ...]:
@@ -56,15 +55,7 @@ def _drake(element: Element, findings: Findings) -> None:
         if name is None:
             if child.tag in ("joint", "link", "axis", "axis2"):
                 _drake(child, findings)
-        elif name not in _HARMLESS and not (name in READ and element.tag == "joint"):
+        elif name not in _HARMLESS and not (name in ROTORS and element.tag == "joint"):
             inside = ", ".join(clip(text_of(one), 20) for one in children(child))
             found = f"<drake:{clip(name)}> ({clip(inside)}) is not read"
             findings.doubt(found, "joints, <mimic> and <dynamics> of SDF", "", child.sourceline)
-
-
-def drake_name(element: Element) -> str | None:
-    """The name without its prefix where it is one of Drake's."""
-    tag = str(element.tag)
-    if tag.startswith("drake:"):
-        return tag.removeprefix("drake:")
-    return tag.rpartition("}")[2] if "drake.mit.edu" in tag.rpartition("}")[0] else None
