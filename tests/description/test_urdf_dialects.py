@@ -67,6 +67,13 @@ def test_a_mimic_plugin_may_repeat_a_mimic_and_not_contradict_it(read: Read) -> 
     assert "oc = -2 oa + 0.5" in errors[0].found
 
 
+def test_a_mimic_of_ros2_control_is_a_coupling(read: Read) -> None:
+    params = '<param name="mimic">oa</param><param name="multiplier">3</param>'
+    robot, errors, _ = read(f'<ros2_control name="s" type="system"><joint name="oc">{params}</joint></ros2_control>')
+    assert not errors
+    assert robot.couplings[0].formula == "oc = 3 oa"
+
+
 GZ = "gz-sim-detachable-joint-system"
 ATTACHED = "<parent_link>b</parent_link><child_model>r</child_model><child_link>c</child_link>"
 

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, count
 
-from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.findings import Findings, Harmless, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.urdf.bushing import read_bushing
 from cutjoint.description.formats.urdf.link import origin_of
@@ -95,9 +95,9 @@ def read_drake(root: Element, tree: OpenTree, findings: Findings) -> None:
             points = "springs of joints and bushings of cuts"
             _unread(element, "a spring between two points", points, findings)
         elif name == "collision_filter_group":
-            check_known(element, frozenset({"name", "ignore"}), _GROUP, _NONE, findings)
+            check_known(element, frozenset({"name", "ignore"}), _GROUP, _NONE, Harmless(findings))
             for member in children(element):
-                check_known(member, frozenset({"name", "link"}), _NONE, _NONE, findings)
+                check_known(member, frozenset({"name", "link"}), _NONE, _NONE, Harmless(findings))
 
 
 def _unread(element: Element, what: str, expected: str, findings: Findings) -> None:

@@ -32,7 +32,15 @@ _LOOKS = frozenset(
     {"material", "visual", "collision", "sensor", "light", "projector", "audio_source", "audio_sink", "battery"}
     | {"particle_emitter", "mu1", "mu2", "mu", "fdir1", "kp", "kd", "minDepth", "maxVel", "maxContacts", "laserRetro"}
     | {"selfCollide", "self_collide", "stopCfm", "stopErp", "fudgeFactor", "provideFeedback", "canonicalBody"}
-    | {"cfmDamping", "implicitSpringDamper", "disableFixedJointLumping", "preserveFixedJoint", "physics"}
+    | {
+        "stopKp",
+        "stopKd",
+        "cfmDamping",
+        "implicitSpringDamper",
+        "disableFixedJointLumping",
+        "preserveFixedJoint",
+        "physics",
+    }
     | {"allow_auto_disable", "enable_wind", "must_be_base_link", "frame", "friction", "contact", "surface", "gripper"}
 )
 _KNOWN = _BODIES | _MOVING.keys() | _CHANGING | _SPRING | _LOOKS

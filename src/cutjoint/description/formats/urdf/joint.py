@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings
+from cutjoint.description.findings import Findings, Harmless
 from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import Coupling, Joint, JointType, Limits, Place
@@ -43,7 +43,12 @@ def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coup
     check_known(element, frozenset({"name", "type", "independent"}), _TAGS, _IGNORED, findings)
     for tag, attributes in _ATTRIBUTES.items():
         for child in children(element, tag):
-            check_known(child, attributes, _NONE, _NONE, findings)
+            still = tag in ("calibration", "safety_controller")
+            check_known(child, attributes, _NONE, _NONE, Harmless(findings) if still else findings)
+    for tag in ("stiffness", "transmission"):
+        for child in children(element, tag):
+            found = f"<{tag}> in joint '{element.get('name') or '?'}' is not used"
+            findings.warn(found, "stiffness and rest in <dynamics>, a <transmission> of its own", "", child.sourceline)
     name = name_of(element, findings)
     kind = _type(element, name or "?", _DRAKE_TYPES if drake else TYPES, findings)
     parent = _end(element, "parent", name or "?", findings)

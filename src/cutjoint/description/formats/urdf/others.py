@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from cutjoint.description.findings import Findings, listing
+from cutjoint.description.findings import Findings, Harmless, listing
+from cutjoint.description.formats.common.extras import OpenTree
+from cutjoint.description.formats.urdf.plugins import couple
 from cutjoint.description.xml import Element, check_known, children, short
 
 _NONE: frozenset[str] = frozenset()
@@ -50,13 +52,17 @@ _MUJOCO = frozenset({"compiler", "option", "size", "statistic", "visual", "asset
 _SENSOR = frozenset({"parent", "origin", "camera", "ray", "imu", "force_torque", "contact", "topic", "update_rate"})
 
 
-def check_others(root: Element, findings: Findings) -> None:
-    """Note unknown names in the elements for other programs, and what they do to joints."""
+def check_others(root: Element, tree: OpenTree, findings: Findings) -> None:
+    """Note unknown names in the elements for other programs, and what they do to joints; joints that a `<ros2_control>`
+    lets mimic others are coupled."""
+    harmless = Harmless(findings)
     for element in children(root, "transmission"):
         _checked(element, _TRANSMISSION, findings)
         _coupled(element, findings)
     for control in children(root, "ros2_control"):
         _checked(control, _CONTROL, findings)
+        for element in children(control, "joint"):
+            _mimics(element, tree, findings)
         for element in children(control, "transmission"):
             _checked(element, _TRANSMISSION, findings)
             _coupled(element, findings)
@@ -64,9 +70,9 @@ def check_others(root: Element, findings: Findings) -> None:
         _mujoco(element, findings)
     for element in children(root, "sensor"):
         attributes = frozenset({"name", "type", "update_rate", "group", "isaac_sim_config"})
-        check_known(element, attributes, _SENSOR, _NONE, findings)
+        check_known(element, attributes, _SENSOR, _NONE, harmless)
     for element in children(root, "fixed_frame"):
-        check_known(element, _NAME, frozenset({"parent", "origin"}), _NONE, findings)
+        check_known(element, _NAME, frozenset({"parent", "origin"}), _NONE, harmless)
 
 
 def _checked(element: Element, table: Mapping[str, tuple[frozenset[str], frozenset[str]]], findings: Findings) -> None:
@@ -76,6 +82,14 @@ def _checked(element: Element, table: Mapping[str, tuple[frozenset[str], frozens
     for child in children(element):
         if str(child.tag) in table and child.tag != "transmission":
             _checked(child, table, findings)
+
+
+def _mimics(element: Element, tree: OpenTree, findings: Findings) -> None:
+    """The parameters `mimic` and `multiplier` of a joint in `<ros2_control>`."""
+    values = {str(one.get("name") or ""): str(one.text or "").strip() for one in children(element, "param")}
+    if values.get("mimic"):
+        said = (str(element.get("name") or "").strip(), values["mimic"], values.get("multiplier") or "1", "0")
+        couple(said, "a mimic of <ros2_control>", tree, element.sourceline, findings)
 
 
 def _coupled(element: Element, findings: Findings) -> None:

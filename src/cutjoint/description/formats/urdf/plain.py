@@ -95,7 +95,7 @@ def _close(root: Element, tree: OpenTree, findings: Findings) -> None:
     read_drake(root, tree, findings)
     tree.cuts += loop_joints(root, findings)
     tree.closings += closings(tree, findings)
-    check_others(root, findings)
+    check_others(root, tree, findings)
 
 
 def _names(root: Element, tree: OpenTree, findings: Findings) -> None:

@@ -44,26 +44,30 @@ def read_plugin(element: Element, tree: OpenTree, findings: Findings) -> None:
 
 
 def _mimic(element: Element, values: dict[str, str], tree: OpenTree, findings: Findings) -> None:
-    line = element.sourceline
-    joint, driver = values["mimicJoint"], values["joint"]
+    offset = values.get("offset") or "0"
+    said = (values["mimicJoint"], values["joint"], values.get("multiplier") or "1", offset)
+    couple(said, "a mimic plugin", tree, element.sourceline, findings)
+
+
+def couple(said: tuple[str, str, str, str], what: str, tree: OpenTree, line: int | None, findings: Findings) -> None:
+    """Add the coupling of a follower, its driver, multiplier and offset (as texts) that something beside the tree
+    says; one that repeats a `<mimic>` is passed, one that contradicts it is an error."""
+    joint, driver = said[:2]
     numbers = []
-    for key, default in (("multiplier", "1"), ("offset", "0")):
-        what = f"{key} of the mimic plugin of joint '{joint}'"
-        numbers.append(read_numbers(values.get(key) or default, 1, what, findings, line))
+    for key, text in zip(("multiplier", "offset"), said[2:], strict=True):
+        numbers.append(read_numbers(text, 1, f"{key} of {what} of joint '{joint}'", findings, line))
     ratio, offset = numbers
     if ratio is None or offset is None:
         return
     if any(one.name == joint and not one.type.moves for one in tree.joints):
-        findings.warn(f"a mimic plugin of joint '{joint}', which is fixed, is not used", "a joint that moves", "", line)
+        findings.warn(f"{what} of joint '{joint}', which is fixed, is not used", "a joint that moves", "", line)
         return
     coupling = Coupling.geared(f"{joint}_mimic", joint, driver, ratio[0], offset[0], Place(findings.file, line))
     same = [one for one in tree.couplings if one.joint == joint]
     if not same:
         tree.couplings.append(coupling)
-    elif all(one.drives == coupling.drives and one.offset == coupling.offset for one in same):
-        return
-    else:
-        found = f"a mimic plugin says {coupling.formula}, and <mimic> says {same[0].formula}"
+    elif any(one.drives != coupling.drives or one.offset != coupling.offset for one in same):
+        found = f"{what} says {coupling.formula}, and <mimic> says {same[0].formula}"
         findings.error(found, "the same in both", "keep one", line)
 
 
