@@ -64,22 +64,23 @@ def rpy_of(r: Array) -> Array:
 
 
 def tree(rng: np.random.Generator, links: int = 5) -> Blueprint:
-    """A random tree that stands at zero."""
+    """Two branches of so many random joints that stand at zero: a loop between their ends still moves."""
     plan = Blueprint("tree", rng)
-    names = ["base"]
-    for index in range(1, links + 1):
-        kind = str(rng.choice(["continuous", "continuous", "prismatic"]))
-        parent = names[-1] if index % 3 else "base"
-        plan.joint(f"j{index}", kind, parent, f"l{index}", 0.4 * rng.normal(size=3), rng.normal(size=3), start=0.0)
-        names.append(f"l{index}")
-    plan.actuators = ["j1"]
+    for branch in "ab":
+        parent = "base"
+        for index in range(1, links + 1):
+            kind = str(rng.choice(["continuous", "continuous", "prismatic"]))
+            name, at, axis = f"{branch}{index}", 0.4 * rng.normal(size=3), rng.normal(size=3)
+            plan.joint(f"j{name}", kind, parent, name, at, axis, start=0.0)
+            parent = name
+    plan.actuators = ["ja1"]
     return plan
 
 
 def random_loop(plan: Blueprint, kind: str, dialect: str) -> Loop:
     """A loop between the ends of two branches; where a dialect asks for it, at the origin of its second link."""
     rng = plan.rng
-    a, b = "l2", list(plan.poses)[-1]
+    a, b = "a5", "b5"
     at = plan.poses[b].position if dialect == "parents" else 0.4 * rng.normal(size=3)
     axis, across = unit(rng.normal(size=3)), rng.normal(size=3)
     loop = Loop(kind, a, b, at, axis, unit(across - (across @ axis) * axis), plan.poses, rng)
