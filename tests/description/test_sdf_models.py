@@ -227,6 +227,28 @@ def test_problems_of_an_included_file_name_it(reading) -> None:
     assert hit.line == 1
 
 
+def test_scenery_that_is_not_there_is_not_missed(reading) -> None:
+    robot = f'<model name="robot">{TIPPED}</model>'
+    for uri in (
+        "model://ground_plane",
+        "model://sun",
+        "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Ground Plane",
+    ):
+        one = reading(world(f"<include><uri>{uri}</uri></include>{robot}"))
+        assert mobility(one) == 1
+        assert [problem.severity for problem in one.problems] == ["warning"]
+    other = world(f"<include><uri>model://table</uri></include>{robot}")
+    assert reading(other).description is None
+    assert mobility(reading(other, lenient=True)) == 1
+
+
+def test_a_file_of_unknown_names_ends(reading) -> None:
+    one = reading(model(TIPPED + "".join(f"<q{number}/>" for number in range(20_000))))
+    assert one.description is None
+    assert len(one.problems) == 101
+    assert "more than 100 unknown names" in said(one)
+
+
 INCLUDES = {
     "missing": ("<include><uri>model://nothing</uri></include>", "model 'model://nothing' of an <include> not found"),
     "from the net": ("<include><uri>https://fuel.gazebosim.org/x</uri></include>", "<include> of 'https://fuel"),
