@@ -233,8 +233,8 @@ def test_elements_of_drake_that_act_are_refused(reading) -> None:
             assert one.description is None
             assert any(inside.split()[0].strip("</>") in each for each in said(one)), said(one)
     rotor = "<drake:rotor_inertia>2e-5</drake:rotor_inertia><drake:gear_ratio>50</drake:gear_ratio>"
-    robot = reading(model(SQUARE + joint("D", "b", "c", more=TIP + rotor).replace('"D"', '"A2"'))).description
-    assert robot is not None
+    found = reading(model(BASE + joint("J", "a", "b", more=rotor))).description.joint("J").physics
+    assert (found.rotor, found.gear) == (2e-5, 50.0)
 
 
 # -- which joints close loops ----------------------------------------------------------------------------------------

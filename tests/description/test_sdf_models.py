@@ -220,11 +220,52 @@ def test_a_merged_model_shares_the_names(reading) -> None:
     assert one.description.joint("J").parent == "a"
 
 
+def test_the_canonical_link_of_a_model_that_merges_another_may_be_the_others(reading) -> None:
+    arm, own = model(link("a"), "arm"), link("z", "0 0 1 0 0 0")
+    include = '<include merge="true"><uri>arm</uri></include>'
+    for inside, wanted in ((include + own, "a"), (own + include, "z")):
+        one = reading(world(f'<model name="m">{inside}</model>' + joint("W", "world", "m", "fixed")), arm=arm)
+        ends = [each for each in one.description.joints if each.name.startswith("W") or each.child == wanted]
+        assert any(each.child.split("_at_")[0] == wanted for each in ends if each.name == "W")
+
+
+def test_shapes_may_stand_in_any_frame(reading) -> None:
+    shape = '<visual name="v"><pose relative_to="{}">0 0 1 0 0 0</pose>'
+    shape += "<geometry><sphere><radius>1</radius></sphere></geometry>"
+    for name, wanted in (("", [0, 0, 1]), ("f", [0, 2, 1]), ("__model__", [-5, 0, 1])):
+        text = link("a", "5 0 0 0 0 0", shape.format(name) + "</visual>")
+        frame = '<frame name="f" attached_to="a"><pose>0 2 0 0 0 0</pose></frame>'
+        (found,) = reading(model(text + frame)).description.link("a").visuals
+        np.testing.assert_allclose(found.placement[:3, 3], wanted, atol=1e-15)
+
+
 def test_problems_of_an_included_file_name_it(reading) -> None:
     one = reading(model("<include><uri>arm</uri></include>"), arm=model(link("a").replace("mass", "mas")))
     hit = next(problem for problem in one.problems if "<mas>" in problem.found)
     assert hit.file.endswith("arm/model.sdf")
     assert hit.line == 1
+
+
+def test_scenery_that_is_not_there_is_not_missed(reading) -> None:
+    robot = f'<model name="robot">{TIPPED}</model>'
+    for uri in (
+        "model://ground_plane",
+        "model://sun",
+        "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Ground Plane",
+    ):
+        one = reading(world(f"<include><uri>{uri}</uri></include>{robot}"))
+        assert mobility(one) == 1
+        assert [problem.severity for problem in one.problems] == ["warning"]
+    other = world(f"<include><uri>model://table</uri></include>{robot}")
+    assert reading(other).description is None
+    assert mobility(reading(other, lenient=True)) == 1
+
+
+def test_a_file_of_unknown_names_ends(reading) -> None:
+    one = reading(model(TIPPED + "".join(f"<q{number}/>" for number in range(20_000))))
+    assert one.description is None
+    assert len(one.problems) == 101
+    assert "more than 100 unknown names" in said(one)
 
 
 INCLUDES = {

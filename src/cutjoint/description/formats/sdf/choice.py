@@ -12,7 +12,7 @@ from cutjoint.description.xml import only_child
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
+class Picked:
     """The models of one robot and all its joints.
 
     `base_only`: it is a single model, which is static: what is meant is that its base does not move.
@@ -24,7 +24,7 @@ class Chosen:
     base_only: bool
 
 
-def chosen(outer: Scope) -> Chosen | None:
+def chosen(outer: Scope) -> Picked | None:
     """The robot of a file, or None after noting why there is not just one."""
     groups = _groups(outer)
     moving = [group for group in groups if not all(model.static for model in group)]
@@ -47,7 +47,7 @@ def chosen(outer: Scope) -> Chosen | None:
     name = robot[0].name if len(robot) == 1 else str(outer.element.get("name") or "")
     between = [item for item in outer.items if item.kind == "joint" and _tops(item, outer) & set(robot)]
     joints = [item for model in robot for item in model.each("joint")] + between
-    return Chosen(robot, joints, name, len(robot) == 1 and robot[0].static)
+    return Picked(robot, joints, name, len(robot) == 1 and robot[0].static)
 
 
 def _line(outer: Scope) -> int | None:

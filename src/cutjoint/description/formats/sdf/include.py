@@ -1,7 +1,7 @@
 """The scopes of an SDF file and of the models that it includes.
 
-`<include>` names a folder with a model.config or a model.sdf, or a file: model://NAME and NAME are looked for beside the
-file and as meshes are.  Nothing is fetched from the net.
+`<include>` names a folder with a model.config or a model.sdf, or a file: model://NAME and NAME are looked for beside
+the file and as meshes are.  Nothing is fetched from the net; Gazebo's ground and sun are not missed.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from cutjoint.description.xml import Element, children, name_of, only_child, rea
 
 DEEPEST = 10
 """Files that include each other."""
+_SCENERY = frozenset({"sun", "ground_plane"})
 MOST = 500
 """Models in one robot."""
 
@@ -162,7 +163,7 @@ def _file(uri: str, element: Element, scope: Scope) -> Path | None:
     if not name or scheme not in ("", "model", "package", "file"):
         found = f"<include> of '{clip(uri)}'" if uri else "<include> without <uri>"
         mend = "fetch the model and include it by model:// or a relative path" if uri else ""
-        findings.error(found, "a model on this machine", mend, line)
+        _missing(uri, found, "a model on this machine", mend, line, scope)
         return None
     near = [scope.file.parent, *search_folders(scope.file)] if scheme != "file" else [scope.file.parent]
     tried = [Path(os.path.normpath(folder / name)) for folder in near]
@@ -172,8 +173,19 @@ def _file(uri: str, element: Element, scope: Scope) -> Path | None:
             return found_there
     places = ", ".join(map(str, list(dict.fromkeys(tried))[:2]))
     mend = "" if scheme == "file" else "add the folder that holds it to GAZEBO_MODEL_PATH"
-    findings.error(f"model '{clip(uri)}' of an <include> not found", f"a folder or file, such as {places}", mend, line)
+    found = f"model '{clip(uri)}' of an <include> not found"
+    _missing(uri, found, f"a folder or file, such as {places}", mend, line, scope)
     return None
+
+
+def _missing(uri: str, found: str, expected: str, mend: str, line: int | None, scope: Scope) -> None:
+    """Note a model that is not there: beside the robot it may be passed, as part of it not."""
+    if scope.is_model or not uri:
+        scope.findings.error(found, expected, mend, line)
+    elif uri.rstrip("/").rpartition("/")[2].lower().replace(" ", "_") in _SCENERY:
+        scope.findings.warn(f"{found}; it is left out", "", "", line)
+    else:
+        scope.findings.doubt(found, expected, mend, line)
 
 
 def _model_file(path: Path, findings: Findings) -> Path | None:

@@ -13,7 +13,7 @@ from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.graph import PlacedLink, span
-from cutjoint.description.formats.sdf.choice import Chosen, chosen
+from cutjoint.description.formats.sdf.choice import Picked, chosen
 from cutjoint.description.formats.sdf.coupling import read_gearbox, read_mimics
 from cutjoint.description.formats.sdf.frames import Carriers, Frames, check_frames
 from cutjoint.description.formats.sdf.include import open_sdf, outermost
@@ -68,7 +68,7 @@ def _scopes(top: Scope) -> Sequence[Scope]:
     return [*top.models()] if top.is_model else [top]
 
 
-def _held(joints: list[Joint], links: list[Item], placed: list[PlacedLink], choice: Chosen) -> tuple[list[Joint], str]:
+def _held(joints: list[Joint], links: list[Item], placed: list[PlacedLink], choice: Picked) -> tuple[list[Joint], str]:
     """The joints, with those that hold static links and let the base float, and the root of the tree."""
     first = choice.models[0]
     if choice.base_only:
