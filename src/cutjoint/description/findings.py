@@ -53,6 +53,18 @@ class Findings:
         return any(problem.severity == "error" for problem in self.problems)
 
 
+class Harmless(Findings):
+    """Notes of what does not matter to motion (shapes, colours, names for people): its errors are doubts."""
+
+    def __init__(self, findings: Findings) -> None:
+        super().__init__(findings.file)
+        self.problems = findings.problems
+
+    def error(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
+        """Note a doubt."""
+        self.doubt(found, expected, mend, at)
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """`did you mean 'x'?` for the known name nearest to `name`, or the empty string."""
     near = closest(name, known)

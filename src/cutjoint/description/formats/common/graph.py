@@ -100,6 +100,15 @@ def _attach(tree: OpenTree, edge: Joint, backwards: bool, world: dict[str, Array
 
 def _cut(edge: Joint, world: dict[str, Array], findings: Findings) -> CutJoint | None:
     """The joint as a cut, with its frames on both links where they meet at zero."""
+    at_parent, at_child = (readonly(inverse(world[link]) @ edge.placement) for link in (edge.parent, edge.child))
+    return cut_of(edge, at_parent, at_child, findings)
+
+
+def cut_of(edge: Joint, at_parent: Array, at_child: Array, findings: Findings) -> CutJoint | None:
+    """A joint that closes a loop, as a cut between its frames (4, 4) in both links; None after noting why not.
+
+    Its placement does not count.  What a cut cannot have is noted: limits, stops, rotors.
+    """
     if edge.type.cut is None:
         found = f"joint '{edge.name}' of type {edge.type.value} closes a loop"
         known = ", ".join(kind.value for kind in JointType if kind.cut)
@@ -111,8 +120,10 @@ def _cut(edge: Joint, world: dict[str, Array], findings: Findings) -> CutJoint |
         align = np.array(frame_along(edge.axis))
     elif kind.axes == "xy":
         align = np.column_stack([edge.axis, edge.axis2, np.cross(edge.axis, edge.axis2)])
-    at = turned(edge.placement, align)
-    a, b = (Frame(link, readonly(inverse(world[link]) @ at)) for link in (edge.parent, edge.child))
+    if (edge.limits.lower, edge.limits.upper) != (None, None):
+        found = f"limits of joint '{edge.name}', which closes a loop, are not used"
+        findings.warn(found, "limits in the tree", "let another joint of the loop close it", edge.place)
+    a, b = Frame(edge.parent, turned(at_parent, align)), Frame(edge.child, turned(at_child, align))
     return CutJoint(edge.name, kind, a, b, edge.place, _free_motion(edge, findings))
 
 
