@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import islice
 from pathlib import Path
 
 from cutjoint.description.files import LARGEST_FILE
@@ -17,8 +18,8 @@ from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.extras import Reading
 from cutjoint.description.formats.common.unsaid import unsaid as beyond
 from cutjoint.description.model import RobotDescription
-from cutjoint.errors import UnknownNameError
-from cutjoint.files import write_files
+from cutjoint.errors import FileError, UnknownNameError, shown
+from cutjoint.files import is_file, read_file, write_files
 
 __all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "read", "unsaid", "write"]
 
@@ -111,10 +112,10 @@ WRITERS: Mapping[str, Format] = {one.key: one for one in FORMATS if one.write is
 
 def read(path: Path) -> Reading:
     """Read a robot out of a file, or out of a folder: its loops.toml or robot.yaml, or the only robot in it."""
-    findings, description = Findings(str(path)), None
-    file = _of_folder(path, findings) if path.is_dir() else path
+    findings, description = Findings(shown(str(path))), None
+    file = _of_folder(path, findings) if os.path.isdir(path) else path
     if file is not None:
-        findings.file = str(file)
+        findings.file = shown(str(file))
         description = format_of(file).read(file, findings)
     return Reading(description, tuple(findings.problems))
 
@@ -158,9 +159,8 @@ def unsaid(description: RobotDescription, to: str) -> tuple[str, ...]:
 def format_of(path: Path) -> Format:
     """The format of a file by suffix and content.  A file that cannot be read counts by its suffix alone."""
     try:
-        with path.open("rb") as file:
-            head = file.read(LARGEST_FILE)
-    except (OSError, ValueError):
+        head = read_file(path, LARGEST_FILE)
+    except FileError:
         head = b""
     suffix = path.suffix.lower()
     fitting = [one for one in FORMATS if suffix in one.suffixes] or list(FORMATS)
@@ -179,12 +179,12 @@ NAMED = ("loops.toml", "robot.yaml")
 def _of_folder(folder: Path, findings: Findings) -> Path | None:
     """The file that a folder means, or None after noting why there is none."""
     try:
-        files = sorted(one for one in folder.iterdir() if one.is_file())
+        files = sorted(one for one in islice(folder.iterdir(), MOST_NAMES) if is_file(one))
     except OSError as error:
         findings.error(f"the directory cannot be read: {error}", "a readable directory")
         return None
     for name in NAMED:
-        if folder / name in files:
+        if is_file(folder / name):
             return folder / name
     robots = [one for one in files if _describes(one)]
     if len(robots) == 1:
@@ -201,7 +201,6 @@ def _describes(file: Path) -> bool:
     if not fitting:
         return False
     try:
-        with file.open("rb") as stream:
-            return bool(_marked(stream.read(LARGEST_FILE), fitting))
-    except (OSError, ValueError):
+        return bool(_marked(read_file(file, LARGEST_FILE), fitting))
+    except FileError:
         return False
