@@ -13,7 +13,7 @@ from importlib import import_module
 from itertools import islice
 from pathlib import Path
 
-from cutjoint.description.files import LARGEST_FILE
+from cutjoint.description.files import LARGEST_FILE, MOST_NAMES
 from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.extras import Reading
 from cutjoint.description.formats.common.unsaid import unsaid as beyond
