@@ -101,6 +101,7 @@ FORMATS: tuple[Format, ...] = (
         "mjcf",
         says=("damping", "friction", "springs", "rotors"),
     ),
+    Format("USD", (".usda", ".usd", ".usdc", ".usdz"), (b"#usda", b"PXR-USDC", b"PK\x03\x04"), _reader("usd.reader")),
     Format("SDF", (".sdf", ".world", ".xml"), (b"<sdf",), _reader("sdf.reader")),
     PLAIN,
 )
