@@ -314,6 +314,12 @@ def stewart(rng: Rng) -> UsdRobot:
         robot.mounting[high] = robot.mounting[low].copy()
         robot.mounting[high][:3, 3] += way
     for number in range(6):
+        if number == 0:
+            at = single((np.linalg.inv(robot.mounting["plate"]) @ robot.mounting["high0"])[:3, 3])
+            place, weights = robot.mounting["plate"], robot.masses["plate"]
+            robot.joint("top0", "spherical", "high0", "plate", NOWHERE, Place(at, NOWHERE.quaternion))
+            robot.mounting["plate"], robot.masses["plate"] = place, weights
+            continue
         head = np.linalg.inv(robot.mounting["plate"]) @ robot.mounting[f"high{number}"]
         made = robot.cut(f"top{number}", "spherical", f"high{number}", "plate", NOWHERE)
         made.b.position = single(head[:3, 3])

@@ -27,7 +27,8 @@ def read(path: object) -> Facts:
         return Facts(errors=tuple(broken)) if broken else _facts(stage)
     except Tf.ErrorException as error:
         messages = [" ".join(one.split()) for one in _MESSAGE.findall(str(error))]
-        return Facts(errors=tuple(messages) or (str(error).strip() or "USD cannot open it",))
+        told = [one for one in messages if not one.startswith("Failed to open layer")]
+        return Facts(errors=tuple(told or messages) or (str(error).strip() or "USD cannot open it",))
 
 
 def _facts(stage: Usd.Stage) -> Facts:
