@@ -83,12 +83,16 @@ def stage(body: str, head: str = "metersPerUnit = 1", up: str = "Z") -> str:
     return f'#usda 1.0\n(\n    {head}\n    upAxis = "{up}"\n)\n{body}\n'
 
 
-def xform(name: str, inside: str = "", apis: str = '"PhysicsRigidBodyAPI", "PhysicsMassAPI"', kind: str = "Xform") -> str:
+def xform(
+    name: str, inside: str = "", apis: str = '"PhysicsRigidBodyAPI", "PhysicsMassAPI"', kind: str = "Xform"
+) -> str:
     """A prim with schemas."""
     return f'def {kind} "{name}" (\n    prepend apiSchemas = [{apis}]\n)\n{{\n{inside}\n}}'
 
 
-HEAVY = "float physics:mass = 2\nfloat3 physics:diagonalInertia = (0.5, 0.5, 0.5)\npoint3f physics:centerOfMass = (0, 0, 0)"
+HEAVY = (
+    "float physics:mass = 2\nfloat3 physics:diagonalInertia = (0.5, 0.5, 0.5)\npoint3f physics:centerOfMass = (0, 0, 0)"
+)
 
 
 def joint(name: str, kind: str, inside: str = "", apis: str = "", ends: tuple[str, str] = ("", "/a")) -> str:
@@ -133,12 +137,13 @@ def test_a_stewart_platform_stands_as_in_its_file(tmp_path: Path) -> None:
     assert max(np.abs(places[name] - robot.mounting[name]).max() for name in robot.masses) < 1e-5
 
 
+ROUND = "double radius = 0.2\ndouble height = 0.7"
 SHAPES = {
     "box": ("Cube", "double size = 0.5\nfloat3 xformOp:scale = (1, 2, 0.5)"),
     "ball": ("Sphere", "double radius = 0.3\nfloat3 xformOp:scale = (0.5, 0.5, 0.5)"),
-    "can": ("Cylinder", 'double radius = 0.2\ndouble height = 0.7\nuniform token axis = "X"\nfloat3 xformOp:scale = (2, 0.5, 0.5)'),
-    "pill": ("Capsule", 'double radius = 0.2\ndouble height = 0.7\nuniform token axis = "Y"\nfloat3 xformOp:scale = (1, 1, 1)'),
-}  # fmt: skip
+    "can": ("Cylinder", f'{ROUND}\nuniform token axis = "X"\nfloat3 xformOp:scale = (2, 0.5, 0.5)'),
+    "pill": ("Capsule", f'{ROUND}\nuniform token axis = "Y"\nfloat3 xformOp:scale = (1, 1, 1)'),
+}
 
 
 def collider(name: str, extra: str = "", apis: str = '"PhysicsCollisionAPI"') -> str:
@@ -189,11 +194,11 @@ def pixar(text: str) -> tuple[float, np.ndarray, np.ndarray]:
     """Mass, centre and inertia of body /a by UsdPhysics' own rules; volumes are those of this reader's shapes."""
     from pxr import Gf, Usd, UsdPhysics
 
+    from cutjoint.description.findings import Findings
+    from cutjoint.description.formats.usd.bodies import _shape
     from cutjoint.description.formats.usd.frames import stand
     from cutjoint.description.formats.usd.mass import along, solid
-    from cutjoint.description.formats.usd.bodies import _shape
     from cutjoint.description.formats.usd.stage import _facts
-    from cutjoint.description.findings import Findings
 
     opened = Usd.Stage.CreateInMemory()
     opened.GetRootLayer().ImportFromString(text)
@@ -289,14 +294,17 @@ def test_general_joints_are_one_of_ours_or_refused(free: str, tmp_path: Path) ->
 def test_limits_drives_and_physics_of_joints_are_in_si_units(tmp_path: Path) -> None:
     inside = (
         'uniform token physics:axis = "Y"\nfloat physics:lowerLimit = -90\nfloat physics:upperLimit = 45\n'
-        "float drive:angular:physics:maxForce = 64\nfloat physxJoint:armature = 2\nfloat physxJoint:maxJointVelocity = 180\n"
-        "float physxJointAxis:angular:dynamicFrictionEffort = 3\nfloat physxJointAxis:angular:staticFrictionEffort = 3\n"
-        "float physxJointAxis:angular:viscousFrictionCoefficient = 1\nfloat physxJointAxis:angular:maxJointVelocity = 90\n"
-        "float physxJointAxis:angular:armature = 4"
+        "float drive:angular:physics:maxForce = 64\nfloat physxJoint:armature = 2\n"
+        "float physxJoint:maxJointVelocity = 180\n"
+        "float physxJointAxis:angular:dynamicFrictionEffort = 3\nfloat physxJointAxis:angular:armature = 4\n"
+        "float physxJointAxis:angular:staticFrictionEffort = 3\nfloat physxJointAxis:angular:maxJointVelocity = 90\n"
+        "float physxJointAxis:angular:viscousFrictionCoefficient = 1"
     )
     apis = '"PhysicsDriveAPI:angular", "PhysxJointAPI", "PhysxJointAxisAPI:angular"'
     turning = joint("j", "Revolute", inside, apis)
-    sliding = joint("s", "Prismatic", inside.replace("angular", "linear"), apis.replace("angular", "linear"), ("/a", "/b"))
+    sliding = joint(
+        "s", "Prismatic", inside.replace("angular", "linear"), apis.replace("angular", "linear"), ("/a", "/b")
+    )
     text = stage(
         "\n".join([xform("a", HEAVY), xform("b", HEAVY), turning, sliding]),
         "metersPerUnit = 0.5\n    kilogramsPerUnit = 4",
@@ -316,7 +324,9 @@ def test_limits_drives_and_physics_of_joints_are_in_si_units(tmp_path: Path) -> 
 
 
 def test_gravity(tmp_path: Path) -> None:
-    scene = 'def PhysicsScene "s" {{\nvector3f physics:gravityDirection = ({})\nfloat physics:gravityMagnitude = {}\n}}\n'
+    scene = (
+        'def PhysicsScene "s" {{\nvector3f physics:gravityDirection = ({})\nfloat physics:gravityMagnitude = {}\n}}\n'
+    )
     for up, text, wanted in (
         ("Z", "", (0, 0, -9.81)),
         ("Y", "", (0, -9.81, 0)),
@@ -325,34 +335,78 @@ def test_gravity(tmp_path: Path) -> None:
     ):
         robot = robot_of(tmp_path, stage(xform("a", HEAVY) + "\n" + text, "metersPerUnit = 0.5", up))
         assert robot.gravity == pytest.approx(np.array(wanted)), (up, text)
-    none = xform("a", HEAVY + "\nbool physxRigidBody:disableGravity = 1", '"PhysicsRigidBodyAPI", "PhysicsMassAPI", "PhysxRigidBodyAPI"')
+    none = xform(
+        "a",
+        HEAVY + "\nbool physxRigidBody:disableGravity = 1",
+        '"PhysicsRigidBodyAPI", "PhysicsMassAPI", "PhysxRigidBodyAPI"',
+    )
     assert not robot_of(tmp_path, stage(none)).gravity.any()
     assert "disableGravity of 1 of 2" in errors(tmp_path, stage(none + "\n" + xform("b", HEAVY)))
 
 
-TWO = "\n".join([xform("a", HEAVY), xform("b", HEAVY), joint("j", "Revolute"), joint("k", "Revolute", "", "", ("/a", "/b")), ""])
+TWO = "\n".join(
+    [xform("a", HEAVY), xform("b", HEAVY), joint("j", "Revolute"), joint("k", "Revolute", "", "", ("/a", "/b")), ""]
+)
+
+
+def given(name: str, row: str = "", api: str = "", text: str = TWO) -> str:
+    """A stage in which a prim has another property and another schema."""
+    head, rest = text.split(f'"{name}"', 1)
+    before, after = rest.split("{", 1)
+    if api and "apiSchemas" in before:
+        before = before.replace("[", f'["{api}", ', 1)
+    elif api:
+        before = f' (\n    prepend apiSchemas = ["{api}"]\n){before}'
+    return f'{head}"{name}"{before}{{\n{row}{after}'
+
+
+def ordered(row: str) -> str:
+    """A body with one transformation."""
+    name = row.split()[1].split(".")[0]
+    return xform("a", f'{HEAVY}\n{row}\nuniform token[] xformOpOrder = ["{name}"]')
+
+
+RANGE = "float physics:minDistance = 1\nfloat physics:maxDistance = 2"
+APART = "bool physics:excludeFromArticulation = 1"
+GEAR = 'def PhysxPhysicsGearJoint "g"\n{\n}'
+SCENES = 'def PhysicsScene "s" {\n}\ndef PhysicsScene "t" {\nfloat physics:gravityMagnitude = 3\n}'
+BALLS = TWO.replace("Revolute", "Spherical")
+SHEAR = "matrix4d xformOp:transform = ( (1, 1, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1) )"
+MOVING = "double3 xformOp:translate.timeSamples = { 0: (1, 2, 3), 1: (2, 3, 4) }"
+COLLIDES = '"PhysicsCollisionAPI"'
+TENDON = "PhysxTendonAxisRootAPI:x"
+DRIVE = '"PhysicsDriveAPI:angular"'
 REFUSED = {
-    "a range of distance": (TWO + joint("d", "Distance", "float physics:minDistance = 1\nfloat physics:maxDistance = 2", "", ("", "/b")), "distance joint </d> from 1 to 2"),
+    "a range of distance": (TWO + joint("d", "Distance", RANGE, "", ("", "/b")), "distance joint </d> from 1 to 2"),
     "a missing body": (TWO + joint("d", "Fixed", "", "", ("/a", "/bb")), "</bb>, which does not exist"),
     "itself": (TWO + joint("d", "Revolute", "", "", ("/a", "/a")), "joins 'a' to itself"),
     "the world with itself": (TWO + joint("d", "Revolute", "", "", ("", "")), "joins 'world' to itself"),
-    "a gear": (TWO + 'def PhysxPhysicsGearJoint "g"\n{\n}', "of type PhysxPhysicsGearJoint closes loops or couples"),
-    "a tendon": (TWO.replace('"PhysicsRigidBodyAPI"', '"PhysicsRigidBodyAPI", "PhysxTendonAxisRootAPI:x"', 1), "PhysxTendonAxisRootAPI:x of </a> closes loops or couples"),
-    "a force": (TWO.replace('"PhysicsRigidBodyAPI"', '"PhysicsRigidBodyAPI", "PhysxForceAPI"', 1), "PhysxForceAPI of </a> acts on the robot"),
-    "a held body": (xform("a", HEAVY + "\nint physxRigidBody:lockedPosAxis = 3", '"PhysicsRigidBodyAPI", "PhysicsMassAPI", "PhysxRigidBodyAPI"'), "lockedPosAxis holds body </a>"),
-    "a shear": (xform("a", HEAVY + '\nmatrix4d xformOp:transform = ( (1, 1, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1) )\nuniform token[] xformOpOrder = ["xformOp:transform"]'), "scaled askew"),
-    "a mirror": (xform("a", HEAVY + '\nfloat3 xformOp:scale = (-1, 1, 1)\nuniform token[] xformOpOrder = ["xformOp:scale"]'), "mirrored"),
-    "an animation": (xform("a", HEAVY + '\ndouble3 xformOp:translate.timeSamples = { 0: (1, 2, 3), 1: (2, 3, 4) }\nuniform token[] xformOpOrder = ["xformOp:translate"]'), "given by time samples only"),
-    "a mass of a mesh": (xform("a", xform("m", "", '"PhysicsCollisionAPI"', "Mesh") + "\nfloat physics:mass = 1"), "depends on </a/m>, of type Mesh"),
+    "a gear": (TWO + GEAR, "of type PhysxPhysicsGearJoint closes loops or couples"),
+    "a tendon": (given("a", api=TENDON), "PhysxTendonAxisRootAPI:x of </a> closes loops or couples"),
+    "a force": (given("a", api="PhysxForceAPI"), "PhysxForceAPI of </a> acts on the robot"),
+    "a held body": (given("a", "int physxRigidBody:lockedPosAxis = 3"), "lockedPosAxis holds body </a>"),
+    "a shear": (ordered(SHEAR), "scaled askew"),
+    "a mirror": (ordered("float3 xformOp:scale = (-1, 1, 1)"), "mirrored"),
+    "an animation": (ordered(MOVING), "given by time samples only"),
+    "a mass of a mesh": (
+        xform("a", xform("m", "", COLLIDES, "Mesh") + "\nfloat physics:mass = 1"),
+        "depends on </a/m>, of type Mesh",
+    ),
     "a mass alone": (xform("a", "float physics:mass = 1"), "body </a> has a mass only"),
-    "no bodies": (xform("a", "", '"PhysicsCollisionAPI"', "Cube"), "a stage without rigid bodies"),
-    "a limit of a ball": (TWO.replace("Revolute", "Spherical").replace('Joint "j"', 'Joint "j" (\n    prepend apiSchemas = ["PhysicsLimitAPI:rotX"]\n)').replace('{\nrel physics:body1 = </a>', '{\nrel physics:body1 = </a>\nfloat limit:rotX:physics:low = -10'), "PhysicsLimitAPI:rotX of the PhysicsSphericalJoint </j>"),
-    "two gravities": (TWO + 'def PhysicsScene "s" {\n}\ndef PhysicsScene "t" {\nfloat physics:gravityMagnitude = 3\n}', "2 physics scenes with different gravity"),
-    "a drive of a cut": (TWO + joint("d", "Revolute", "bool physics:excludeFromArticulation = 1", '"PhysicsDriveAPI:angular"', ("", "/b")), "the drive of joint </d>, which closes a loop"),
-    "a mimic of nobody": (TWO.replace('Joint "k"', 'Joint "k" (\n    prepend apiSchemas = ["PhysxMimicJointAPI:rotX"]\n)'), "referenceJoint of </k> is none"),
+    "no bodies": (xform("a", "", COLLIDES, "Cube"), "a stage without rigid bodies"),
+    "a limit of a ball": (
+        given("j", "float limit:rotX:physics:low = -10", "PhysicsLimitAPI:rotX", BALLS),
+        "PhysicsLimitAPI:rotX of the PhysicsSphericalJoint </j>",
+    ),
+    "two gravities": (TWO + SCENES, "2 physics scenes with different gravity"),
+    "a drive of a cut": (
+        TWO + joint("d", "Revolute", APART, DRIVE, ("", "/b")),
+        "the drive of joint </d>, which closes a loop",
+    ),
+    "a mimic of nobody": (given("k", api="PhysxMimicJointAPI:rotX"), "referenceJoint of </k> is none"),
     "a broken reference": (TWO + 'def Xform "x" (\n    references = @missing.usda@\n)\n{\n}', "USD says"),
     "a syntax error": (TWO + "def def", "USD says"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)
@@ -366,19 +420,28 @@ def test_a_syntax_error_has_its_line(tmp_path: Path) -> None:
     assert problem.line is not None
 
 
+FREE_BODY = xform("c", "", '"PhysicsRigidBodyAPI"') + "\n" + joint("d", "Fixed", "", "", ("/b", "/c"))
+MESHED = xform("c", HEAVY + '\ndef Mesh "m"\n{\n}') + "\n" + joint("d", "Fixed", "", "", ("/b", "/c"))
+STIFF = "float drive:angular:physics:stiffness = 30"
 TOLD = {
-    "a switched-off joint": (TWO + joint("d", "Fixed", "bool physics:jointEnabled = 0", "", ("", "/b")), "joint </d> is switched off"),
-    "a kinematic body": (TWO + xform("c", HEAVY + "\nbool physics:kinematicEnabled = 1"), "body </c> is kinematic"),
-    "a start in motion": (TWO.replace(HEAVY, HEAVY + "\nvector3f physics:velocity = (1, 0, 0)", 1), "physics:velocity of body </a> is not used"),
-    "a cone": (TWO.replace("Revolute", "Spherical").replace("rel physics:body1 = </a>", "rel physics:body1 = </a>\nfloat physics:coneAngle0Limit = 30", 1), "cone of 30"),
-    "a joint that breaks": (TWO.replace("rel physics:body1 = </a>", "rel physics:body1 = </a>\nfloat physics:breakForce = 30", 1), "physics:breakForce of joint </j>"),
+    "a switched-off joint": (
+        TWO + joint("d", "Fixed", "bool physics:jointEnabled = 0", "", ("", "/b")),
+        "joint </d> is switched off",
+    ),
+    "a kinematic body": (
+        TWO + xform("c", HEAVY + "\nbool physics:kinematicEnabled = 1"),
+        "body </c> is kinematic",
+    ),
+    "a start in motion": (given("a", "vector3f physics:velocity = (1, 0, 0)"), "physics:velocity of body </a>"),
+    "a cone": (given("j", "float physics:coneAngle0Limit = 30", text=BALLS), "cone of 30"),
+    "a joint that breaks": (given("j", "float physics:breakForce = 30"), "physics:breakForce of joint </j>"),
     "nothing held": (TWO + joint("d", "", "", "", ("", "/b")), "joint </d> holds nothing"),
-    "no mass at all": (TWO + xform("c", "", '"PhysicsRigidBodyAPI"') + "\n" + joint("d", "Fixed", "", "", ("/b", "/c")), "body </c> has neither mass nor colliders"),
-    "gains of a drive": (TWO.replace('Joint "j"', 'Joint "j" (\n    prepend apiSchemas = ["PhysicsDriveAPI:angular"]\n)').replace("rel physics:body1 = </a>", "rel physics:body1 = </a>\nfloat drive:angular:physics:stiffness = 30", 1), "they are a controller's"),
-    "friction of the load": (TWO.replace("rel physics:body1 = </a>", "rel physics:body1 = </a>\nfloat physxJoint:jointFriction = 0.1", 1), "physxJoint:jointFriction of joint </j>"),
-    "a mesh": (TWO + xform("c", HEAVY + '\ndef Mesh "m"\n{\n}') + "\n" + joint("d", "Fixed", "", "", ("/b", "/c")), "1 shapes are not drawn: </c/m>"),
-    "a number of others": (TWO.replace("rel physics:body1 = </a>", "rel physics:body1 = </a>\nfloat mjc:damping = 0.1", 1), "mjc:damping of </j> are not used"),
-}  # fmt: skip
+    "no mass at all": (TWO + FREE_BODY, "body </c> has neither mass nor colliders"),
+    "gains of a drive": (given("j", STIFF, "PhysicsDriveAPI:angular"), "they are a controller's"),
+    "friction of the load": (given("j", "float physxJoint:jointFriction = 0.1"), "jointFriction of joint </j>"),
+    "a mesh": (TWO + MESHED, "1 shapes are not drawn: </c/m>"),
+    "a number of others": (given("j", "float mjc:damping = 0.1"), "mjc:damping of </j> are not used"),
+}
 
 
 @pytest.mark.parametrize("case", TOLD)

@@ -1,8 +1,8 @@
 """Random robots with loops as USD text, and the same robots as descriptions, made side by side of the same numbers.
 
 USD keeps frames and masses in single precision, so all of them are drawn as such numbers; what follows from them is
-computed in double precision.  In USD a body's own frame is anywhere, and a joint has a frame on each of its bodies; in the
-description a link's frame is that of the joint which carries it.
+computed in double precision.  In USD a body's own frame is anywhere, and a joint has a frame on each of its bodies; in
+the description a link's frame is that of the joint which carries it.
 """
 
 from __future__ import annotations
@@ -11,8 +11,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cutjoint.description import Coupling, CutJoint, CutType, Frame, Inertial, Joint, JointType, Limits, Link
-from cutjoint.description import RobotDescription
+from cutjoint.description import (
+    Coupling,
+    CutJoint,
+    CutType,
+    Frame,
+    Inertial,
+    Joint,
+    JointType,
+    Limits,
+    Link,
+    RobotDescription,
+)
 
 Array = np.ndarray
 Rng = np.random.Generator

@@ -35,7 +35,9 @@ Ideal = Annotated[
 Home = Annotated[str | None, typer.Option(help="Named home posture; default the first.")]
 Lenient = Annotated[
     bool,
-    typer.Option("--lenient", help="Pass, with a warning, flaws that do not change the motion, such as missing meshes."),
+    typer.Option(
+        "--lenient", help="Pass, with a warning, flaws that do not change the motion, such as missing meshes."
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 

@@ -34,7 +34,7 @@ class Body:
 
 
 @dataclass(frozen=True, eq=False)
-class Bodies:
+class BodyTable:
     """All bodies, by the paths of their prims; the world under the empty path.
 
     `stands` is where every prim stands that has a place, bodies or not.
@@ -65,10 +65,10 @@ def owner(path: str, bodies: Mapping[str, Body]) -> str:
     return path
 
 
-def read_bodies(facts: Facts, findings: Findings) -> Bodies:
+def read_bodies(facts: Facts, findings: Findings) -> BodyTable:
     """The bodies that move, with the world before them.
 
-    Bodies that are switched off or led by an animation stand where the file has them, as parts of the world.
+    BodyTable that are switched off or led by an animation stand where the file has them, as parts of the world.
     """
     place = Place(findings.file)
     stands = {prim.path: one for prim in facts.prims if (one := stand(prim, facts.length)) is not None}
@@ -91,7 +91,7 @@ def read_bodies(facts: Facts, findings: Findings) -> Bodies:
                                    findings)  # fmt: skip
             link = replace(body.link, inertial=inertial, visuals=tuple(visuals), collisions=tuple(collisions))
             found[path] = replace(body, link=link)
-    return Bodies(found, stands, facts.length)
+    return BodyTable(found, stands, facts.length)
 
 
 def unique_names(paths: list[str], taken: tuple[str, ...] = ()) -> dict[str, str]:
@@ -188,7 +188,7 @@ def _shape(prim: Prim, body: Array, where: Stand | None, length: float, findings
     colour = prim.vector("primvars:displayColor")
     kind = "box" if prim.type == "Cube" else prim.type.lower()
     opaque = (*colour, 1.0) if len(colour) == 3 else None
-    return Shape(kind, size, placement, opaque, name=prim.name)  # type: ignore[arg-type]
+    return Shape(kind, size, placement, opaque, name=prim.name)
 
 
 def _told(scale: Array) -> str:

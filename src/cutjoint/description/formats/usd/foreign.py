@@ -55,14 +55,18 @@ def _values(prim: Prim, findings: Findings) -> None:
         and prim.values.get(name, 0.0) not in (0.0, "")
     ]
     if unread:
-        findings.warn(f"{listing(map(clip, unread))} of <{prim.path}> are not used", "properties of UsdPhysics or PhysX")
+        findings.warn(
+            f"{listing(map(clip, unread))} of <{prim.path}> are not used", "properties of UsdPhysics or PhysX"
+        )
 
 
 def _bodies(prims: Sequence[Prim], findings: Findings) -> None:
     for prim in prims:
         for name in ("lockedPosAxis", "lockedRotAxis"):
             if prim.number(f"physxRigidBody:{name}") != 0.0:
-                findings.error(f"physxRigidBody:{name} holds body <{prim.path}>, and is not read", "a joint to the world")
+                findings.error(
+                    f"physxRigidBody:{name} holds body <{prim.path}>, and is not read", "a joint to the world"
+                )
         for name in ("linearDamping", "angularDamping"):
             if prim.number(f"physxRigidBody:{name}") != 0.0:
                 found = f"physxRigidBody:{name} of body <{prim.path}> is not used"

@@ -11,7 +11,7 @@ from cutjoint.description.formats.usd.facts import Prim
 from cutjoint.description.transforms import from_rotation, rotation_from_quaternion
 
 ROUNDING = 1e-5
-"""Orientations are often kept in single precision: so much may a matrix of turns and scales be askew, and a scale off 1."""
+"""Orientations are often in single precision: so much may a matrix of turns and scales be askew, and a scale off 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class Stand:
 
 
 def stand(prim: Prim, length: float) -> Stand | None:
-    """Where a prim stands, in a stage with `length` metres a unit; None where its transformation is askew or singular."""
+    """Where a prim stands, in a stage with `length` metres a unit; None where it is placed askew or nowhere."""
     if prim.world is None:
         return None
     matrix = np.array(prim.world, dtype=float)

@@ -9,7 +9,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, listing, nearest
-from cutjoint.description.formats.usd.bodies import Bodies, unique_names
+from cutjoint.description.formats.usd.bodies import BodyTable, unique_names
 from cutjoint.description.formats.usd.facts import Facts, Prim
 from cutjoint.description.model import Joint, JointPhysics, JointType, Limits, Place
 
@@ -59,7 +59,7 @@ def is_joint(prim: Prim) -> bool:
     return prim.type in TYPES or prim.type in (DISTANCE, FREE)
 
 
-def read_joints(facts: Facts, bodies: Bodies, findings: Findings) -> list[Edge]:
+def read_joints(facts: Facts, bodies: BodyTable, findings: Findings) -> list[Edge]:
     """All joints that hold something."""
     prims = [prim for prim in facts.prims if is_joint(prim)]
     names = unique_names([prim.path for prim in prims])
@@ -76,7 +76,7 @@ def _references(prim: Prim) -> list[str]:
     return [f"physxMimicJoint:{one}:referenceJoint" for one in prim.instances(MIMIC)]
 
 
-def _edge(prim: Prim, name: str, leads: bool, facts: Facts, bodies: Bodies, findings: Findings) -> Edge | None:
+def _edge(prim: Prim, name: str, leads: bool, facts: Facts, bodies: BodyTable, findings: Findings) -> Edge | None:
     if not prim.flag("physics:jointEnabled", True):
         findings.warn(f"joint <{prim.path}> is switched off: it holds nothing", "physics:jointEnabled = true")
         return None
@@ -110,9 +110,7 @@ def _edge(prim: Prim, name: str, leads: bool, facts: Facts, bodies: Bodies, find
     return Edge(joint, a, b, prim, apart, driven, length, wanted)
 
 
-def _end(
-    prim: Prim, number: int, facts: Facts, bodies: Bodies, findings: Findings
-) -> tuple[str, Array] | None:
+def _end(prim: Prim, number: int, facts: Facts, bodies: BodyTable, findings: Findings) -> tuple[str, Array] | None:
     """The link at one end of a joint, and the joint's frame on it."""
     name = f"physics:body{number}"
     targets = prim.targets.get(name, ())
@@ -126,14 +124,14 @@ def _end(
         found = f"physics:localPos{number}, physics:localRot{number} of joint <{prim.path}> are {position}, {turn}"
         findings.error(found, "three numbers, and four of a turn")
         return None
-    found = bodies.frame(target, position, turn)
-    if found is None:
+    end = bodies.frame(target, position, turn)
+    if end is None:
         paths = [one.path for one in facts.prims]
         what = "is not scaled along its own axes" if target in paths else "does not exist"
         findings.error(f"{name} of joint <{prim.path}> is <{target}>, which {what}", "a prim with a place",
                        nearest(target, paths))  # fmt: skip
         return None
-    return found[0].link.name, found[1]
+    return end[0].link.name, end[1]
 
 
 def _kind(prim: Prim, facts: Facts, findings: Findings) -> tuple[JointType | None, Array, float | None]:
@@ -244,7 +242,9 @@ def _drive(prim: Prim, kind: JointType, facts: Facts, findings: Findings) -> tup
             continue
         if not kind.single or instance not in fitting:
             found = f"{DRIVE}:{instance} of the {kind.value} joint <{prim.path}> is not used"
-            findings.error(found, f"a drive along the motion of a joint with one coordinate: {listing(sorted(fitting))}")
+            findings.error(
+                found, f"a drive along the motion of a joint with one coordinate: {listing(sorted(fitting))}"
+            )
             continue
         if gains:
             mend = "give them to a control law"
@@ -271,7 +271,9 @@ def _physics(prim: Prim, kind: JointType, facts: Facts, findings: Findings) -> t
         values |= {name.removeprefix(head): prim.number(name) for name in prim.values if name.startswith(head)}
     dynamic, static = values.get("dynamicFrictionEffort", 0.0), values.get("staticFrictionEffort", 0.0)
     if static != dynamic and static != 0.0:
-        found = f"staticFrictionEffort {static:g} of joint <{prim.path}> is not used beside {dynamic:g} that it slides with"
+        found = (
+            f"staticFrictionEffort {static:g} of joint <{prim.path}> is not used beside {dynamic:g} that it slides with"
+        )
         findings.warn(found, "the same as dynamicFrictionEffort")
     viscous = values.get("viscousFrictionCoefficient", 0.0) * force
     physics = JointPhysics(

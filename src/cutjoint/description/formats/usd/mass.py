@@ -1,7 +1,8 @@
-"""What a body weighs, by the rules of UsdPhysicsMassAPI (https://openusd.org/release/api/class_usd_physics_mass_a_p_i.html).
+"""What a body weighs, by the rules of https://openusd.org/release/api/class_usd_physics_mass_a_p_i.html.
 
-A mass of the body overrides what its colliders weigh together; a density of a collider that of the body, and both that of
-a material; without any it is 1000 kg/m3.  What the file gives of centre, moments and their axes replaces what is computed.
+A mass of the body overrides what its colliders weigh together; a density of a collider that of the body, and both that
+of a material; without any it is 1000 kg/m3.  What the file gives of centre, moments and their axes replaces what is
+computed.
 """
 
 from __future__ import annotations
@@ -62,8 +63,10 @@ def _given(prim: Prim, scale: Array, facts: Facts) -> _Given:
 def inertial_of(
     body: Prim, scale: Array, colliders: Sequence[Collider], facts: Facts, findings: Findings
 ) -> Inertial | None:
-    """Mass, centre and inertia of a body in its own frame; None where it has neither mass nor colliders, or after noting
-    what cannot be computed."""
+    """Mass, centre and inertia of a body in its own frame.
+
+    None where it has neither mass nor colliders, or after noting what cannot be computed.
+    """
     given = _given(body, scale, facts)
     told = given.mass is not None and given.moments is not None
     if told and (given.com is not None or not colliders):

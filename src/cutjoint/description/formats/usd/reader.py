@@ -50,7 +50,9 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     bodies = read_bodies(facts, findings)
     if len(bodies.by_path) == 1:
         expected = "prims with PhysicsRigidBodyAPI"
-        findings.error("a stage without rigid bodies that move", expected, "it may hold shapes only: load the robot's file")
+        findings.error(
+            "a stage without rigid bodies that move", expected, "it may hold shapes only: load the robot's file"
+        )
         return None
     edges = read_joints(facts, bodies, findings)
     tree, cuts, pose = spanned(facts.name or path.stem, bodies, edges, findings)

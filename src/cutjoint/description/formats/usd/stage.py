@@ -33,7 +33,7 @@ def read(path: object) -> Facts:
 
 def _facts(stage: Usd.Stage) -> Facts:
     cache = UsdGeom.XformCache(Usd.TimeCode.Default())
-    prims = []
+    prims: list[Prim] = []
     for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()):
         if len(prims) == MOST_PRIMS:
             return Facts(errors=(f"it has more than {MOST_PRIMS} prims",))

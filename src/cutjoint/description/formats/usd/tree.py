@@ -11,7 +11,7 @@ from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.common.graph import PlacedLink, cut_of, span
-from cutjoint.description.formats.usd.bodies import WORLD, Bodies
+from cutjoint.description.formats.usd.bodies import WORLD, BodyTable
 from cutjoint.description.formats.usd.joints import Edge
 from cutjoint.description.model import CutJoint, CutType, Frame, Home, Joint, JointType
 from cutjoint.description.transforms import inverse, rpy_from_rotation
@@ -22,9 +22,9 @@ APART = 1e-4
 
 
 def spanned(
-    name: str, bodies: Bodies, edges: Sequence[Edge], findings: Findings
+    name: str, bodies: BodyTable, edges: Sequence[Edge], findings: Findings
 ) -> tuple[OpenTree, list[CutJoint], dict[str, float | tuple[float, ...]]]:
-    """The tree from the world, the joints left over as cuts, and the coordinates of the tree's joints in the file's pose.
+    """The tree from the world, the joints left over as cuts, and the coordinates of its joints in the file's pose.
 
     Joints of the articulation come first, those that are driven or coupled before the others; what stays out of it
     (`physics:excludeFromArticulation`) carries only bodies that nothing else does.  A part that no joint ties to the
@@ -60,9 +60,11 @@ def _chosen(edges: Sequence[Edge]) -> list[Edge]:
     return [edge for edge in edges if edge in chosen]
 
 
-def _floating(bodies: Bodies, inside: Sequence[Edge]) -> list[Joint]:
-    """A floating joint from the world for each part of the forest that is not tied to it: to the root of its articulation,
-    or else to the first body that is no joint's second."""
+def _floating(bodies: BodyTable, inside: Sequence[Edge]) -> list[Joint]:
+    """A floating joint from the world for each part of the forest that is not tied to it.
+
+    It carries the root of the part's articulation, or else the first body that is no joint's second.
+    """
     near: dict[str, set[str]] = {}
     for edge in inside:
         near.setdefault(edge.joint.parent, set()).add(edge.joint.child)
@@ -92,11 +94,11 @@ def _reach(start: str, near: dict[str, set[str]], reached: set[str]) -> set[str]
     return reached
 
 
-def _at_zero(
-    bodies: Bodies, inside: Sequence[Edge], floating: Sequence[Joint]
-) -> tuple[dict[str, Array], set[str]]:
-    """Where every link is in the world when all joints of the tree are at zero, and the joints that the tree goes through
-    from their second body to the first.  What floats stays where the file has it."""
+def _at_zero(bodies: BodyTable, inside: Sequence[Edge], floating: Sequence[Joint]) -> tuple[dict[str, Array], set[str]]:
+    """Where every link is in the world when all joints of the tree are at zero, and the joints that it takes backwards.
+
+    What floats stays where the file has it.
+    """
     given = {body.link.name: body.world for body in bodies.by_path.values()}
     world = {name: given[name] for name in (WORLD, *(joint.child for joint in floating))}
     around: dict[str, list[Edge]] = {}
@@ -136,7 +138,7 @@ def _cut(edge: Edge, findings: Findings) -> CutJoint | None:
 
 
 def _pose(
-    inside: Sequence[Edge], backwards: set[str], bodies: Bodies, findings: Findings
+    inside: Sequence[Edge], backwards: set[str], bodies: BodyTable, findings: Findings
 ) -> dict[str, float | tuple[float, ...]]:
     """The coordinates of the tree's joints where the bodies stand in the file."""
     given = {body.link.name: body.world for body in bodies.by_path.values()}

@@ -10,8 +10,8 @@ from cutjoint.description.formats.usd.facts import Facts, Prim
 
 NEAR = 0.82
 """How alike a name and a known one are from which on it is taken for a slip."""
-STAGE = ("metersPerUnit", "kilogramsPerUnit", "upAxis", "defaultPrim", "subLayers", "timeCodesPerSecond", "startTimeCode",
-         "endTimeCode", "customLayerData", "documentation", "framesPerSecond", "comment")  # fmt: skip
+STAGE = ("metersPerUnit", "kilogramsPerUnit", "upAxis", "defaultPrim", "subLayers", "timeCodesPerSecond",
+         "startTimeCode", "endTimeCode", "customLayerData", "documentation", "framesPerSecond", "comment")  # fmt: skip
 PRIM = ("apiSchemas", "references", "payload", "inherits", "specializes", "variants", "variantSets", "instanceable",
         "active", "kind", "hidden", "customData", "assetInfo", "documentation", "displayName")  # fmt: skip
 OTHERS = {
@@ -78,8 +78,9 @@ def _properties(prim: Prim, findings: Findings) -> None:
                 findings.error(found, "every transformation in the order", "name it there, or remove it")
         elif name.startswith(("physics:", "drive:", "limit:")):
             findings.error(f"<{prim.path}> has the unknown property '{clip(name)}'", _schemas(prim), _near(name, known))
-        elif near := closest(name, sorted(known), NEAR):
-            if not _numbered(name, near) and not name.startswith(("primvars:", "outputs:", "inputs:")):
+        elif not name.startswith(("primvars:", "outputs:", "inputs:")):
+            near = closest(name, sorted(known), NEAR)
+            if near and not _numbered(name, near):
                 found = f"<{prim.path}> has the unknown property '{clip(name)}'"
                 findings.error(found, _schemas(prim), _did(near))
     for name in prim.ops:
