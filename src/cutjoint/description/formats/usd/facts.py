@@ -29,6 +29,8 @@ class Prim:
         idle: transformations that it has and its order does not name.
         material: path of the physics material that is bound to it, or empty.
         strange: names of metadata that USD does not know.
+        wrong: what its properties and metadata have as type or value that is none of those that are allowed: name, what
+            is there, and the allowed ones (none where a type is unknown).
     """
 
     path: str
@@ -45,6 +47,7 @@ class Prim:
     idle: tuple[str, ...] = ()
     material: str = ""
     strange: tuple[str, ...] = ()
+    wrong: tuple[tuple[str, str, tuple[str, ...]], ...] = ()
 
     @property
     def name(self) -> str:

@@ -23,6 +23,7 @@ from cutjoint.description.formats.usd.bodies import read_bodies
 from cutjoint.description.formats.usd.facts import Facts
 from cutjoint.description.formats.usd.foreign import check_foreign, couplings_of, weightless
 from cutjoint.description.formats.usd.joints import UNLIMITED, read_joints
+from cutjoint.description.formats.usd.ranges import check_numbers
 from cutjoint.description.formats.usd.tree import home_of, spanned
 from cutjoint.description.formats.usd.typos import check_names
 from cutjoint.description.model import RobotDescription
@@ -47,6 +48,8 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
         findings.warn(found, "metersPerUnit = 1, or whatever its lengths are in")
     check_names(facts, findings)
     check_foreign(facts, findings)
+    if not check_numbers(facts, findings):
+        return None
     bodies = read_bodies(facts, findings)
     if len(bodies.by_path) == 1:
         expected = "prims with PhysicsRigidBodyAPI"

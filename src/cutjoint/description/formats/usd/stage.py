@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdShade
+from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from cutjoint.description.formats.usd.facts import Facts, Prim, Value
 
@@ -79,6 +79,7 @@ def _prim(prim: Usd.Prim, cache: UsdGeom.XformCache) -> Prim:
         idle=tuple(one for one in names if one.startswith("xformOp:") and one not in order),
         material=_material(prim),
         strange=tuple(_strange(prim)),
+        wrong=tuple(_wrong(prim)),
     )
 
 
@@ -114,6 +115,20 @@ def _material(prim: Usd.Prim) -> str:
         return ""
     material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")
     return str(material.GetPath()) if material else ""
+
+
+def _wrong(prim: Usd.Prim) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    for attribute in prim.GetAuthoredAttributes():
+        name = str(attribute.GetName())
+        for spec in attribute.GetPropertyStack():
+            if isinstance(spec, Sdf.AttributeSpec) and not Sdf.ValueTypeNames.Find(str(spec.typeName)):
+                yield name, str(spec.typeName), ()
+        allowed = tuple(map(str, attribute.GetMetadata("allowedTokens") or ()))
+        if allowed and str(attribute.Get()) not in allowed:
+            yield name, str(attribute.Get()), allowed
+    kind = prim.GetMetadata("kind")
+    if kind and not Kind.Registry.HasKind(kind):
+        yield "kind", str(kind), tuple(map(str, Kind.Registry.GetAllKinds()))
 
 
 def _strange(prim: Usd.Prim) -> Iterator[str]:

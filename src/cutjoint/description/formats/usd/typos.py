@@ -9,7 +9,12 @@ from cutjoint.description.findings import Findings, clip, closest
 from cutjoint.description.formats.usd.facts import Facts, Prim
 
 NEAR = 0.82
-"""How alike a name and a known one are from which on it is taken for a slip."""
+"""How alike a name and a known one are from which on it is taken for a slip, unless its letters are the same ones."""
+TYPES = ("bool", "uchar", "int", "uint", "int64", "uint64", "half", "float", "double", "timecode", "string", "token",
+         "asset", "opaque", "group", "pathExpression", "matrix2d", "matrix3d", "matrix4d", "frame4d",
+         *(f"quat{kind}" for kind in "hfd"),
+         *(f"{base}{size}" for base in ("int", "half", "float", "double") for size in "234"),
+         *(f"{base}3{kind}" for base in ("point", "vector", "normal", "color") for kind in "hfd"))  # fmt: skip
 STAGE = ("metersPerUnit", "kilogramsPerUnit", "upAxis", "defaultPrim", "subLayers", "timeCodesPerSecond",
          "startTimeCode", "endTimeCode", "customLayerData", "documentation", "framesPerSecond", "comment")  # fmt: skip
 PRIM = ("apiSchemas", "references", "payload", "inherits", "specializes", "variants", "variantSets", "instanceable",
@@ -24,6 +29,8 @@ OTHERS = {
     "PhysxMimicJointAPI": ("physxMimicJoint:#:gearing", "physxMimicJoint:#:offset", "physxMimicJoint:#:referenceJoint",
                            "physxMimicJoint:#:referenceJointAxis", "physxMimicJoint:#:naturalFrequency",
                            "physxMimicJoint:#:dampingRatio"),
+    "MaterialBindingAPI": ("material:binding", "material:binding:physics", "material:binding:preview",
+                           "material:binding:full"),
     "PhysxRigidBodyAPI": ("physxRigidBody:disableGravity", "physxRigidBody:linearDamping",
                           "physxRigidBody:angularDamping", "physxRigidBody:lockedPosAxis",
                           "physxRigidBody:lockedRotAxis"),
@@ -45,18 +52,23 @@ def check_names(facts: Facts, findings: Findings) -> None:
     for prim in facts.prims:
         for name in prim.strange:
             _metadata(name, PRIM, f"<{prim.path}>", findings)
-        if not prim.typed and (near := closest(prim.type, types, NEAR)):
+        if not prim.typed and (near := _slip(prim.type, types)):
             findings.error(f"<{prim.path}> of the unknown type '{clip(prim.type)}'", "a type of USD", _did(near))
         for api in prim.apis:
             base = api.partition(":")[0]
-            if base not in apis and (near := closest(base, sorted(apis), NEAR)) and not _numbered(base, near):
+            if base not in apis and (near := _slip(base, sorted(apis))) and not _numbered(base, near):
                 found = f"the unknown schema '{clip(base)}' is applied to <{prim.path}>"
                 findings.error(found, "a schema of USD", _did(near))
         _properties(prim, findings)
+        for name, found, allowed in prim.wrong:
+            what = f"'{clip(name)}' of <{prim.path}> is {'' if allowed else 'of the type '}'{clip(found)}'"
+            findings.error(
+                what, f"one of {', '.join(allowed)}" if allowed else "a type of USD", _near(found, allowed or TYPES)
+            )
 
 
 def _metadata(name: str, known: Collection[str], of: str, findings: Findings) -> None:
-    near = closest(name, known, 0.75)
+    near = _slip(name, known)
     if near:
         findings.error(f"{of} has the unknown metadata '{clip(name)}'", "metadata of USD", _did(near))
 
@@ -78,8 +90,8 @@ def _properties(prim: Prim, findings: Findings) -> None:
                 findings.error(found, "every transformation in the order", "name it there, or remove it")
         elif name.startswith(("physics:", "drive:", "limit:")):
             findings.error(f"<{prim.path}> has the unknown property '{clip(name)}'", _schemas(prim), _near(name, known))
-        elif not name.startswith(("primvars:", "outputs:", "inputs:")):
-            near = closest(name, sorted(known), NEAR)
+        elif not name.startswith(("outputs:", "inputs:")):
+            near = _slip(name, sorted(known | set(OTHERS["MaterialBindingAPI"])))
             if near and not _numbered(name, near):
                 found = f"<{prim.path}> has the unknown property '{clip(name)}'"
                 findings.error(found, _schemas(prim), _did(near))
@@ -96,6 +108,13 @@ def _schemas(prim: Prim) -> str:
 def _numbered(name: str, near: str) -> bool:
     """Whether two names differ in a number only, as `body0` and `body1` do: no slip."""
     return re.sub(r"\d", "#", name) == re.sub(r"\d", "#", near)
+
+
+def _slip(name: str, known: Collection[str]) -> str:
+    """The known name that was meant, or empty: one of the same letters in another order, or a very like one."""
+    letters = sorted(name.lower())
+    same = next((one for one in known if sorted(one.lower()) == letters and one != name), "")
+    return same or closest(name, known, NEAR)
 
 
 def _near(name: str, known: Collection[str]) -> str:
