@@ -76,6 +76,8 @@ def test_any_mechanism(seed: int, tmp_path: Path) -> None:
     assert usd.mobility().mobility == plain.mobility().mobility
     assert [(c.name, c.type) for c in usd.description.cuts] == [(c.name, c.type) for c in plain.description.cuts]
     assert same_motion(usd, plain, rng) < 1e-12
+    places = usd.link_placements(usd.home)
+    assert max(np.abs(places[name] - robot.mounting[name]).max() for name in robot.masses) < 1e-4
 
 
 def stage(body: str, head: str = "metersPerUnit = 1", up: str = "Z") -> str:
@@ -188,6 +190,51 @@ def test_solids_weigh_as_their_points_do(name: str, tmp_path: Path) -> None:
     assert found.mass == pytest.approx(500.0 * volume, rel=0.02)
     assert np.abs(found.com - points.mean(axis=0)).max() < 0.01
     assert np.abs(found.inertia - inertia).max() < 0.04 * np.abs(inertia).max()
+
+
+@pytest.mark.parametrize("height", [0.0, 0.3, 2.0])
+def test_a_capsule_is_the_sum_of_its_slices(height: float) -> None:
+    from cutjoint.description import Shape
+    from cutjoint.description.formats.usd.mass import solid
+
+    radius, (nodes, weights) = 0.7, np.polynomial.legendre.leggauss(40)
+    volume, across, about = 0.0, 0.0, 0.0
+    for low, high in ((-radius, 0.0), (0.0, height), (height, height + radius)):
+        z = low + 0.5 * (high - low) * (nodes + 1.0)
+        square = radius**2 - np.clip(np.maximum(-z, z - height), 0.0, None) ** 2
+        share = 0.5 * (high - low) * weights * math.pi * square
+        volume += share.sum()
+        across += (share * (0.25 * square + (z - 0.5 * height) ** 2)).sum()
+        about += (share * 0.5 * square).sum()
+    found, moments = solid(Shape("capsule", (radius, height)))
+    assert found == pytest.approx(volume, rel=1e-12)
+    assert moments == pytest.approx([across, across, about], rel=1e-12)
+
+
+@pytest.mark.parametrize("scale", ["(2, 2, 2)", "(1, 2, 3)"])
+def test_frames_of_scaled_bodies_are_scaled(scale: str, tmp_path: Path) -> None:
+    """Positions of joints and centres of mass are in the scaled axes of the body, as Pixar's own reading has them."""
+    from pxr import Usd, UsdPhysics
+
+    order = 'uniform token[] xformOpOrder = ["xformOp:rotateXYZ", "xformOp:scale"]'
+    body = f"{HEAVY.replace('(0, 0, 0)', '(0.1, 0.2, 0.3)')}\nfloat3 xformOp:rotateXYZ = (10, 20, 30)"
+    body = xform("a", f"{body}\nfloat3 xformOp:scale = {scale}\n{order}")
+    text = stage(f"{body}\n{joint('j', 'Fixed', 'point3f physics:localPos1 = (0.4, 0.5, 0.6)')}")
+    robot = robot_of(tmp_path, text)
+    (desc,) = UsdPhysics.LoadUsdPhysicsFromRange(Usd.Stage.Open(str(tmp_path / "stage.usda")), ["/"])[
+        UsdPhysics.ObjectType.FixedJoint
+    ][1]
+    moved = next(one for one in robot.joints if one.child == "a")
+    assert np.linalg.inv(moved.placement)[:3, 3] == pytest.approx(list(desc.localPose1Position), abs=1e-6)
+    assert robot.link("a").inertial.com == pytest.approx(pixar(text)[1], abs=1e-6)
+
+
+def test_angles_in_the_file_are_within_their_limits(tmp_path: Path) -> None:
+    turned = xform("a", f'{HEAVY}\ndouble xformOp:rotateX = 190\nuniform token[] xformOpOrder = ["xformOp:rotateX"]')
+    limits = "float physics:lowerLimit = {}\nfloat physics:upperLimit = {}"
+    for lower, upper, wanted in ((90, 270, 190), (-270, 0, -170), (-10, 10, -170)):
+        robot = robot_of(tmp_path, stage(f"{turned}\n{joint('j', 'Revolute', limits.format(lower, upper))}"))
+        assert robot.homes[0].actuated["j"] == pytest.approx(math.radians(wanted))
 
 
 def pixar(text: str) -> tuple[float, np.ndarray, np.ndarray]:

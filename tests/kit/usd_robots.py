@@ -97,8 +97,11 @@ class UsdJoint:
     axis: str = "Z"
     length: float = 0.0
     limits: tuple[float, float] | None = None
-    extra: str = ""
     cut: bool = False
+    value: float = 0.0
+    """Where it stands, in radians or metres, along the axis of the tree."""
+    flipped: bool = False
+    """Whether the file names the child first, so that its coordinates are those of the inverse motion."""
 
 
 @dataclass
@@ -127,10 +130,11 @@ class UsdRobot:
         self.joints.append(made)
         self.frames[child] = b.matrix
         motion = np.eye(4)
+        made.value = rng.uniform(-1.0, 1.0) if kind == "revolute" else rng.uniform(-0.3, 0.3)
         if kind == "revolute":
-            motion = _turn(AXES[axis], rng.uniform(-1.0, 1.0))
+            motion = _turn(AXES[axis], made.value)
         elif kind == "prismatic":
-            motion[:3, 3] = rng.uniform(-0.3, 0.3) * AXES[axis]
+            motion[:3, 3] = made.value * AXES[axis]
         elif kind == "spherical":
             motion = place_of(somewhere(rng).matrix).matrix
             motion[:3, 3] = 0.0
@@ -186,7 +190,8 @@ class UsdRobot:
         if gears:
             head += ' (\n        prepend apiSchemas = ["PhysxMimicJointAPI:rotX"]\n    )'
         rows = [head, "    {"]
-        for number, body, place in ((0, joint.parent, joint.a), (1, joint.child, joint.b)):
+        ends = [(joint.parent, joint.a), (joint.child, joint.b)]
+        for number, (body, place) in enumerate(ends[::-1] if joint.flipped else ends):
             if body:
                 rows.append(f"        rel physics:body{number} = </{self.name}/{body}>")
             rows.append(f"        point3f physics:localPos{number} = {_tuple(place.position / self.length)}")
@@ -205,7 +210,7 @@ class UsdRobot:
             rows.append(f"        float physxMimicJoint:rotX:gearing = {gearing!r}")
             rows.append(f"        float physxMimicJoint:rotX:offset = {offset!r}")
             rows.append(f"        rel physxMimicJoint:rotX:referenceJoint = </{self.name}/{leader}>")
-        return "\n".join([*rows, joint.extra, "    }"])
+        return "\n".join([*rows, "    }"])
 
     @property
     def description(self) -> RobotDescription:
@@ -234,9 +239,15 @@ class UsdRobot:
             if one.limits is not None:
                 unit = np.pi / 180.0 if one.kind == "revolute" else self.length
                 limits = Limits(one.limits[0] * unit, one.limits[1] * unit)
-            joints.append(Joint(one.name, kind, parent, child, at, AXES[one.axis], limits=limits))
+            axis = -AXES[one.axis] if one.flipped else AXES[one.axis]
+            joints.append(Joint(one.name, kind, parent, child, at, axis, limits=limits))
         couplings = [self._coupling(*gear) for gear in self.gears]
         return RobotDescription(self.name, tuple(links), tuple(joints), tuple(cuts), tuple(couplings))
+
+    def in_file(self, joint: UsdJoint) -> float:
+        """Where a joint stands, in degrees or units, as its file counts it."""
+        unit = np.pi / 180.0 if joint.kind == "revolute" else self.length
+        return (-joint.value if joint.flipped else joint.value) / unit
 
     def _coupling(self, joint: str, leader: str, gearing: float, offset: float) -> Coupling:
         units = {one.name: np.pi / 180.0 if one.kind == "revolute" else self.length for one in self.joints}
@@ -288,14 +299,16 @@ def spatial(rng: Rng, **units: float) -> UsdRobot:
                 made.limits = (-170.0, 175.0) if kind == "revolute" else (-8.0, 8.0)
             if kind in ("revolute", "prismatic"):
                 singles.append(made)
+            made.flipped = rng.random() < 0.25
             parent, turns = name, turns + {"spherical": 3, "fixed": 0}.get(kind, 1)
-        robot.mounting[parent] = robot.mounting[parent]
     ends = [[one for one in robot.masses if one.startswith(side)][-1] for side in "lr"]
     kind = str(rng.choice(["spherical", "distance", "fixed"], p=[0.5, 0.3, 0.2]))
     robot.cut("closing", kind, *(ends if rng.random() < 0.5 else ends[::-1]), somewhere(rng))
     if len(singles) > 1 and rng.random() < 0.5:
-        first, second = rng.choice(len(singles), 2, replace=False)
-        robot.gears.append((singles[first].name, singles[second].name, float(single(rng.uniform(0.5, 2.0))), 0.0))
+        first, second = (singles[number] for number in rng.choice(len(singles), 2, replace=False))
+        gearing = float(single(rng.uniform(0.5, 2.0)))
+        own, other = (robot.in_file(one) for one in (first, second))
+        robot.gears.append((first.name, second.name, gearing, float(single(-own - gearing * other))))
     return robot
 
 
