@@ -13,9 +13,9 @@ from cutjoint.description.formats.usd.typos import OTHERS
 from cutjoint.description.model import Coupling, Joint, Place
 
 _CLOSES = re.compile(r"joint|equality|tendon|gear|rack|pulley|mimic|constraint|attachment|weld|connect", re.IGNORECASE)
-_ACTS = re.compile(r"force|spring|thruster|actuator|muscle|wheel|vehicle|gripper|vehicle", re.IGNORECASE)
+_ACTS = re.compile(r"force|spring|thruster|actuator|muscle|wheel|vehicle|gripper", re.IGNORECASE)
 _PHYSICS = re.compile(
-    r"damping|stiffness|friction|armature|spring|gear|ratio|mimic|limit|effort|gravcomp|equality|coef", re.IGNORECASE
+    r"damping|stiffness|friction|armature|spring|gear|ratio$|mimic|limit|effort|gravcomp|equality|coef", re.IGNORECASE
 )
 _HARMLESS = re.compile(r"Robot|Isaac|ContactReport|Filtered|State|Vis|Material|Collision|Articulation|Scene")
 """Schemas that describe joints and bodies to other tools, and nothing that moves them."""

@@ -19,6 +19,8 @@ STAGE = ("metersPerUnit", "kilogramsPerUnit", "upAxis", "defaultPrim", "subLayer
          "startTimeCode", "endTimeCode", "customLayerData", "documentation", "framesPerSecond", "comment")  # fmt: skip
 PRIM = ("apiSchemas", "references", "payload", "inherits", "specializes", "variants", "variantSets", "instanceable",
         "active", "kind", "hidden", "customData", "assetInfo", "documentation", "displayName")  # fmt: skip
+OWNERS = ("Physx", "Newton", "Isaac", "Omni", "Mjc")
+"""What schemas of others begin with: PhysxCollisionAPI is no slip of PhysicsCollisionAPI."""
 OTHERS = {
     "PhysicsJointStateAPI": ("state:#:physics:position", "state:#:physics:velocity"),
     "PhysxJointAPI": ("physxJoint:armature", "physxJoint:jointFriction", "physxJoint:maxJointVelocity",
@@ -52,11 +54,11 @@ def check_names(facts: Facts, findings: Findings) -> None:
     for prim in facts.prims:
         for name in prim.strange:
             _metadata(name, PRIM, f"<{prim.path}>", findings)
-        if not prim.typed and (near := _slip(prim.type, types)):
+        if not prim.typed and (near := _slip(prim.type, _alike(prim.type, types))):
             findings.error(f"<{prim.path}> of the unknown type '{clip(prim.type)}'", "a type of USD", _did(near))
         for api in prim.apis:
             base = api.partition(":")[0]
-            if base not in apis and (near := _slip(base, sorted(apis))) and not _numbered(base, near):
+            if base not in apis and (near := _slip(base, _alike(base, apis))) and not _numbered(base, near):
                 found = f"the unknown schema '{clip(base)}' is applied to <{prim.path}>"
                 findings.error(found, "a schema of USD", _did(near))
         _properties(prim, findings)
@@ -65,6 +67,12 @@ def check_names(facts: Facts, findings: Findings) -> None:
             findings.error(
                 what, f"one of {', '.join(allowed)}" if allowed else "a type of USD", _near(found, allowed or TYPES)
             )
+
+
+def _alike(name: str, known: Collection[str]) -> list[str]:
+    """The known names that may have been meant: only those of the same owner, where a name has that in front."""
+    owner = next((one for one in OWNERS if name.startswith(one)), "")
+    return sorted(one for one in known if one.startswith(owner))
 
 
 def _metadata(name: str, known: Collection[str], of: str, findings: Findings) -> None:
