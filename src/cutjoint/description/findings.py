@@ -78,6 +78,22 @@ def closest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str:
     return by_lower[found[0]] if found else ""
 
 
+def slip(name: str, known: Iterable[str]) -> str:
+    """The known name of three letters or more that one slip of the keyboard turns into `name` (a letter too many, too
+    few, another one, or two swapped), case ignored; empty when there is none."""
+    said = name.lower()[:200]
+    return next((one for one in sorted(known) if len(one) > 2 and _one_slip(said, one.lower())), "")
+
+
+def _one_slip(a: str, b: str) -> bool:
+    """Whether at most one letter is too many, too few or another, or two neighbours are swapped."""
+    if abs(len(a) - len(b)) > 1:
+        return False
+    start = next((at for at, pair in enumerate(zip(a, b, strict=False)) if pair[0] != pair[1]), min(len(a), len(b)))
+    a, b = a[start:], b[start:]
+    return a[1:] == b[1:] or a[1:] == b or a == b[1:] or (a[:2] == b[1::-1] and a[2:] == b[2:])
+
+
 def listing(names: Iterable[str], most: int = 12) -> str:
     """Names as `a, b, c`, cut off politely."""
     every = list(names)
