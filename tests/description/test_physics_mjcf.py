@@ -77,7 +77,7 @@ def passive(robot: RobotDescription, compiled, data) -> tuple[np.ndarray, np.nda
         elif joint.type is JointType.FLOATING:
             stretched = np.zeros(6)
         else:
-            stretched = data.qpos[q] - compiled.qpos0[q] - (physics.rest or 0.0)
+            stretched = data.qpos[q] - (physics.rest or 0.0)
         force[rates] = -physics.damping * data.qvel[rates] - physics.stiffness * stretched
         friction[rates], armature[rates] = physics.friction, physics.armature
     return force, friction, armature
