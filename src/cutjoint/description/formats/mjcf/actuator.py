@@ -1,8 +1,8 @@
 """`<actuator>` in MJCF: which joints are driven, how hard, and what their motors weigh and brake.
 
-The force at a joint is `gear` times that of its actuator, which `forcerange` bounds, or where it is a constant times the
-control, `ctrlrange`.  The gear is a lever of the force: it does not touch the joint's own armature.  An actuator's own
-`armature` and `damping` are those of a rotor that turns `gear` times as fast as the joint.  An actuator of a fixed
+The force at a joint is `gear` times that of its actuator, which `forcerange` bounds, or where it is a constant times
+the control, `ctrlrange`.  The gear is a lever of the force: it does not touch the joint's own armature.  An actuator's
+own `armature` and `damping` are those of a rotor that turns `gear` times as fast as the joint.  An actuator of a fixed
 tendon acts on the one joint that all of its joints move with, or else on a joint of the tendon's own.
 """
 

@@ -48,7 +48,7 @@ def merged(joints: list[Joint]) -> list[Joint]:
         return joints
     axis, axis2 = (*hinges, *(first.axis, first.axis2)[len(hinges) :])
     whole = replace(first, type=together, axis=axis, axis2=axis2, limits=Limits())
-    usual = [direction for kind, direction in parts(whole) if kind == "slide"]
+    usual = [direction for kind, direction in parts(whole) if kind == "slide" and direction is not None]
     return [whole] if np.allclose(slides, usual, rtol=0.0, atol=1e-12) else joints
 
 

@@ -1,7 +1,7 @@
 """Linear relations among joints as couplings: which joint of each follows the others.
 
 MuJoCo ties joints by equations, in any number and order; a coupling says one coordinate by others, none of which may
-follow it in turn.  Where the wish for a follower cannot be met, the relation is rewritten in joints that are still free.
+follow it in turn.  Where the wish for a follower cannot be met, the relation is rewritten in joints that are free.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ class Followers:
         """Take a relation as the coupling of one of its joints."""
         terms = {joint: value for joint, value in relation.terms.items() if value != 0.0}
         constant = relation.constant
-        follower = self._free(terms, relation.wished)
+        follower = self.free(terms, relation.wished)
         if follower is None:
             terms, constant = self.reduced(terms, constant)
-            follower = self._free(terms, [*relation.wished, *terms])
+            follower = self.free(terms, [*relation.wished, *terms])
         if follower is not None:
             ratios = {joint: -value / terms[follower] for joint, value in terms.items() if joint != follower}
             offset = constant / terms[follower]
@@ -78,7 +78,7 @@ class Followers:
                 left[driver] = left.get(driver, 0.0) + value * ratio
                 largest = max(largest, abs(value * ratio))
 
-    def _free(self, terms: Mapping[str, float], wished: Sequence[str]) -> str | None:
+    def free(self, terms: Mapping[str, float], wished: Sequence[str]) -> str | None:
         """The first wished joint of a relation that follows nothing, and that none of the others follows."""
         for joint in wished:
             others = [one for one in terms if one != joint]

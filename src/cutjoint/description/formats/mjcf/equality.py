@@ -121,12 +121,13 @@ def _curved(
     followers: Followers, wished: list[str], what: str, place: Place,
 ) -> None:  # fmt: skip
     """sum of terms = constant + the polynomial of one other joint."""
-    free = [joint for joint in wished if joint not in others and joint not in followers.couplings and terms[joint]]
-    if len(others) != 1 or not free:
+    able = [joint for joint in wished if joint not in others]
+    follower = followers.free({**terms, **others}, able)
+    if len(others) != 1 or follower is None:
         found, expected = f"{what} has a polynomial of {len(others)} joints", "a polynomial of one other joint"
         followers.findings.error(found, expected, "give the polynomial of each joint by itself", place)
         return
-    follower, (driver, by) = free[0], next(iter(others.items()))
+    ((driver, by),) = others.items()
     scale = terms[follower]
     powers = (0.0, *(slope * by**power / scale for power, slope in enumerate(slopes, 1)))
     drives = [Drive(driver, Polynomial(_trimmed(powers)))]

@@ -1,8 +1,8 @@
 """MJCF, MuJoCo's format (https://mujoco.readthedocs.io/en/stable/XMLreference.html), with `<equality>` as cut joints.
 
 MuJoCo itself parses and compiles the file, in a child process; what it compiled is translated.  So defaults, frames,
-replicas, inertia out of geoms and meshes, and what is an error are MuJoCo's own.  `connect` is a spherical cut, `weld` a
-fixed one, what ties joints or fixed tendons couplings; what `<actuator>` acts on are the actuators, keyframes the homes.
+replicas, inertia out of geoms and meshes, and what is an error are MuJoCo's own.  `connect` is a spherical cut, `weld`
+a fixed one, what ties joints or fixed tendons couplings; what `<actuator>` acts on are the actuators, keyframes homes.
 A free joint hangs on the world.  What a file of cutjoint's own writer knows beyond MJCF stands in
 `<custom><text name="cutjoint" data="..."/>`, as in a loops.toml.
 """

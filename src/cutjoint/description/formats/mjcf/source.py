@@ -1,4 +1,4 @@
-"""The text of an MJCF file as MuJoCo gets it: one piece, with `<include>`d files in it, read under the project's guards.
+"""The text of an MJCF file as MuJoCo gets it: one piece, with `<include>`d files in it, read under our own guards.
 
 Every element stands on a line of its own, so that a line which MuJoCo names leads back to the element, its file and its
 line there.  Files that `<attach>` uses are read under the same guards and handed over beside it.  Left out are plugins,

@@ -12,10 +12,8 @@ from cutjoint.description.formats.mjcf.body import WORLD, Bodies
 from cutjoint.description.formats.mjcf.compiled import TendonRow
 from cutjoint.description.formats.mjcf.couplings import Followers
 from cutjoint.description.formats.mjcf.joint import even, linear
+from cutjoint.description.formats.mjcf.types import TENDON
 from cutjoint.description.model import Coupling, Joint, JointPhysics, JointType, Limits, Link, Place
-
-TENDON = "tendon:"
-"""Names of the links without mass that stand for lengths of tendons begin so."""
 
 
 def lengths_of(tendon: TendonRow, bodies: Bodies) -> dict[str, float] | None:

@@ -1,8 +1,8 @@
 """MuJoCo's side of the reader, for a child process: text in, `compiled.Model` out.
 
-Before it compiles, whatever has no part in the motion is taken out of the model: pictures, skins, height fields, and the
-files of meshes whose inertia nobody asks for (a small ball stands where such a geom is).  So a robot whose looks are
-missing loads, and none waits for the hulls of its pictures.
+Before it compiles, whatever has no part in the motion is taken out of the model: pictures, skins, height fields, and
+the files of meshes whose inertia nobody asks for (a small ball stands where such a geom is).  So a robot whose looks
+are missing loads, and none waits for the hulls of its pictures.
 """
 
 from __future__ import annotations
@@ -227,8 +227,8 @@ def _inertia(body: Spec, model: Spec, own: bool) -> tuple[float, Numbers, Number
     mass, moments = float(model.body_mass[body.id]), model.body_inertia[body.id]
     axes = np.zeros(9)
     mujoco.mju_quat2Mat(axes, model.body_iquat[body.id])
-    axes = axes.reshape(3, 3)
-    tensor = axes @ np.diag(moments) @ axes.T
+    turn = axes.reshape(3, 3)
+    tensor = turn @ np.diag(moments) @ turn.T
     found = (mass, _numbers(model.body_ipos[body.id]), _entries(tensor))
     if not body.explicitinertial or math.isnan(body.fullinertia[0]):
         return found if mass > LIFTED or moments.max() > LIFTED else None
