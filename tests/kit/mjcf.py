@@ -34,7 +34,9 @@ def inertia(rng: Rng) -> str:
     if rng.integers(2):
         shapes = (f'type="box" size="{words(rng.uniform(0.02, 0.1, 3))}"', f'size="{words(rng.uniform(0.02, 0.1))}"',
                   f'type="capsule" size="0.02" fromto="{words(rng.uniform(-0.2, 0.2, 6))}"')  # fmt: skip
-        return "".join(f"<geom {one} {pose(rng) if 'fromto' not in one else ''}/>" for one in rng.permutation(shapes)[:2])
+        return "".join(
+            f"<geom {one} {pose(rng) if 'fromto' not in one else ''}/>" for one in rng.permutation(shapes)[:2]
+        )
     points, masses = rng.normal(size=(5, 3)) * 0.1, rng.uniform(0.1, 1.0, 5)
     arms = points - masses @ points / masses.sum()
     tensor = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, arms, strict=True))
@@ -47,7 +49,15 @@ def joints(rng: Rng, number: int, free: bool, degrees: bool) -> tuple[str, list[
     """What moves a body, and the names of its hinges and slides."""
     if free:
         return f'<joint name="free{number}" type="free" damping="{rng.uniform(0, 1)}"/>', []
-    sets = [["hinge"], ["slide"], ["ball"], ["hinge", "hinge"], ["slide", "hinge"], ["slide", "ball"], ["hinge", "slide"]]
+    sets = [
+        ["hinge"],
+        ["slide"],
+        ["ball"],
+        ["hinge", "hinge"],
+        ["slide", "hinge"],
+        ["slide", "ball"],
+        ["hinge", "slide"],
+    ]
     text, names = "", []
     for count, kind in enumerate(sets[rng.integers(len(sets))]):
         name = f"j{number}{'abc'[count]}"
@@ -83,7 +93,7 @@ def random_model(rng: Rng, ties: bool = True) -> Random:
         single += found
         names.append(f"b{number}")
         framed = rng.uniform() < 0.3
-        bodies += f'<frame {pose(rng)}>' * framed
+        bodies += f"<frame {pose(rng)}>" * framed
         bodies += f'<body name="b{number}" {pose(rng)}>{text}{inertia(rng)}<site name="s{number}" {pose(rng)}/>'
         bodies, opened = (bodies + "</body></frame>", opened) if framed else (bodies, opened + 1)
     bodies += "</body>" * opened
@@ -91,7 +101,7 @@ def random_model(rng: Rng, ties: bool = True) -> Random:
     equality, tendon = _ties(rng, names, single, degrees) if ties else ("", "")
     motors = "".join(f'<motor joint="{name}"/>' for name in single if rng.integers(2))
     text = f"""<mujoco model="random">
-  <compiler angle="{'degree' if degrees else 'radian'}"/>
+  <compiler angle="{"degree" if degrees else "radian"}"/>
   <option gravity="{words(rng.normal(size=3) * 5)}"/>
   <worldbody>{sites}{bodies}</worldbody>
   <tendon>{tendon}</tendon><equality>{equality}</equality><actuator>{motors}</actuator>

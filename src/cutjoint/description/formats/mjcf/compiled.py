@@ -165,7 +165,6 @@ class KeyRow:
     """A keyframe that says where the joints are."""
 
     name: str
-    line: int | None
     qpos: Numbers
 
 

@@ -22,9 +22,17 @@ AS_WRITTEN = "qpos0"
 def read_homes(bodies: Bodies, actuators: Collection[str], findings: Findings) -> tuple[Home, ...]:
     """Each `<key>` with a qpos as a home; without one the posture of the file, unless it is that of zeros."""
     homes = []
+    said = [(one, place) for one, place in bodies.source.all("key") if one.get("qpos") is not None]
+    unnamed = iter([pair for pair in said if not pair[0].get("name")])
+    named = {str(one.get("name")): (one, place) for one, place in said}
     for number, row in enumerate(bodies.model.keys, 1):
-        name, place = row.name or f"key_{number}", bodies.source.place(row.line, "key") or Place(findings.file)
-        if check_range(row.qpos, f"qpos of key '{name}'", findings, place):
+        name = row.name or f"key_{number}"
+        nobody = (None, Place(findings.file))
+        element, place = named.get(name, nobody) if row.name else next(unnamed, nobody)
+        count = len(row.qpos) if element is None else len(str(element.get("qpos")).split())
+        if count != len(row.qpos):  # MuJoCo fills up what is short
+            findings.error(f"qpos of key '{name}': {count} numbers", f"{len(row.qpos)} numbers", "", place)
+        elif check_range(row.qpos, f"qpos of key '{name}'", findings, place):
             homes.append(_home(name, row.qpos, bodies, actuators))
     if not homes and any(bodies.model.qpos0):
         home = _home(AS_WRITTEN, bodies.model.qpos0, bodies, actuators)

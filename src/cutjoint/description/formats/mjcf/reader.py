@@ -106,20 +106,27 @@ def _refused(text: str, source: Source, findings: Findings) -> None:
     found = re.search(r"line (\d+)", rest)
     line = int(found[1]) if found else None
     place, element = source.place(line), source.element(line)
-    mend, words = "", re.findall(r"'([^']*)'", message)
-    values = [] if element is None else [str(value) for key, value in element.attrib.items() if key in words]
-    for value in values:
-        if any(parse_number(word) is None for word in value.split()):
-            problem, hint = number_problem(value)
-            message, mend = f"{message}: {problem}", hint
-    if not mend and words:
-        names = {str(one.get("name")) for one in source.elements if one.get("name")} | {
-            str(one.get("class")) for one, _ in source.all("default") if one.get("class")
-        }
-        mend = nearest(words[0], names - {words[0]})
+    quoted = re.findall(r"'([^']*)'", message)
+    given = {} if element is None else {str(key): str(value) for key, value in element.attrib.items()}
+    mend = ""
+    for value in (given[key] for key in quoted if key in given and "format" in message):
+        problem, mend = number_problem(value)
+        message = f"{message}: {problem}"
+    for key, value in given.items():
+        if value in quoted:
+            mend = mend or nearest(value, _names(key, source) - {value})
     what = "" if element is None else f"<{element.tag}>: "
     expected = "a file that MuJoCo compiles"
     findings.error(f"{what}{clip(message, 300)}", expected, mend, place or Place(findings.file))
+
+
+def _names(attribute: str, source: Source) -> set[str]:
+    """All names that an attribute such as `joint2` or `class` may hold."""
+    kind = attribute.rstrip("0123456789")
+    tags = {"class": ("default",), "childclass": ("default",), "joint": ("joint", "freejoint")}
+    tags["tendon"] = ("fixed", "spatial")
+    found = (one.get("name") or one.get("class") for tag in tags.get(kind, (kind,)) for one, _ in source.all(tag))
+    return {str(name) for name in found if name}
 
 
 def _unused(source: Source, model: Model, findings: Findings) -> None:

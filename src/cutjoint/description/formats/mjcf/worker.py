@@ -63,6 +63,7 @@ def compile_model(request: Request) -> Model | Refused:
         meshes = _lighten(spec, request.folders)
         if any(one.needed for one in meshes.values()):
             return Refused("", schema, tuple(meshes.values()))
+        posed = [len(one.qpos) > 0 for one in spec.keys]
         model = spec.compile()
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
         return Refused(str(error), schema, tuple(meshes.values()))
@@ -79,7 +80,9 @@ def compile_model(request: Request) -> Model | Refused:
         tendons=_tendons(spec, model),
         actuators=_actuators(spec, model),
         keys=tuple(
-            KeyRow(one.name, _line(one), _numbers(model.key_qpos[one.id])) for one in spec.keys if len(one.qpos)
+            KeyRow(one.name, _numbers(model.key_qpos[one.id]))
+            for one, said in zip(spec.keys, posed, strict=True)
+            if said
         ),
         qpos0=_numbers(model.qpos0),
         deformable=int(model.nflex),
@@ -96,7 +99,11 @@ def _numbers(values: Iterable[float]) -> Numbers:
     return tuple(float(value) for value in values)
 
 
-def _range(limited: bool, values: Iterable[float]) -> Numbers | None:
+def _range(limited: bool, values: Iterable[float], said: Iterable[float], wish: object) -> Numbers | None:
+    """The range of what is limited; that of the file where MuJoCo silently takes none because it is upside down."""
+    lower, upper = said
+    if not limited and lower > upper and int(wish) != int(mujoco.mjtLimited.mjLIMITED_FALSE):  # type: ignore[call-overload]
+        return (float(lower), float(upper))
     return _numbers(values) if limited else None
 
 
@@ -139,7 +146,7 @@ def _lighten(spec: Spec, folders: Sequence[str]) -> dict[str, MeshRow]:
     compiler = spec.compiler
     compiler.fusestatic, compiler.discardvisual, compiler.LRopt.mode = False, False, 0
     meshes = {one.name: _mesh(one, folders) for one in spec.meshes}
-    kept = set()
+    fields, textures, kept = {one.name for one in spec.hfields}, {one.name for one in spec.textures}, set()
     for geom in spec.geoms:
         mesh = meshes.get(geom.meshname)
         if mesh is not None and not mesh.there and _weighs(geom, compiler) and not _at_rest(geom.parent):
@@ -147,11 +154,11 @@ def _lighten(spec: Spec, folders: Sequence[str]) -> dict[str, MeshRow]:
         fitted = geom.type != mujoco.mjtGeom.mjGEOM_MESH  # a box or ball as large as the mesh
         if mesh is not None and mesh.there and (fitted or _weighs(geom, compiler)):
             kept.add(mesh.name)
-        elif geom.meshname or geom.hfieldname:
+        elif mesh is not None or geom.hfieldname in fields:
             geom.type, geom.meshname, geom.hfieldname = mujoco.mjtGeom.mjGEOM_SPHERE, "", ""
             geom.size, geom.mass, geom.typeinertia = [1e-3] * 3, 0.0, mujoco.mjtGeomInertia.mjINERTIA_VOLUME
     for site in spec.sites:
-        if getattr(site, "meshname", ""):
+        if getattr(site, "meshname", "") in meshes:
             site.type, site.meshname = mujoco.mjtGeom.mjGEOM_SPHERE, ""
     for mesh in list(spec.meshes):
         if mesh.name not in kept:
@@ -161,7 +168,8 @@ def _lighten(spec: Spec, folders: Sequence[str]) -> dict[str, MeshRow]:
     for element in (*spec.skins, *spec.hfields, *spec.textures):
         spec.delete(element)
     for material in spec.materials:
-        material.textures = [""] * len(material.textures)
+        if all(name in ("", *textures) for name in material.textures):
+            material.textures = [""] * len(material.textures)
     return meshes
 
 
@@ -256,7 +264,7 @@ def _joint(joint: Spec, model: Spec) -> JointRow:
     kind = mujoco.mjtJoint(int(model.jnt_type[index])).name.removeprefix("mjJNT_").lower()
     dof, address = int(model.jnt_dofadr[index]), int(model.jnt_qposadr[index])
     single = kind in ("hinge", "slide")
-    bounds = _range(bool(model.jnt_limited[index]), model.jnt_range[index])
+    bounds = _range(bool(model.jnt_limited[index]), model.jnt_range[index], joint.range, joint.limited)
     friction = float(model.dof_frictionloss[dof])
     soft = [
         name
@@ -273,7 +281,9 @@ def _joint(joint: Spec, model: Spec) -> JointRow:
         axis=_numbers(model.jnt_axis[index]),
         ref=float(model.qpos0[address]) if single else 0.0,
         range=bounds,
-        force=_range(bool(model.jnt_actfrclimited[index]), model.jnt_actfrcrange[index]),
+        force=_range(
+            bool(model.jnt_actfrclimited[index]), model.jnt_actfrcrange[index], joint.actfrcrange, joint.actfrclimited
+        ),
         damping=_powers(model.dof_damping[dof], model, "dof_dampingpoly", dof),
         stiffness=_powers(model.jnt_stiffness[index], model, "jnt_stiffnesspoly", index),
         spring=float(model.qpos_spring[address]) if single else 0.0,
@@ -361,8 +371,10 @@ def _tendon(tendon: Spec, model: Spec) -> TendonRow:
         springyield=float(model.tendon_springyield[index]) if hasattr(model, "tendon_springyield") else 0.0,
         friction=float(model.tendon_frictionloss[index]),
         armature=float(model.tendon_armature[index]) if hasattr(model, "tendon_armature") else 0.0,
-        range=_range(bool(model.tendon_limited[index]), model.tendon_range[index]),
-        force=None if forced is None else _range(bool(forced[index]), model.tendon_actfrcrange[index]),
+        range=_range(bool(model.tendon_limited[index]), model.tendon_range[index], tendon.range, tendon.limited),
+        force=None
+        if forced is None
+        else _range(bool(forced[index]), model.tendon_actfrcrange[index], tendon.actfrcrange, tendon.actfrclimited),
     )
 
 
@@ -385,8 +397,20 @@ def _actuator(actuator: Spec, model: Spec) -> ActuatorRow:
         on="joint" if on == "jointinparent" else on,
         target=int(model.actuator_trnid[index][0]),
         gear=float(model.actuator_gear[index][0]),
-        force=_range(bool(model.actuator_forcelimited[index]), model.actuator_forcerange[index]),
-        control=_range(plain and bool(model.actuator_ctrllimited[control]), model.actuator_ctrlrange[control]),
+        force=_range(
+            bool(model.actuator_forcelimited[index]),
+            model.actuator_forcerange[index],
+            actuator.forcerange,
+            actuator.forcelimited,
+        ),
+        control=_range(
+            bool(model.actuator_ctrllimited[control]),
+            model.actuator_ctrlrange[control],
+            actuator.ctrlrange,
+            actuator.ctrllimited,
+        )
+        if plain
+        else None,
         gain=float(model.actuator_gainprm[index][0]),
         armature=float(model.actuator_armature[index]) if hasattr(model, "actuator_armature") else 0.0,
         damping=_powers(model.actuator_damping[index], model, "actuator_dampingpoly", index)
