@@ -113,8 +113,8 @@ def _ties(rng: Rng, names: list[str], single: list[str], degrees: bool) -> tuple
     equality, tendon = "", ""
     a, b = (f"b{number}" for number in rng.permutation(len(names))[:2])
     at = words(rng.uniform(-0.1, 0.1, 3))
-    cuts = [f'<connect body1="{a}" anchor="{at}"/>', f'<connect body1="{a}" body2="{b}" anchor="{at}"/>',
-            f'<weld body1="{a}" body2="{b}" anchor="{at}"/>', f'<weld body1="{a}" anchor="{at}" torquescale="0"/>', ""]  # fmt: skip
+    cuts = ["", f'<connect body1="{a}" anchor="{at}"/>', f'<connect body1="{a}" body2="{b}" anchor="{at}"/>']
+    cuts += [f'<weld body1="{a}" body2="{b}" anchor="{at}"/>', f'<weld body1="{a}" anchor="{at}" torquescale="0"/>']
     equality += cuts[rng.integers(len(cuts))]
     if len(single) >= 2 and rng.integers(2):
         one, two = rng.permutation(single)[:2]
@@ -129,6 +129,13 @@ def _ties(rng: Rng, names: list[str], single: list[str], degrees: bool) -> tuple
         tendon += other * bool(both)
         second = 'tendon2="other"' if both else ""
         equality += f'<tendon tendon1="sum" {second} polycoef="{words(rng.normal(size=5) * 0.3)}"/>'
+    if len(single) >= 2 and rng.integers(2):
+        terms = "".join(f'<joint joint="{one}" coef="{rng.normal()}"/>' for one in single[-2:])
+        acts = f'stiffness="{rng.uniform(0, 3)}" damping="{rng.uniform(0, 1)}"'
+        if single[-1][:-1] == single[-2][:-1]:  # MuJoCo leaves out what it weighs between joints of different branches
+            acts += f' armature="{rng.uniform(0, 0.3)}"'
+        rest = f'springlength="{rng.normal()}"' if rng.integers(2) else ""
+        tendon += f'<fixed name="spring" {acts} {rest}>{terms}</fixed>'
     if rng.integers(2):
         ends = rng.permutation(len(names))[:2]
         tendon += f'<spatial name="rod"><site site="s{ends[0]}"/><site site="s{ends[1]}"/></spatial>'
