@@ -38,7 +38,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--show", type=int, default=5, help="faults to show of each kind")
     given = parser.parse_args()
-    wanted = dict(one.partition("=")[::2] for one in given.what) or {kind: "" for kind in COUNTS}
+    wanted = dict(one.partition("=")[::2] for one in given.what) or dict.fromkeys(COUNTS, "")
     bad = 0
     for kind, count in wanted.items():
         tally = attack(kind, given.seed, int(count or COUNTS[kind]))

@@ -11,11 +11,12 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from attacks.judging import Attack, Wrong
 
+from attacks.judging import Attack, Wrong
 from cutjoint.description import Shape
+from cutjoint.description.meshes import MOST_FACES
 from cutjoint.errors import InputError
-from cutjoint.viewer.picture.shapes import MESH_FACES, load_mesh
+from cutjoint.viewer.picture.shapes import load_mesh
 
 Random = np.random.Generator
 SUFFIXES = (".stl", ".ascii.stl", ".obj", ".dae", ".ply", ".ascii.ply", ".off", ".glb", ".gltf", ".3mf")
@@ -24,6 +25,7 @@ WORDS = [b"nan", b"inf", b"-1", b"0", b"1e308", b"1e-320", b"2147483648", b"4294
 
 def attacks(seed: int, count: int, folder: Path) -> Iterator[Attack]:
     """`count` spoiled meshes of all formats."""
+    _zip_bomb()
     for number in range(count):
         kind = list(KINDS)[number % len(KINDS)]
         suffix = SUFFIXES[number // len(KINDS) % len(SUFFIXES)]
@@ -45,6 +47,8 @@ def _act(kind: str, suffix: str, seed: int, number: int, folder: Path) -> str:
     try:
         found = load_mesh(Shape("mesh", (1.0, 1.0, 1.0), mesh=path))
     except InputError as error:
+        if kind == "whole":
+            raise Wrong(f"refused though it is sound: {error}") from error
         if "\n" in str(error) or len(str(error)) > 1000:
             raise Wrong(f"not one short line: {error}") from error
         return "refused"
@@ -52,9 +56,9 @@ def _act(kind: str, suffix: str, seed: int, number: int, folder: Path) -> str:
         raise Wrong(f"accepted with {sum(len(one.faces) for one in found)} triangles")
     for mesh in found:
         vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
-        if not np.isfinite(vertices).all() or len(faces) > MESH_FACES:
+        if not np.isfinite(vertices).all() or len(faces) > MOST_FACES:
             raise Wrong("accepted with corners that are not finite, or far too many triangles")
-        if len(faces) and not (0 <= faces.min() and faces.max() < len(vertices)):
+        if len(faces) and not (faces.min() >= 0 and faces.max() < len(vertices)):
             raise Wrong("accepted with triangles between corners that are not there")
     return "accepted"
 
@@ -79,6 +83,10 @@ def _originals() -> Mapping[str, bytes]:
 Spoiled = tuple[bytes | None, bool]
 
 
+def _whole(_: Random, content: bytes, __: str) -> Spoiled:
+    return content, False
+
+
 def _flipped(rng: Random, content: bytes, _: str) -> Spoiled:
     data = bytearray(content)
     for _number in range(int(rng.integers(1, 6))):
@@ -99,7 +107,9 @@ def _words(rng: Random, content: bytes, _: str) -> Spoiled:
         word = WORDS[int(rng.integers(len(WORDS)))]
         if b"\0" in content[:2000]:
             value = float(rng.choice([np.nan, np.inf, 1e38, -1.0]))
-            number = struct.pack("<f", value) if rng.integers(2) else struct.pack("<I", int(rng.choice([2**31, 2**32 - 1])))
+            number = (
+                struct.pack("<f", value) if rng.integers(2) else struct.pack("<I", int(rng.choice([2**31, 2**32 - 1])))
+            )
             data = data[:at] + number + data[at + 4 :]
         else:
             start, end = data.rfind(b" ", 0, at) + 1, data.find(b" ", at)
@@ -135,10 +145,7 @@ def _counts(rng: Random, content: bytes, suffix: str) -> Spoiled:
     if suffix == ".off":
         return b"OFF\n%d %d 0\n" % (count, count) + content.split(b"\n", 2)[2], True
     if suffix == ".3mf":
-        buffer = io.BytesIO()
-        with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr("3D/3dmodel.model", b"<model>" + b" " * 300_000_000)
-        return buffer.getvalue(), True
+        return _zip_bomb(), True
     if suffix in (".glb", ".gltf"):
         key = [b'"count":', b'"byteLength":', b'"bufferView":'][int(rng.integers(3))]
         at = content.find(key)
@@ -147,9 +154,19 @@ def _counts(rng: Random, content: bytes, suffix: str) -> Spoiled:
     return content * 3, False
 
 
+@cache
+def _zip_bomb() -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        archive.writestr("3D/3dmodel.model", b"<model>" + b" " * 300_000_000)
+    return buffer.getvalue()
+
+
 def _outside(rng: Random, content: bytes, suffix: str) -> Spoiled:
     """Files that name devices, files of others, or themselves; and a pipe in place of a file."""
-    target = [b"/dev/zero", b"/dev/stdin", b"../../../../../../etc/passwd", b"spoiled" + suffix.encode()][int(rng.integers(4))]
+    target = [b"/dev/zero", b"/dev/stdin", b"../../../../../../etc/passwd", b"spoiled" + suffix.encode()][
+        int(rng.integers(4))
+    ]
     if suffix == ".obj":
         return b"mtllib " + target + b"\n" + content, False
     if suffix == ".dae":
@@ -191,6 +208,7 @@ def _entities(rng: Random, content: bytes, suffix: str) -> Spoiled:
 
 
 KINDS: Mapping[str, Callable[[Random, bytes, str], Spoiled]] = {
+    "whole": _whole,
     "flipped": _flipped,
     "cut": _cut,
     "words": _words,

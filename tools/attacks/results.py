@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from attacks.judging import Attack, Wrong
 
+from attacks.judging import Attack, Wrong
 from cutjoint.errors import ResultFileError
 from cutjoint.robots import load as robot
 from cutjoint.simulation import Result, load, run, save
@@ -232,7 +232,8 @@ def _words(rng: Random, content: bytes) -> tuple[bytes, bool]:
     text = str(columns["about"])
     about = json.loads(text)
     texts = [
-        "", "7", "null", "[]", '"x"', "{", text[:-1], text + "}", "nan", "[" * 100_000, '{"a":' * 5000 + "1" + "}" * 5000,
+        "", "7", "null", "[]", '"x"', "{", text[:-1], text + "}", "nan", "[" * 100_000,
+        '{"a":' * 5000 + "1" + "}" * 5000,
         text[:-1] + ', "rate": NaN}', text[:-1] + ', "strayed": -Infinity}', text[:-1] + f', "steps": {"9" * 5000}}}',
         text[:-1] + f', "steps": {"9" * 400}}}', text[:-1] + ', "more": "\\ud800"}', text[:-1] + ', "strayed": 1e999}',
         text[:-1] + ', "robot": "again"}',
