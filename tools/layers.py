@@ -30,7 +30,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "arrays": frozenset({"errors"}),
     "files": frozenset({"errors"}),
     "tolerances": frozenset(),
-    "plugins": frozenset({"errors"}),
+    "plugins": frozenset({"errors", "files"}),
     "mechanism": BASE,
     "description": MODEL,
     "chain": MODEL | {"description", PACKAGE},  # chain.compile() asks the package for the compiler, at call time

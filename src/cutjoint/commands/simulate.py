@@ -126,7 +126,7 @@ def command(
     """
     from cutjoint.errors import SimulationError
     from cutjoint.simulation import save as write
-    from cutjoint.simulation.result import check_target
+    from cutjoint.simulation.result_file import check_target
 
     if save is not None:
         check_target(save)
