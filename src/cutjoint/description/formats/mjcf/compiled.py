@@ -182,6 +182,5 @@ class Model:
     actuators: tuple[ActuatorRow, ...]
     keys: tuple[KeyRow, ...]
     qpos0: Numbers
-    deformable: int
     schema: str
     """All that MuJoCo knows, where plugins were left out and names in the file are still to be looked at."""

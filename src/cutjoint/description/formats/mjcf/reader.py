@@ -52,7 +52,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     if source.extended:
         unknown_names(source, parse_schema(model.schema), findings)
     check_meshes(model.meshes, source, findings)
-    _unused(source, model, findings)
+    _unused(source, findings)
     bodies = Bodies(model, source, extras is not None, findings)
     check_range(model.gravity, "gravity", findings, None)
     extras = extras or Extras(gravity=readonly(model.gravity))
@@ -129,8 +129,8 @@ def _names(attribute: str, source: Source) -> set[str]:
     return {str(name) for name in found if name}
 
 
-def _unused(source: Source, model: Model, findings: Findings) -> None:
-    """Note forces of MuJoCo that are not computed here: of a fluid and of what is deformed, and switches."""
+def _unused(source: Source, findings: Findings) -> None:
+    """Note forces of MuJoCo that are not computed here: of a fluid, and switches."""
     for option, place in source.all("option"):
         used = [key for key in _FLUID if any(parse_number(word) != 0.0 for word in str(option.get(key, "")).split())]
         if used:
@@ -141,6 +141,3 @@ def _unused(source: Source, model: Model, findings: Findings) -> None:
         if off:
             found = f"{', '.join(off)} switched off by <flag>, which is not heeded"
             findings.warn(found, "what acts in the model itself", "", place)
-    if model.deformable:
-        place = next((at for tag in ("flexcomp", "flex") for _, at in source.all(tag)), Place(findings.file))
-        findings.error("a body that deforms", "rigid bodies", "", place)

@@ -21,6 +21,9 @@ _WORDS = re.compile(
     r"(?i)^(name|class|childclass|.*(joint|body|site|geom|mesh|tendon|file|dir|prefix|material|texture|data|target)\d?)$"
 )
 """Attributes that may hold the text nan as a name."""
+MOST_REPLICAS = 10_000
+"""Of what is in nested `<replicate>`s; MuJoCo would fill the memory."""
+_DEFORMS = ("flexcomp", "flex")
 _NO_NUMBER = re.compile(r"(?i)^[+-]?(nan|inf|infinity)$")
 
 
@@ -45,6 +48,8 @@ class Source:
     folders: list[str] = field(default_factory=list)
     extended: bool = False
     """Whether plugins were left out."""
+    refused: bool = False
+    """Whether it is too much for MuJoCo."""
 
     @property
     def text(self) -> str:
@@ -77,7 +82,13 @@ def read_source(path: Path, findings: Findings) -> Source | None:
         return None
     source = Source(path, root, findings, folders=[str(path.parent.absolute())])
     _Reader(source, {path.resolve()}).emit(root, path, 0, "")
-    return source
+    return None if source.refused else source
+
+
+def _count(element: Element) -> int:
+    """How many replicas there are; 1 where that is no number, which MuJoCo tells."""
+    text = str(element.get("count", ""))
+    return int(text) if text.isdecimal() and len(text) < 10 else 1
 
 
 @dataclass
@@ -86,6 +97,7 @@ class _Reader:
 
     source: Source
     seen: set[Path]
+    replicas: int = 1
 
     def emit(self, element: Element, file: Path, depth: int, section: str) -> None:
         """An element and what is in it; `section` is the element below the root that it is in."""
@@ -100,14 +112,22 @@ class _Reader:
                 self.emit(inner, where, depth, section)
         elif tag == "plugin":
             self._plugin(element, section, place)
+        elif tag in _DEFORMS:
+            findings.error(f"<{tag}>, a body that deforms", "rigid bodies", "", place)
         else:
             source.lines.append(f"<{tag}{self._attributes(element, place)}>")
             source.elements.append(element)
             source.places.append(place)
             if tag == "model" and section == "asset":
                 self._model(element, place)
+            before = self.replicas
+            self.replicas *= _count(element) if tag == "replicate" else 1
+            if self.replicas > MOST_REPLICAS:
+                findings.error(f"{self.replicas} replicas", f"at most {MOST_REPLICAS}", "", place)
+                self.source.refused = True
             for inner in children(element):
                 self.emit(inner, file, depth + 1, section or ("" if depth == 0 else tag))
+            self.replicas = before
             source.lines[-1] += f"</{tag}>"
 
     def _attributes(self, element: Element, place: Place) -> str:
@@ -164,6 +184,7 @@ class _Reader:
         self.source.models[name] = ""
         part.models, part.folders = self.source.models, self.source.folders
         _Reader(part, self.seen).emit(found[0], found[1], 0, "")
+        self.source.refused |= part.refused
         self.source.models[name] = part.text
 
     def _plugin(self, element: Element, section: str, place: Place) -> None:

@@ -85,7 +85,6 @@ def compile_model(request: Request) -> Model | Refused:
             if said
         ),
         qpos0=_numbers(model.qpos0),
-        deformable=int(model.nflex),
         schema=schema,
     )
 
