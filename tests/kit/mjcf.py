@@ -143,6 +143,14 @@ def _ties(rng: Rng, names: list[str], single: list[str], degrees: bool) -> tuple
     return equality, tendon
 
 
+def tetrahedron(size: float = 0.3) -> bytes:
+    """A binary STL."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype="<f4") * size
+    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    triangles = (np.zeros(3, "<f4").tobytes() + corners[list(face)].tobytes() + b"\0\0" for face in faces)
+    return b"\0" * 80 + np.array([4], "<u4").tobytes() + b"".join(triangles)
+
+
 def jacobian(model, data) -> np.ndarray:
     """Rows of the equalities alone, shape (rows, nv)."""
     rows = np.array(data.efc_J).reshape(-1)[: data.nefc * model.nv].reshape(data.nefc, model.nv)
@@ -151,6 +159,7 @@ def jacobian(model, data) -> np.ndarray:
 
 def accelerations(model, data, qpos: np.ndarray, qvel: np.ndarray, force: np.ndarray) -> np.ndarray:
     """MuJoCo's `qacc` (nv,) with constraints that do not give, from its own matrices."""
+    model.opt.jacobian = int(mujoco.mjtJacobian.mjJAC_DENSE)
     data.qpos[:], data.qvel[:], data.qfrc_applied[:] = qpos, qvel, 0.0
     mujoco.mj_forward(model, data)
     mass, bias, passive = np.zeros((model.nv, model.nv)), data.qfrc_bias.copy(), data.qfrc_passive.copy()

@@ -49,7 +49,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     model = _compiled(source, extras is not None, findings)
     if model is None:
         return None
-    if source.extended:
+    if source.plugins:
         unknown_names(source, parse_schema(model.schema), findings)
     check_meshes(model.meshes, source, findings)
     _unused(source, findings)

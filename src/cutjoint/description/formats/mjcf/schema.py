@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from cutjoint.description.findings import Findings, clip, nearest
 from cutjoint.description.formats.mjcf.source import Source
+from cutjoint.description.model import Place
 from cutjoint.description.xml import Element, children
 
 _ROW = re.compile(r"^( *)(\S+) +\(.\) *(.*)$")
@@ -49,30 +50,47 @@ def parse_schema(text: str) -> Node:
 
 def unknown_names(source: Source, schema: Node, findings: Findings) -> bool:
     """Note every element and attribute that MuJoCo does not know; whether there is one."""
-    places = {id(element): place for element, place in zip(source.elements, source.places, strict=True)}
+    nodes: list[Node | None] = []
     found = False
-    for element, node in _known(source.root, schema.children["mujoco"]):
-        place = places.get(id(element), element.sourceline)
-        for name in map(str, element.attrib):
-            if name not in node.attributes and ":" not in name and "{" not in name:
-                text = f"unknown attribute '{clip(name)}' of <{element.tag}>"
-                findings.error(text, _several(node.attributes), nearest(name, node.attributes), place)
-                found = True
-        for child in children(element):
-            tag = str(child.tag)
-            if tag not in node.children and tag != "include" and ":" not in tag and "{" not in tag:
-                text = f"unknown element <{clip(tag)}> in <{element.tag}>"
-                at = places.get(id(child), child.sourceline)
-                findings.error(text, _several(node.children), nearest(tag, node.children), at)
-                found = True
+    for element, above, place in zip(source.elements, source.above, source.places, strict=True):
+        parent = nodes[above] if nodes else schema
+        node = None if parent is None else parent.children.get(str(element.tag))
+        nodes.append(node)
+        found |= parent is not None and _unknown(element, parent, place, findings)
+    for element, above, place in source.plugins:
+        parent = nodes[above]
+        if parent is not None:
+            for one, node in _within(element, parent):
+                found |= _unknown(one, node, place, findings)
     return found
 
 
-def _known(element: Element, node: Node) -> Iterator[tuple[Element, Node]]:
-    yield element, node
-    for child in children(element):
-        if child.tag in node.children:
-            yield from _known(child, node.children[str(child.tag)])
+def _unknown(element: Element, parent: Node, place: Place, findings: Findings) -> bool:
+    """Note an element that `parent` does not have, or the attributes that it does not have itself."""
+    tag = str(element.tag)
+    node = parent.children.get(tag)
+    if node is None:
+        above = element.getparent()
+        where = "" if above is None else f" in <{above.tag}>"
+        findings.error(
+            f"unknown element <{clip(tag)}>{where}", _several(parent.children), nearest(tag, parent.children), place
+        )
+        return True
+    names = [name for name in map(str, element.attrib) if ":" not in name and "{" not in name]
+    unknown = [name for name in names if name not in node.attributes]
+    for name in unknown:
+        text = f"unknown attribute '{clip(name)}' of <{tag}>"
+        findings.error(text, _several(node.attributes), nearest(name, node.attributes), place)
+    return bool(unknown)
+
+
+def _within(element: Element, parent: Node) -> Iterator[tuple[Element, Node]]:
+    """An element and all in it, each with what its parent may have."""
+    yield element, parent
+    node = parent.children.get(str(element.tag))
+    if node is not None:
+        for child in children(element):
+            yield from _within(child, node)
 
 
 def _several(names: object) -> str:

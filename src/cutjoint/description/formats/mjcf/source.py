@@ -33,7 +33,8 @@ class Source:
 
     Attributes:
         path: of the main file.
-        elements: the element on each line of `text`, and `places` its place.
+        elements: the element on each line of `text`; `places` its place, `above` the line that it is in, from 0.
+        plugins: those that were left out, with the line that each was in, from 0, and its place.
         models: text of every file that an `<attach>` names, by the name that it goes by.
         folders: of all files that were read, where meshes are looked for.
     """
@@ -44,10 +45,10 @@ class Source:
     lines: list[str] = field(default_factory=list)
     elements: list[Element] = field(default_factory=list)
     places: list[Place] = field(default_factory=list)
+    above: list[int] = field(default_factory=list)
+    plugins: list[tuple[Element, int, Place]] = field(default_factory=list)
     models: dict[str, str] = field(default_factory=dict)
     folders: list[str] = field(default_factory=list)
-    extended: bool = False
-    """Whether plugins were left out."""
     refused: bool = False
     """Whether it is too much for MuJoCo."""
 
@@ -99,8 +100,8 @@ class _Reader:
     seen: set[Path]
     replicas: int = 1
 
-    def emit(self, element: Element, file: Path, depth: int, section: str) -> None:
-        """An element and what is in it; `section` is the element below the root that it is in."""
+    def emit(self, element: Element, file: Path, depth: int, section: str, above: int = 0) -> None:
+        """An element and what is in it; `section` is the element below the root that it is in, `above` its parent."""
         source, findings, tag = self.source, self.source.findings, str(element.tag)
         place = Place(str(file), element.sourceline)
         if depth > DEEPEST:
@@ -109,15 +110,17 @@ class _Reader:
             findings.warn(f"<{clip(tag)}> of another namespace is not read", "", "", place)
         elif tag == "include":
             for inner, where in self._included(element, place):
-                self.emit(inner, where, depth, section)
+                self.emit(inner, where, depth, section, above)
         elif tag == "plugin":
-            self._plugin(element, section, place)
+            self._plugin(element, section, above, place)
         elif tag in _DEFORMS:
             findings.error(f"<{tag}>, a body that deforms", "rigid bodies", "", place)
         else:
             source.lines.append(f"<{tag}{self._attributes(element, place)}>")
             source.elements.append(element)
             source.places.append(place)
+            source.above.append(above)
+            here = len(source.lines) - 1
             if tag == "model" and section == "asset":
                 self._model(element, place)
             before = self.replicas
@@ -126,7 +129,7 @@ class _Reader:
                 findings.error(f"{self.replicas} replicas", f"at most {MOST_REPLICAS}", "", place)
                 self.source.refused = True
             for inner in children(element):
-                self.emit(inner, file, depth + 1, section or ("" if depth == 0 else tag))
+                self.emit(inner, file, depth + 1, section or ("" if depth == 0 else tag), here)
             self.replicas = before
             source.lines[-1] += f"</{tag}>"
 
@@ -187,9 +190,9 @@ class _Reader:
         self.source.refused |= part.refused
         self.source.models[name] = part.text
 
-    def _plugin(self, element: Element, section: str, place: Place) -> None:
+    def _plugin(self, element: Element, section: str, above: int, place: Place) -> None:
         """A plugin: noted where it only is there or measures, doubted where it acts."""
-        self.source.extended = True
+        self.source.plugins.append((element, above, place))
         what = " ".join(f'{key}="{clip(str(value))}"' for key, value in element.attrib.items())
         note = self.source.findings.warn if section in ("extension", "sensor") else self.source.findings.doubt
         where = f" in <{element.getparent().tag}>"
