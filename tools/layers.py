@@ -86,7 +86,7 @@ OWNERS: Mapping[str, frozenset[str]] = {
     "matplotlib": frozenset({"report"}),
     "llvmlite": frozenset({"compile"}),
     "pyarrow": frozenset({"compile"}),
-    "mujoco": frozenset({"engines"}),
+    "mujoco": frozenset({"description", "engines"}),
     "typer": frozenset({"cli", "commands"}),
     "rich": frozenset({"cli", "commands"}),
 }

@@ -109,9 +109,9 @@ class UnknownNameError(CutjointError, KeyError):
         import difflib
 
         self.kind, self.name, self.known = kind, name, tuple(known)
-        near = difflib.get_close_matches(name, self.known, n=1)
+        near = difflib.get_close_matches(name[:200], self.known, n=1)
         hint = f"; did you mean '{near[0]}'?" if near else "."
-        self.message = f"unknown {kind} '{name}'{hint} Known: {', '.join(self.known) or 'none'}"
+        self.message = f"unknown {kind} '{shown(name)}'{hint} Known: {', '.join(self.known) or 'none'}"
         super().__init__(self.message)
 
     def __str__(self) -> str:

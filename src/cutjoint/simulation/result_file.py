@@ -26,7 +26,7 @@ SUFFIXES = (".npz", ".csv")
 LARGEST = 2**30
 """Bytes of a result file, and twice that unpacked: a run of an hour, sampled every millisecond, has less."""
 COLUMNS = "columns"
-"""Where among the words about a run its file keeps the names of its columns, so that none can be lost unseen."""
+"""Where among the words about a run its file keeps name and shape of its columns, so that none can be lost unseen."""
 
 
 def save(result: Result, path: str | Path) -> Path:
@@ -80,13 +80,15 @@ def load(path: str | Path) -> Result:
 
 
 def _columns(archive: ArrayArchive, listed: object) -> list[str]:
-    """The names of the columns in a file, which are there and fit each other; `listed` are those it was written with.
+    """The names of the columns in a file, which are there and fit each other.
+
+    `listed` are the shapes by name that it was written with; files of earlier versions do not tell.
 
     Raises:
         ValueError: some are missing, or are no columns of one result.
     """
     there = [name for name in archive.names if name not in ("schema", "about")]
-    if listed is not None and not (isinstance(listed, list) and all(isinstance(one, str) for one in listed)):
+    if not isinstance(listed, dict | None):
         raise ValueError(f"its list of columns reads {str(listed)[:60]!r}")
     if missing := [name for name in dict.fromkeys((*ARRAYS, *(listed or ()))) if name not in there]:
         raise ValueError(f"it lacks {', '.join(missing)}")
@@ -101,12 +103,14 @@ def _columns(archive: ArrayArchive, listed: object) -> list[str]:
     n = shapes["q"][1] if len(shapes["q"]) == 2 else -1
     if wrong := [f"{name} {shape}" for name, shape in shapes.items() if not OBSERVABLES[name].fits(shape, m, n)]:
         raise ValueError(f"its columns do not fit together: {', '.join(wrong)}")
+    if lost := [name for name in listed or {} if name in shapes and listed and listed[name] != list(shapes[name])]:
+        raise ValueError(f"it was written with other shapes of {', '.join(lost)}")
     return names
 
 
 def _npz(result: Result) -> bytes:
     buffer = io.BytesIO()
-    about = json.dumps({**result.about, COLUMNS: list(result.columns)})
+    about = json.dumps({**result.about, COLUMNS: {name: one.shape for name, one in result.columns.items()}})
     # numpy's stubs take any array for its option allow_pickle.
     np.savez_compressed(buffer, schema=SCHEMA, about=about, **result.columns)  # type: ignore[arg-type]
     return buffer.getvalue()
