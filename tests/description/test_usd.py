@@ -451,6 +451,8 @@ REFUSED = {
         "the drive of joint </d>, which closes a loop",
     ),
     "a mimic of nobody": (given("k", api="PhysxMimicJointAPI:rotX"), "referenceJoint of </k> is none"),
+    "an actuator of nothing": (TWO + 'def MjcActuator "m"\n{\n}', "of type MjcActuator acts on the robot"),
+    "a property without its schema": (given("j", "float drive:angular:physics:damping = 1"), "apply the schema"),
     "a broken reference": (TWO + 'def Xform "x" (\n    references = @missing.usda@\n)\n{\n}', "USD says"),
     "a syntax error": (TWO + "def def", "USD says"),
 }
@@ -487,6 +489,12 @@ TOLD = {
     "gains of a drive": (given("j", STIFF, "PhysicsDriveAPI:angular"), "they are a controller's"),
     "friction of the load": (given("j", "float physxJoint:jointFriction = 0.1"), "jointFriction of joint </j>"),
     "a mesh": (TWO + MESHED, "1 shapes are not drawn: </c/m>"),
+    "an actuator of others": (TWO + 'def MjcActuator "m"\n{\nrel mjc:target = </j>\n}', "an actuator of its joint"),
+    "an order that leaves one out": (given("a", "double3 xformOp:translate = (1, 2, 3)"), "and does nothing"),
+    "a speed by another name": (
+        given("a", "vector3f physics:linearVelocity = (1, 0, 0)"),
+        "linearVelocity of body </a>",
+    ),
     "a number of others": (given("j", "float mjc:damping = 0.1"), "mjc:damping of </j> are not used"),
 }
 
@@ -584,3 +592,8 @@ def test_pixars_own_reading_has_the_same_joints(seed: int, tmp_path: Path) -> No
                 assert frame[1, 0] - frame[0, 1] == pytest.approx(4 * w * z, abs=1e-6)
             assert bool(desc.excludeFromArticulation) == edge.apart
     assert count == len(robot.joints) == len(edges)
+
+
+def test_actuators_of_others_name_their_joints(tmp_path: Path) -> None:
+    text = stage(TWO + 'def NewtonActuator "m"\n{\nrel newton:targets = </k>\n}')
+    assert robot_of(tmp_path, text).actuators == ("k",)

@@ -73,6 +73,10 @@ def test_what_others_write_is_left_alone(tmp_path: Path) -> None:
     named = ", ".join(f'"{one}"' for one in APIS)
     text = SEED.replace('"PhysicsRigidBodyAPI"', f'"PhysicsRigidBodyAPI", {named}', 1)
     text = text.replace("float physics:mass = 0.5", f"float physics:mass = 0.5{OTHERS}", 1)
+    text = text.replace(
+        "primvars:displayColor = [", "primvars:displayColor:indices = [0]\ncolor3f[] primvars:displayColor = ["
+    )
+    text = text.replace("color3f[] primvars:displayColor:indices", "int[] primvars:displayColor:indices")
     text += 'def OmniGraph "graph"\n{\n}\ndef RenderProduct "view"\n{\n}\ndef DistantLight "sun"\n{\n}\n'
     assert problems(tmp_path, text) == problems(tmp_path, SEED)
 

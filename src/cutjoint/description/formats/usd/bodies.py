@@ -19,6 +19,8 @@ API = "PhysicsRigidBodyAPI"
 COLLISION = "PhysicsCollisionAPI"
 WORLD = "world"
 SOLIDS = ("Cube", "Sphere", "Cylinder", "Capsule")
+PLACES = ("Xform", "Scope", "")
+"""Prims without a shape: a collision schema on them does nothing."""
 FORMS = (*SOLIDS, "Mesh", "Cone", "Plane", "Points", "BasisCurves", "NurbsPatch", "Capsule_1", "Cylinder_1")
 """Prims that are shapes."""
 
@@ -109,7 +111,7 @@ def unique_names(paths: list[str], taken: tuple[str, ...] = ()) -> dict[str, str
 
 
 def _simulated(prim: Prim, findings: Findings) -> bool:
-    for name in ("velocity", "angularVelocity"):
+    for name in ("velocity", "linearVelocity", "angularVelocity"):
         if any(prim.vector(f"physics:{name}")):
             findings.warn(f"physics:{name} of body <{prim.path}> is not used", "a start at rest")
     if not prim.flag("physics:rigidBodyEnabled", True):
@@ -142,7 +144,7 @@ def _shapes(
     switched = {prim.path for prim in facts.prims if prim.has(API)} - set(bodies)
     for prim in facts.prims:
         collides = prim.has(COLLISION)
-        if prim.type not in FORMS and not collides:
+        if prim.type not in FORMS and not (collides and prim.type not in PLACES):
             continue
         path = owner(prim.path, {**bodies, **dict.fromkeys(switched, bodies[""])})
         if not path or path in switched:

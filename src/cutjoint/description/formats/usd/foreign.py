@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from cutjoint.description.findings import Findings, clip, listing, nearest
 from cutjoint.description.formats.usd.bodies import API as BODY
 from cutjoint.description.formats.usd.facts import Facts, Prim
-from cutjoint.description.formats.usd.joints import DEGREE, MIMIC, Edge, is_joint
+from cutjoint.description.formats.usd.joints import ACTUATOR, DEGREE, MIMIC, Edge, is_joint, targets_of
 from cutjoint.description.formats.usd.typos import OTHERS
 from cutjoint.description.model import Coupling, Joint, Place
 
@@ -23,8 +23,14 @@ _HARMLESS = re.compile(r"Robot|Isaac|ContactReport|Filtered|State|Vis|Material|C
 
 def check_foreign(facts: Facts, findings: Findings) -> None:
     """Note the types and schemas of others that would hold, couple or move something."""
+    joints = {prim.path for prim in facts.prims if is_joint(prim)}
     for prim in facts.prims:
-        if prim.type and prim.type not in facts.known:
+        if prim.type.endswith(ACTUATOR) and targets_of(prim) and targets_of(prim) <= joints:
+            found = (
+                f"the {clip(prim.type)} <{prim.path}> is read as an actuator of its joint: nothing else of it is used"
+            )
+            findings.warn(found, "PhysicsDriveAPI", "give its gains to a control law")
+        elif prim.type and prim.type not in facts.known:
             _unread(prim, prim.type, f"<{prim.path}> of type {clip(prim.type)}", findings)
         for api in prim.apis:
             base = api.partition(":")[0]

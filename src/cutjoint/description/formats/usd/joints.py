@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +23,8 @@ DISTANCE = "PhysicsDistanceJoint"
 FREE = "PhysicsJoint"
 LIMIT, DRIVE, MIMIC = "PhysicsLimitAPI", "PhysicsDriveAPI", "PhysxMimicJointAPI"
 DIRECTIONS = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
+ACTUATOR = "Actuator"
+"""What the types of actuators of others end with (NewtonActuator, MjcActuator); they name their joint."""
 DEGREE = math.pi / 180.0
 UNLIMITED = 1e30
 """Single precision has no larger number than 3.4e38, which is often written for none."""
@@ -64,12 +66,20 @@ def read_joints(facts: Facts, bodies: BodyTable, findings: Findings) -> list[Edg
     prims = [prim for prim in facts.prims if is_joint(prim)]
     names = unique_names([prim.path for prim in prims])
     leaders = {target for prim in prims for name in _references(prim) for target in prim.targets.get(name, ())}
+    acted = {path for prim in facts.prims if prim.type.endswith(ACTUATOR) for path in targets_of(prim)}
     edges = []
     for prim in prims:
         edge = _edge(prim, names[prim.path], prim.path in leaders, facts, bodies, findings)
+        if edge is not None and prim.path in acted and edge.joint.type.single:
+            edge = replace(edge, driven=True, wanted=True)
         if edge is not None:
             edges.append(edge)
     return edges
+
+
+def targets_of(prim: Prim) -> set[str]:
+    """The paths that the relationships of a prim name."""
+    return {path for paths in prim.targets.values() for path in paths}
 
 
 def _references(prim: Prim) -> list[str]:

@@ -12,7 +12,7 @@ from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_LENGTH, LARGES
 
 UNITS = 1e6
 """Metres or kilograms per unit, or units per metre or kilogram, beyond which nobody measures robots."""
-_READ = ("physics:", "drive:", "limit:", "physxJoint", "physxMimicJoint:", "physxRigidBody:")
+_READ = ("physics:", "drive:", "limit:", "physxJoint", "physxMimicJoint:")
 _LARGEST = {
     "physics:mass": LARGEST_MASS,
     "physics:density": LARGEST_MASS,

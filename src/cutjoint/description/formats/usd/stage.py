@@ -45,7 +45,7 @@ def _facts(stage: Usd.Stage) -> Facts:
         lengths=bool(UsdGeom.StageHasAuthoredMetersPerUnit(stage)),
         mass=float(UsdPhysics.GetStageKilogramsPerUnit(stage)),
         up=str(UsdGeom.GetStageUpAxis(stage)),
-        name=stage.GetDefaultPrim().GetName() if stage.HasDefaultPrim() else "",
+        name=str(default.GetName()) if (default := stage.GetDefaultPrim()) else "",
         prims=tuple(prims),
         strange=tuple(_strange(stage.GetPseudoRoot())),
         known=frozenset(name for kind in kinds if (name := str(registry.GetSchemaTypeName(kind)))),
@@ -124,8 +124,9 @@ def _wrong(prim: Usd.Prim) -> Iterator[tuple[str, str, tuple[str, ...]]]:
             if isinstance(spec, Sdf.AttributeSpec) and not Sdf.ValueTypeNames.Find(str(spec.typeName)):
                 yield name, str(spec.typeName), ()
         allowed = tuple(map(str, attribute.GetMetadata("allowedTokens") or ()))
-        if allowed and str(attribute.Get()) not in allowed:
-            yield name, str(attribute.Get()), allowed
+        value = str(attribute.Get() or "")
+        if allowed and value and value not in allowed:
+            yield name, value, allowed
     kind = prim.GetMetadata("kind")
     if kind and not Kind.Registry.HasKind(kind):
         yield "kind", str(kind), tuple(map(str, Kind.Registry.GetAllKinds()))

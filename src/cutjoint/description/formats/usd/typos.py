@@ -33,6 +33,7 @@ OTHERS = {
                            "physxMimicJoint:#:dampingRatio"),
     "MaterialBindingAPI": ("material:binding", "material:binding:physics", "material:binding:preview",
                            "material:binding:full"),
+    "PhysicsRigidBodyAPI": ("physics:linearVelocity",),  # what some write for physics:velocity
     "PhysxRigidBodyAPI": ("physxRigidBody:disableGravity", "physxRigidBody:linearDamping",
                           "physxRigidBody:angularDamping", "physxRigidBody:lockedPosAxis",
                           "physxRigidBody:lockedRotAxis"),
@@ -87,7 +88,7 @@ def _properties(prim: Prim, findings: Findings) -> None:
         for instance in prim.instances(api) or (("",) if prim.has(api) else ()):
             known |= {name.replace("#", instance) for name in names}
     for name in prim.authored:
-        if name in known or name in prim.ops:
+        if name in known or name in prim.ops or name.removesuffix(":indices") in known:
             continue
         if name.startswith("xformOp:"):
             kind = name.split(":")[1]
@@ -95,9 +96,11 @@ def _properties(prim: Prim, findings: Findings) -> None:
                 findings.error(f"<{prim.path}> has the unknown '{clip(name)}'", "a transformation", _near(kind, _OPS))
             elif name in prim.idle:
                 found = f"'{clip(name)}' of <{prim.path}> is not in its xformOpOrder, and does nothing"
-                findings.error(found, "every transformation in the order", "name it there, or remove it")
+                findings.warn(found, "every transformation in the order", "name it there, or remove it")
         elif name.startswith(("physics:", "drive:", "limit:")):
-            findings.error(f"<{prim.path}> has the unknown property '{clip(name)}'", _schemas(prim), _near(name, known))
+            found = f"<{prim.path}> has the unknown property '{clip(name)}'"
+            mend = _near(name, known) or "apply the schema that it belongs to, or remove it"
+            (findings.error if _slip(name, sorted(known)) else findings.doubt)(found, _schemas(prim), mend)
         elif not name.startswith(("outputs:", "inputs:")):
             near = _slip(name, sorted(known | set(OTHERS["MaterialBindingAPI"])))
             if near and not _numbered(name, near):
@@ -122,7 +125,7 @@ def _slip(name: str, known: Collection[str]) -> str:
     """The known name that was meant, or empty: one of the same letters in another order, or a very like one."""
     letters = sorted(name.lower())
     same = next((one for one in known if sorted(one.lower()) == letters and one != name), "")
-    return same or closest(name, known, NEAR)
+    return same or closest(name, [one for one in known if abs(len(one) - len(name)) <= 2], NEAR)
 
 
 def _near(name: str, known: Collection[str]) -> str:
