@@ -91,7 +91,7 @@ class Facts:
         length, mass: metres and kilograms per unit of the stage.
         lengths: whether the file gives metersPerUnit.
         up: its axis that points up, Y or Z.
-        name: of its default prim, or empty.
+        name: of its default prim as the file gives it, whether there is such a prim or not; or empty.
         prims: in the order in which they are composed.
         strange: names of the stage's metadata that USD does not know.
         known: names of all types and schemas that USD knows.

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings, clip
+from cutjoint.description.findings import Findings, clip, nearest
 from cutjoint.description.formats.common.child import ChildFailed, in_child
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.usd.bodies import read_bodies
@@ -46,6 +46,10 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     if not facts.lengths:
         found = f"the stage does not give metersPerUnit: it is taken as USD's default, {facts.length:g}"
         findings.warn(found, "metersPerUnit = 1, or whatever its lengths are in")
+    paths = [prim.path for prim in facts.prims]
+    if facts.name and f"/{facts.name.strip('/')}" not in paths:
+        found, roots = f"defaultPrim is '{clip(facts.name)}'", [path[1:] for path in paths if path.count("/") == 1]
+        findings.doubt(found, "a prim of the stage", nearest(facts.name, roots))
     check_names(facts, findings)
     check_foreign(facts, findings)
     if not check_numbers(facts, findings):
@@ -58,7 +62,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
         )
         return None
     edges = read_joints(facts, bodies, findings)
-    tree, cuts, pose = spanned(facts.name or path.stem, bodies, edges, findings)
+    tree, cuts, pose = spanned(facts.name.rpartition("/")[2] or path.stem, bodies, edges, findings)
     tree.couplings.extend(couplings_of(edges, tree.joints, facts, findings))
     kept = {joint.name for joint in tree.joints}
     driven = tuple(edge.joint.name for edge in edges if edge.driven and edge.joint.name in kept)

@@ -45,7 +45,7 @@ def _facts(stage: Usd.Stage) -> Facts:
         lengths=bool(UsdGeom.StageHasAuthoredMetersPerUnit(stage)),
         mass=float(UsdPhysics.GetStageKilogramsPerUnit(stage)),
         up=str(UsdGeom.GetStageUpAxis(stage)),
-        name=str(default.GetName()) if (default := stage.GetDefaultPrim()) else "",
+        name=str(stage.GetRootLayer().defaultPrim),
         prims=tuple(prims),
         strange=tuple(_strange(stage.GetPseudoRoot())),
         known=frozenset(name for kind in kinds if (name := str(registry.GetSchemaTypeName(kind)))),
