@@ -30,7 +30,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "arrays": frozenset({"errors"}),
     "files": frozenset({"errors"}),
     "tolerances": frozenset(),
-    "plugins": frozenset({"errors"}),
+    "plugins": frozenset({"errors", "files"}),
     "mechanism": BASE,
     "description": MODEL,
     "chain": MODEL | {"description", PACKAGE},  # chain.compile() asks the package for the compiler, at call time
@@ -76,6 +76,7 @@ OWNERS: Mapping[str, frozenset[str]] = {
     "yaml": frozenset({"description"}),
     "xacro": frozenset({"description"}),
     "example_robot_data": frozenset({"description"}),
+    "pxr": frozenset({"description"}),
     "trimesh": frozenset({"description", "viewer"}),
     "meshcat": frozenset({"viewer"}),
     "tornado": frozenset({"viewer"}),
@@ -85,7 +86,7 @@ OWNERS: Mapping[str, frozenset[str]] = {
     "matplotlib": frozenset({"report"}),
     "llvmlite": frozenset({"compile"}),
     "pyarrow": frozenset({"compile"}),
-    "mujoco": frozenset({"engines"}),
+    "mujoco": frozenset({"description", "engines"}),
     "typer": frozenset({"cli", "commands"}),
     "rich": frozenset({"cli", "commands"}),
 }
@@ -101,6 +102,7 @@ HEAVY = frozenset(
         "llvmlite",
         "pyarrow",
         "mujoco",
+        "pxr",
         "trimesh",
         "yourdfpy",
         "lxml",

@@ -45,8 +45,18 @@ def _still(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return array
 
 
+def shown(path: str, longest: int = 200) -> str:
+    """A path as messages show it: one that is very long is cut in the middle, what cannot be printed is escaped."""
+    text = "".join(one if one.isprintable() else ascii(one)[1:-1] for one in path)
+    return text if len(text) <= longest else f"{text[: longest // 2]}...{text[-longest // 4 :]}"
+
+
 class RoundingWarning(UserWarning):
     """Loops that close only up to the rounding of their lengths; the message names the rows and what stays open."""
+
+
+class DescriptionWarning(UserWarning):
+    """A flaw in a robot's files that a lenient reader passed: where, what was found, what was expected."""
 
 
 class InputError(CutjointError, ValueError):
@@ -85,7 +95,11 @@ class DescriptionError(CutjointError):
         self.problems = tuple(problems)
         count = len(self.problems)
         head = f"{count} problems in the description" if count > 1 else "a problem in the description"
-        super().__init__("\n  ".join([head + ":", *map(str, self.problems)]))
+        lines = [head + ":", *map(str, self.problems)]
+        errors = [one for one in self.problems if one.severity == "error"]
+        if errors and all(one.tolerable for one in errors):
+            lines.append("none of these changes the motion: --lenient, or lenient=True, passes them")
+        super().__init__("\n  ".join(lines))
 
 
 class UnknownNameError(CutjointError, KeyError):
@@ -95,9 +109,9 @@ class UnknownNameError(CutjointError, KeyError):
         import difflib
 
         self.kind, self.name, self.known = kind, name, tuple(known)
-        near = difflib.get_close_matches(name, self.known, n=1)
+        near = difflib.get_close_matches(name[:200], self.known, n=1)
         hint = f"; did you mean '{near[0]}'?" if near else "."
-        self.message = f"unknown {kind} '{name}'{hint} Known: {', '.join(self.known) or 'none'}"
+        self.message = f"unknown {kind} '{shown(name)}'{hint} Known: {', '.join(self.known) or 'none'}"
         super().__init__(self.message)
 
     def __str__(self) -> str:
@@ -265,6 +279,21 @@ class SimulationError(CutjointError):
     ) -> None:
         self.t, self.q, self.v, self.result = t, _still(q), _still(v), result
         super().__init__(message)
+
+
+class FileError(InputError):
+    """A path at which there is no file that could be read.
+
+    Attributes:
+        path: as it was given.
+        why: what is wrong with it, without the path.
+        mend: what to do; empty where that is plain.
+        missing: whether nothing is there at all.
+    """
+
+    def __init__(self, path: str, why: str, mend: str = "", *, missing: bool = False) -> None:
+        self.path, self.why, self.mend, self.missing = path, why, mend, missing
+        super().__init__(f"{shown(path)}: {why}{mend and f' ({mend})'}")
 
 
 class ResultFileError(CutjointError):

@@ -456,10 +456,11 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
 
 
 def test_a_directory(tmp_path: Path) -> None:
-    (tmp_path / "arm.urdf").write_text("<robot/>")
+    for name in ("arm.urdf", "leg.urdf"):
+        (tmp_path / name).write_text("<robot/>")
     (problem,) = read_checked(tmp_path).problems
-    assert "a directory" in problem.found
-    assert "arm.urdf" in problem.mend
+    assert problem.found == "a directory with 2 robots"
+    assert problem.mend == "name one of its files: arm.urdf, leg.urdf"
 
 
 def test_meshes_are_found_in_ros_package_path(fourbar, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

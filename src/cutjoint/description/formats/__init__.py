@@ -7,18 +7,19 @@ gives the texts of its files, and a row.  A dialect stands before what it extend
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import islice
 from pathlib import Path
 
-from cutjoint.description.files import LARGEST_FILE
-from cutjoint.description.findings import Findings
+from cutjoint.description.files import LARGEST_FILE, MOST_NAMES
+from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.extras import Reading
 from cutjoint.description.formats.common.unsaid import unsaid as beyond
 from cutjoint.description.model import RobotDescription
-from cutjoint.errors import UnknownNameError
-from cutjoint.files import write_files
+from cutjoint.errors import FileError, UnknownNameError, shown
+from cutjoint.files import is_file, read_file, write_files
 
 __all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "read", "unsaid", "write"]
 
@@ -103,6 +104,7 @@ FORMATS: tuple[Format, ...] = (
         "mjcf",
         says=("damping", "friction", "springs", "rotors"),
     ),
+    Format("USD", (".usda", ".usd", ".usdc", ".usdz"), (b"#usda", b"PXR-USDC", b"PK\x03\x04"), _reader("usd.reader")),
     Format("SDF", (".sdf", ".world", ".xml"), (b"<sdf",), _reader("sdf.reader")),
     PLAIN,
 )
@@ -113,14 +115,12 @@ WRITERS: Mapping[str, Format] = {one.key: one for one in FORMATS if one.write is
 
 
 def read(path: Path) -> Reading:
-    """Read a robot out of a file, or out of a folder that holds a loops.toml."""
-    if path.is_dir() and (path / "loops.toml").is_file():
-        path = path / "loops.toml"
-    findings, description = Findings(str(path)), None
-    if path.is_dir():
-        findings.error("a directory without loops.toml", "a folder with a loops.toml, or a file", _inside(path))
-    else:
-        description = format_of(path).read(path, findings)
+    """Read a robot out of a file, or out of a folder: its loops.toml or robot.yaml, or the only robot in it."""
+    findings, description = Findings(shown(str(path))), None
+    file = _of_folder(path, findings) if os.path.isdir(path) else path
+    if file is not None:
+        findings.file = shown(str(file))
+        description = format_of(file).read(file, findings)
     return Reading(description, tuple(findings.problems))
 
 
@@ -163,18 +163,48 @@ def unsaid(description: RobotDescription, to: str) -> tuple[str, ...]:
 def format_of(path: Path) -> Format:
     """The format of a file by suffix and content.  A file that cannot be read counts by its suffix alone."""
     try:
-        with path.open("rb") as file:
-            head = file.read(LARGEST_FILE)
-    except (OSError, ValueError):
+        head = read_file(path, LARGEST_FILE)
+    except FileError:
         head = b""
     suffix = path.suffix.lower()
     fitting = [one for one in FORMATS if suffix in one.suffixes] or list(FORMATS)
-    marked = [one for one in fitting if any(mark in head for mark in one.marks)]
     plain_first = [one for one in fitting if one is PLAIN]
-    return [*marked, *plain_first, *fitting][0]
+    return [*_marked(head, fitting), *plain_first, *fitting][0]
 
 
-def _inside(path: Path) -> str:
-    known = {suffix for one in FORMATS for suffix in one.suffixes}
-    found = sorted(one.name for one in path.iterdir() if one.suffix.lower() in known)
-    return f"name one of its files: {', '.join(found[:5])}" if found else ""
+def _marked(head: bytes, fitting: Sequence[Format]) -> list[Format]:
+    return [one for one in fitting if any(mark in head for mark in one.marks)]
+
+
+NAMED = ("loops.toml", "robot.yaml")
+"""What stands for a folder, whatever else is in it."""
+
+
+def _of_folder(folder: Path, findings: Findings) -> Path | None:
+    """The file that a folder means, or None after noting why there is none."""
+    try:
+        files = sorted(one for one in islice(folder.iterdir(), MOST_NAMES) if is_file(one))
+    except OSError as error:
+        findings.error(f"the directory cannot be read: {error}", "a readable directory")
+        return None
+    for name in NAMED:
+        if is_file(folder / name):
+            return folder / name
+    robots = [one for one in files if _describes(one)]
+    if len(robots) == 1:
+        return robots[0]
+    found = f"a directory with {len(robots)} robots" if robots else "a directory without a robot"
+    mend = f"name one of its files: {listing(one.name for one in robots)}" if robots else ""
+    findings.error(found, f"one with {' or '.join(NAMED)}, or with one file that describes a robot", mend)
+    return None
+
+
+def _describes(file: Path) -> bool:
+    """Whether suffix and content are those of a format."""
+    fitting = [one for one in FORMATS if file.suffix.lower() in one.suffixes]
+    if not fitting:
+        return False
+    try:
+        return bool(_marked(read_file(file, LARGEST_FILE), fitting))
+    except FileError:
+        return False
