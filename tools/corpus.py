@@ -18,13 +18,14 @@ import sys
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from published.page import page
 
-ROOT = Path(__file__).resolve().parents[1]
-LIST = ROOT / "tools" / "published" / "corpus.toml"
-PAGE = ROOT / "docs" / "corpus.md"
+TOOLS = Path(__file__).resolve().parent
+LIST = TOOLS / "published" / "corpus.toml"
+PAGE = TOOLS.parent / "docs" / "corpus.md"
 SECONDS = 60.0
 """A robot gets, all in all."""
 
@@ -59,12 +60,12 @@ def entries(text: str) -> list[Entry]:
 
 def run(entry: Entry, folder: Path) -> Found:
     """The trial of one robot in a process of its own."""
-    command = [sys.executable, str(ROOT / "tools" / "published" / "trial.py"), str(folder / entry.place)]
+    command = [sys.executable, "-m", "published.trial", str((folder / entry.place).resolve())]
     known: Found = {"name": entry.name, "address": entry.address, "commit": entry.commit, "path": entry.path}
     if not (folder / entry.place).is_file():
         return known | {"verdict": "not fetched", "reasons": [f"no {entry.place}"]}
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False, cwd=TOOLS)
     except subprocess.TimeoutExpired:
         return known | {"verdict": "hangs", "reasons": [f"nothing after {SECONDS:g} s"]}
     try:
@@ -72,6 +73,19 @@ def run(entry: Entry, folder: Path) -> Found:
     except (IndexError, ValueError):
         last = (done.stderr.strip().splitlines() or [""])[-1]
         return known | {"verdict": "crashed", "reasons": [f"exit status {done.returncode}: {last}"]}
+
+
+def _versions() -> str:
+    """What the run was done with."""
+    installed = [name for name in ("mujoco", "pin", "xacro", "usd-core") if _has(name)]
+    return ", ".join(f"{name} {version(name)}" for name in installed)
+
+
+def _has(name: str) -> bool:
+    try:
+        return bool(version(name))
+    except PackageNotFoundError:
+        return False
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -90,10 +104,11 @@ def main(arguments: list[str] | None = None) -> int:
         for one in pool.map(lambda entry: run(entry, chosen.folder), robots):
             found.append(one)
             print(f"{one['verdict']!s:14} {one['name']}  {one['address']}: {one['path']}", flush=True)
-    if chosen.json:
+    if chosen.json is not None:
         chosen.json.write_text(json.dumps(found, indent=1), encoding="utf-8")
     if chosen.page:
-        PAGE.write_text(page(found), encoding="utf-8")
+        said = tomllib.loads(LIST.read_text(encoding="utf-8")).get("judged", {})
+        PAGE.write_text(page(found, said, _versions()), encoding="utf-8")
     return 0
 
 

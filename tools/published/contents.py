@@ -12,6 +12,13 @@ import yaml
 
 Element = ElementTree.Element
 
+TIES = frozenset(
+    {"connect", "weld", "joint equality", "tendon equality", "second parent", "gazebo joint", "loop", "coupling"}
+    | {"mimic", "gearbox", "screw", "loop joint", "closing frames", "drake constraint", "bushing", "closed loop"}
+    | {"constraint", "world child"}
+)
+"""Kinds that each make a cut or a coupling."""
+
 
 def contents(path: Path) -> Mapping[str, int]:
     """Kind -> how many of them stand in a file; included files of MJCF are counted with it.
@@ -29,12 +36,7 @@ def closures(count: Mapping[str, int]) -> int | None:
     """How many cuts and couplings these things make; None where the text does not tell."""
     if count.keys() & {"xacro", "include"}:
         return None
-    one_each = (
-        "connect", "weld", "joint equality", "tendon equality", "second parent", "gazebo joint", "loop", "coupling",
-        "mimic", "gearbox", "screw", "loop joint", "closing frames", "drake constraint", "bushing", "closed loop",
-        "constraint", "world child",
-    )  # fmt: skip
-    return sum(count.get(kind, 0) for kind in one_each)
+    return sum(count.get(kind, 0) for kind in TIES)
 
 
 def _root(path: Path) -> Element | None:

@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-
 import mujoco
 import numpy as np
 
@@ -37,7 +36,8 @@ class Verdict:
         pose: worst distance of a body's centre of mass [m].
         gap: worst violation of an active equality at the chain's home.
         rest, moving: relative difference of the accelerations, at rest and at a velocity that the loops allow.
-        unmapped: joints of MuJoCo that the chain does not have.
+        unmapped: joints of MuJoCo that the chain does not have; the accelerations are NaN then.
+        left_out: what acts in MuJoCo and was switched off there, because cutjoint tells that it does not use it.
     """
 
     velocities: int
@@ -47,12 +47,15 @@ class Verdict:
     rest: float
     moving: float
     unmapped: tuple[str, ...]
+    left_out: tuple[str, ...]
 
 
 def without_friction(description: RobotDescription) -> RobotDescription:
     """A copy in which neither joints nor cuts rub, and no stop pushes."""
     joints = tuple(
-        replace(one, physics=replace(one.physics, friction=0.0, friction_speed=None, stop_stiffness=0.0, stop_damping=0.0))
+        replace(
+            one, physics=replace(one.physics, friction=0.0, friction_speed=None, stop_stiffness=0.0, stop_damping=0.0)
+        )
         for one in description.joints
     )
     return replace(description, joints=joints)
@@ -102,6 +105,8 @@ class _Peer:
         off = mujoco.mjtDisableBit
         for bit in (off.mjDSBL_LIMIT, off.mjDSBL_CONTACT, off.mjDSBL_FRICTIONLOSS, off.mjDSBL_ACTUATION):
             self.model.opt.disableflags |= int(bit)
+        self.left_out = ("gravcomp",) if self.model.body_gravcomp.any() else ()
+        self.model.body_gravcomp[:] = 0.0
         self.model.opt.jacobian = int(mujoco.mjtJacobian.mjJAC_DENSE)
         self.data = mujoco.MjData(self.model)
         self.rows: list[tuple[JointType, int, int, int, int]] = []
@@ -146,7 +151,7 @@ class _Peer:
     def turn(self) -> Array:
         """B of v_mujoco = B v: the order of the joints, and for free joints velocities along the world's axes."""
         matrix = np.zeros((self.model.nv, self.chain.nv))
-        for kind, _, v, there, dof in self.rows:
+        for kind, _, v, _, dof in self.rows:
             wide = 6 if kind is JointType.FLOATING else 3 if kind is JointType.SPHERICAL else 1
             block = np.eye(wide)
             if kind is JointType.FLOATING:
@@ -167,7 +172,8 @@ class _Peer:
         """The rows of the active equalities, shape (rows, nv)."""
         data = self.data
         every = np.array(data.efc_J).reshape(-1)[: data.nefc * self.model.nv].reshape(data.nefc, self.model.nv)
-        return every[np.array(data.efc_type[: data.nefc]) == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)].copy()
+        equal = np.array(data.efc_type[: data.nefc]) == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+        return np.asarray(every[equal])
 
     def drift(self, velocity: Array) -> Array:
         """J_dot v, by differences of MuJoCo's own rows along the velocity."""
@@ -180,7 +186,7 @@ class _Peer:
             self.data.qpos[:] = origin
             mujoco.mj_integratePos(self.model, self.data.qpos, velocity, times * step)
             mujoco.mj_fwdPosition(self.model, self.data)
-            return self.jacobian() @ velocity
+            return np.asarray(self.jacobian() @ velocity)
 
         slope = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * step)
         self.data.qpos[:] = origin
@@ -215,13 +221,13 @@ class _Peer:
         gap = float(np.abs(np.array(self.data.efc_pos[: self.data.nefc])[equal]).max(initial=0.0))
         pose = self._pose(q)
         rest = moving = float("nan")
-        if not self.unmapped and self.model.nv == nv:
+        if not self.unmapped:
             rest = self._difference(q, turn, np.zeros(nv))
             speed = np.random.default_rng(0).uniform(-1.0, 1.0, nv)
             _, speed = self.chain.project(q, speed)
             moving = self._difference(q, turn, speed)
         mobility = self.model.nv - rank
-        return Verdict(self.model.nv, mobility, pose, gap, rest, moving, tuple(self.unmapped))
+        return Verdict(self.model.nv, mobility, pose, gap, rest, moving, tuple(self.unmapped), self.left_out)
 
     def _difference(self, q: Array, turn: Array, v: Array) -> float:
         self.place(q)

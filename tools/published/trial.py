@@ -1,6 +1,6 @@
 """One published file, tried: is it read, do its loops close, how can it move, and does MuJoCo agree?
 
-    python tools/published/trial.py FILE            writes what was found as JSON
+python tools/published/trial.py FILE            writes what was found as JSON
 """
 
 from __future__ import annotations
@@ -13,14 +13,15 @@ import traceback
 from collections import Counter
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import numpy as np
 
-from published.contents import closures, contents
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from cutjoint.chain import ClosedChain
 from cutjoint.description import RobotDescription, read_checked
 from cutjoint.description.formats import format_of
 from cutjoint.errors import CutjointError, Problem
+from published.contents import closures, contents
 
 Found = dict[str, object]
 
@@ -73,13 +74,27 @@ def _move(path: Path, robot: RobotDescription, found: Found) -> None:
         "determined": report.determined,
         "gap": [float(one) for one in chain.gap(chain.home)],
     }
+    try:
+        _accelerate(chain)
+    except CutjointError as error:
+        found["dynamics"] = _short(f"{type(error).__name__}: {error}")
+        return
     if found["format"] == "MJCF":
         from published.peer import compare, without_friction
 
         try:
             found["mujoco"] = dataclasses.asdict(compare(path, ClosedChain(without_friction(robot))))
         except ValueError as error:
+            if isinstance(error, CutjointError):
+                raise
             found["mujoco_refuses"] = _short(str(error))
+
+
+def _accelerate(chain: ClosedChain) -> None:
+    """The robot let go at home, at rest and in motion; raises what the chain raises."""
+    speed = np.random.default_rng(0).uniform(-1.0, 1.0, chain.nv)
+    for v in (np.zeros(chain.nv), chain.project(chain.home.q_full, speed)[1]):
+        chain.full_forward_dynamics(chain.home, v, np.zeros(chain.nv))
 
 
 def _told(problem: Problem) -> str:
