@@ -26,7 +26,7 @@ from published.page import page
 TOOLS = Path(__file__).resolve().parent
 LIST = TOOLS / "published" / "corpus.toml"
 PAGE = TOOLS.parent / "docs" / "corpus.md"
-SECONDS = 60.0
+SECONDS = 120.0
 """A robot gets, all in all."""
 
 Found = dict[str, object]

@@ -1,4 +1,4 @@
-"""The tools that try published robots: what they count in a file, what they make of hangs and crashes, and what they see."""
+"""The tools that try published robots: what they count in a file, hangs and crashes as verdicts, and what they see."""
 
 from __future__ import annotations
 

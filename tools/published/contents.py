@@ -97,8 +97,8 @@ def _urdf(root: Element, path: Path) -> Counter[str]:
             "coupling": len(root.findall("coupling")),
             "constraint": len(root.findall("constraint")),
             "closing frames": len(set(re.findall(r'<link name="closing_(\w+)_1"', text))),
-            "drake constraint": len(re.findall(r"<drake:(?:ball|weld|distance)_constraint", text)),
-            "bushing": len(re.findall(r"<drake:linear_bushing", text)),
+            "drake constraint": len(re.findall(r"<drake:(?:ball|weld|distance|tendon)_constraint[\s>]", text)),
+            "bushing": len(re.findall(r"<drake:linear_bushing\w*[\s>]", text)),
             "actuator": len(root.findall("transmission")),
             "plugin": len(root.findall("gazebo/plugin")),
         }

@@ -148,7 +148,8 @@ def _some(reasons: object, most: int = 2) -> list[str]:
 
 
 def _plain(text: str) -> str:
-    """Without the folder of this run, short, and without what markdown reads."""
-    words = [word.rsplit("/", 1)[-1] if word.startswith("/") else word for word in text.replace("`", "'").split()]
+    """What was found, without the folder of this run, short, and without what markdown reads."""
+    found = text.replace("`", "'").split("; expected ")[0]
+    words = [word.rsplit("/", 1)[-1] if word.startswith("/") else word for word in found.split()]
     flat = " ".join(words)
     return flat if len(flat) <= 160 else flat[:157] + "..."

@@ -15,8 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 from cutjoint.chain import ClosedChain
 from cutjoint.description import RobotDescription, read_checked
 from cutjoint.description.formats import format_of
