@@ -194,6 +194,7 @@ TOLD = {
     '<tendon><fixed name="t" stiffness="3" springlength="0.1 0.2"><joint joint="a_j" coef="1"/></fixed></tendon>': (
         "springlength of <fixed> 't' is 0.1 0.2", "error"),
     '<actuator><motor site="s" gear="0 0 1 0 0 0"/></actuator>': ("<motor> on a site is not read", "warning"),
+    '<actuator><motor joint="a_j"/><motor joint="ball"/></actuator>': ("<motor> on the spherical joint 'ball'", "warning"),
     '<extension><plugin plugin="nobody.knows"/></extension>': ('<plugin plugin="nobody.knows"> in <ext', "warning"),
     '<actuator><plugin plugin="nobody.knows" joint="a_j"/></actuator>': ("in <actuator> is not used", "error"),
 }  # fmt: skip
@@ -202,7 +203,9 @@ TOLD = {
 @pytest.mark.parametrize("more", TOLD)
 def test_what_acts_and_is_not_read_is_told(more: str, model: Make) -> None:
     found, severity = TOLD[more]
-    path = model('<site name="w" pos="0 0 1"/>' + body("a", more='<site name="s"/>'), more)
+    site = '<site name="s"/>'
+    ball = '<body pos="1 0 0"><joint name="ball" type="ball"/><geom size="0.1"/></body>'
+    path = model(f'<site name="w" pos="0 0 1"/>{ball}{body("a", more=site)}', more)
     (problem,) = [one for one in read_checked(path).problems if found in one.found]
     assert (problem.severity, problem.tolerable) == (severity, severity == "error")
     load_description(path, lenient=True)
@@ -215,6 +218,9 @@ REFUSED = {
         '<site name="w" pos="0 0 1"/><site name="v" pos="0 1 1"/><geom name="g" size="0.1"/>',
         '<tendon><spatial name="t"><site site="w"/><geom geom="g"/><site site="v"/></spatial></tendon>'
         '<equality><tendon tendon1="t"/></equality>',
+    ),
+    "forcerange of <motor> of joint 'a_j' is upside down: 3 -3": (
+        "", '<actuator><motor joint="a_j" forcerange="3 -3"/></actuator>'
     ),
     "has a polynomial of 2 joints": (
         "", f'{TENDONS}<equality><tendon tendon1="one" tendon2="two" polycoef="0 1 1 0 0"/></equality>'

@@ -72,10 +72,10 @@ def _powers(first: float, model: Spec, name: str, index: int) -> Numbers:
     return (float(first), *(() if higher is None else numbers(np.atleast_1d(higher[index]))))
 
 
-def bodies(spec: Spec, model: Spec, looks: Sequence[Looks], own: bool) -> tuple[BodyRow, ...]:
+def bodies(spec: Spec, model: Spec, looks: Sequence[tuple[Spec, Looks]], own: bool) -> tuple[BodyRow, ...]:
     """All bodies in the order of the model; of a file that is `own`, moments are those of the file."""
     geoms: dict[int, list[GeomRow]] = {}
-    for geom, look in sorted(zip(spec.geoms, looks, strict=True), key=lambda pair: int(pair[0].id)):
+    for geom, look in sorted(looks, key=lambda pair: int(pair[0].id)):
         geoms.setdefault(int(model.geom_bodyid[geom.id]), []).append(_geom(geom, model, look))
     joints: dict[int, list[JointRow]] = {}
     for joint in sorted(spec.joints, key=lambda one: int(one.id)):
@@ -87,7 +87,7 @@ def bodies(spec: Spec, model: Spec, looks: Sequence[Looks], own: bool) -> tuple[
             parent=int(model.body_parentid[body.id]),
             position=numbers(model.body_pos[body.id]),
             quaternion=numbers(model.body_quat[body.id]),
-            inertia=_inertia(body, model, own),
+            inertia=_inertia(body, model, spec.compiler, own),
             gravcomp=float(model.body_gravcomp[body.id]),
             mocap=bool(body.mocap),
             joints=tuple(joints.get(body.id, ())),
@@ -97,7 +97,7 @@ def bodies(spec: Spec, model: Spec, looks: Sequence[Looks], own: bool) -> tuple[
     )
 
 
-def _inertia(body: Spec, model: Spec, own: bool) -> tuple[float, Numbers, Numbers] | None:
+def _inertia(body: Spec, model: Spec, compiler: Spec, own: bool) -> tuple[float, Numbers, Numbers] | None:
     """Mass, centre of mass and moments; as they stand in the file where MuJoCo's mean the same."""
     mass, moments = float(model.body_mass[body.id]), model.body_inertia[body.id]
     axes = np.zeros(9)
@@ -106,10 +106,14 @@ def _inertia(body: Spec, model: Spec, own: bool) -> tuple[float, Numbers, Number
     tensor = turn @ np.diag(moments) @ turn.T
     found = (mass, numbers(model.body_ipos[body.id]), _entries(tensor))
     if not body.explicitinertial or math.isnan(body.fullinertia[0]):
-        return found if mass > LIFTED or moments.max() > LIFTED else None
+        nothing = mass == 0.0 or (own and max(mass, moments.max()) <= LIFTED)
+        return None if nothing else found
     xx, yy, zz, xy, xz, yz = body.fullinertia
     said = (float(body.mass), numbers(body.ipos), numbers((xx, yy, zz, xy, xz, yz)))
-    return said if own or all(map(_agree, _flat(said), _flat(found))) else found
+    smallest = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])[0]
+    lifted = body.mass < compiler.boundmass or smallest < compiler.boundinertia
+    agrees = not lifted and all(map(_agree, _flat(said), _flat(found)))
+    return said if own or agrees else found
 
 
 def _flat(inertia: tuple[float, Numbers, Numbers]) -> tuple[Numbers, Numbers, Numbers]:

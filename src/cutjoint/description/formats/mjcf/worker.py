@@ -44,7 +44,7 @@ def compile_model(request: Request) -> Model | Refused:
         meshes = _lighten(spec, request.folders)
         if any(one.needed for one in meshes.values()):
             return Refused("", schema, tuple(meshes.values()))
-        posed = [len(one.qpos) > 0 for one in spec.keys]
+        posed = [one for one in spec.keys if len(one.qpos)]
         model = spec.compile()
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
         return Refused(str(error), schema, tuple(meshes.values()))
@@ -59,11 +59,7 @@ def compile_model(request: Request) -> Model | Refused:
         equalities=equalities(spec, model),
         tendons=tendons(spec, model),
         actuators=actuators(spec, model),
-        keys=tuple(
-            KeyRow(one.name, numbers(model.key_qpos[one.id]))
-            for one, said in zip(spec.keys, posed, strict=True)
-            if said
-        ),
+        keys=tuple(KeyRow(one.name, numbers(model.key_qpos[one.id])) for one in posed),
         qpos0=numbers(model.qpos0),
         schema=schema,
     )
@@ -72,14 +68,15 @@ def compile_model(request: Request) -> Model | Refused:
 # --- what does not matter to the motion -----------------------------------------------------------------------------
 
 
-def _looks(spec: Spec) -> list[Looks]:
-    """How every geom looks, before `_lighten`."""
+def _looks(spec: Spec) -> list[tuple[Spec, Looks]]:
+    """Every geom and how it looks, before `_lighten`."""
     materials = {one.name: _colour(one.rgba) for one in spec.materials}
     looks = []
     for geom in spec.geoms:
         colour = _colour(geom.rgba)
         kind = mujoco.mjtGeom(int(geom.type)).name.removeprefix("mjGEOM_").lower()
-        looks.append(Looks(kind, geom.meshname, materials.get(geom.material) if colour == _GREY else colour))
+        own = materials.get(geom.material) if colour == _GREY else colour
+        looks.append((geom, Looks(kind, geom.meshname, own)))
     return looks
 
 
