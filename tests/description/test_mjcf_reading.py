@@ -194,7 +194,7 @@ TOLD = {
     '<tendon><fixed name="t" stiffness="3" springlength="0.1 0.2"><joint joint="a_j" coef="1"/></fixed></tendon>': (
         "springlength of <fixed> 't' is 0.1 0.2", "error"),
     '<actuator><motor site="s" gear="0 0 1 0 0 0"/></actuator>': ("<motor> on a site is not read", "warning"),
-    '<actuator><motor joint="a_j"/><motor joint="ball"/></actuator>': ("<motor> on the spherical joint 'ball'", "warning"),
+    '<actuator><motor joint="ball"/></actuator>': ("<motor> on the spherical joint 'ball'", "warning"),
     '<extension><plugin plugin="nobody.knows"/></extension>': ('<plugin plugin="nobody.knows"> in <ext', "warning"),
     '<actuator><plugin plugin="nobody.knows" joint="a_j"/></actuator>': ("in <actuator> is not used", "error"),
 }  # fmt: skip
@@ -272,3 +272,19 @@ def test_every_slip_of_a_name_is_found(number: int, tmp_path: Path) -> None:
         (tmp_path / "model.xml").write_bytes(etree.tostring(root))
         found = [one for one in errors(tmp_path / "model.xml") if swapped(meant) in one and meant in one]
         assert found, meant
+
+
+def test_without_mujoco_it_says_what_to_install(model: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cutjoint.description.formats.mjcf.reader.find_spec", lambda name: None)
+    (problem,) = errors(model(body("a")))
+    assert "MuJoCo, which is not installed" in problem
+    assert "pip install 'cutjoint[formats]'" in problem
+
+
+def test_a_file_that_takes_too_long_is_an_error(model: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = model(f'<replicate count="3000">{body("a")}</replicate>')
+    monkeypatch.setattr("cutjoint.description.formats.mjcf.reader.SECONDS", 0.05)
+    (problem,) = errors(path)
+    assert "MuJoCo took longer than 0.05 s on this file" in problem
+    monkeypatch.undo()
+    assert links(load_description(model(body("b")))) == ["world", "b"]
