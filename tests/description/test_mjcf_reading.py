@@ -150,13 +150,14 @@ def test_couplings_are_those_of_mujoco(equality: str, model: Make) -> None:
 
 def test_many_equalities_find_followers(model: Make) -> None:
     """A ring of gears, one of them too many, in an order in which each wishes for a follower that is taken."""
-    ring = '<joint joint1="a_j" joint2="b_j"/><joint joint1="a_j" joint2="c_j"/><joint joint1="b_j" joint2="c_j"/>'
+    ties = (("a", "b", 0.1), ("a", "c", 0.3), ("b", "c", 0.2))
+    ring = "".join(f'<joint joint1="{y}_j" joint2="{x}_j" polycoef="{by} 1 0 0 0"/>' for y, x, by in ties)
     path = model(body("a") + body("b") + body("c"), f"<equality>{ring}</equality>")
     reading = read_checked(path)
     assert [one.found for one in reading.problems] == ["<joint> 'joint_3' in <equality> follows from the others"]
     assert reading.description is not None
     assert len(reading.description.couplings) == 2
-    path.write_text(path.read_text().replace('"b_j" joint2="c_j"', '"b_j" joint2="c_j" polycoef="1 1 0 0 0"'))
+    path.write_text(path.read_text().replace('polycoef="0.2', 'polycoef="0.25'), encoding="utf-8")
     assert any("contradicts the others" in one for one in errors(path))
 
 
@@ -194,6 +195,7 @@ TOLD = {
     '<tendon><fixed name="t" stiffness="3" springlength="0.1 0.2"><joint joint="a_j" coef="1"/></fixed></tendon>': (
         "springlength of <fixed> 't' is 0.1 0.2", "error"),
     '<actuator><motor site="s" gear="0 0 1 0 0 0"/></actuator>': ("<motor> on a site is not read", "warning"),
+    '<actuator><motor joint="ball"/></actuator>': ("<motor> on the spherical joint 'ball'", "warning"),
     '<extension><plugin plugin="nobody.knows"/></extension>': ('<plugin plugin="nobody.knows"> in <ext', "warning"),
     '<actuator><plugin plugin="nobody.knows" joint="a_j"/></actuator>': ("in <actuator> is not used", "error"),
 }  # fmt: skip
@@ -202,7 +204,9 @@ TOLD = {
 @pytest.mark.parametrize("more", TOLD)
 def test_what_acts_and_is_not_read_is_told(more: str, model: Make) -> None:
     found, severity = TOLD[more]
-    path = model('<site name="w" pos="0 0 1"/>' + body("a", more='<site name="s"/>'), more)
+    site = '<site name="s"/>'
+    ball = '<body pos="1 0 0"><joint name="ball" type="ball"/><geom size="0.1"/></body>'
+    path = model(f'<site name="w" pos="0 0 1"/>{ball}{body("a", more=site)}', more)
     (problem,) = [one for one in read_checked(path).problems if found in one.found]
     assert (problem.severity, problem.tolerable) == (severity, severity == "error")
     load_description(path, lenient=True)
@@ -215,6 +219,9 @@ REFUSED = {
         '<site name="w" pos="0 0 1"/><site name="v" pos="0 1 1"/><geom name="g" size="0.1"/>',
         '<tendon><spatial name="t"><site site="w"/><geom geom="g"/><site site="v"/></spatial></tendon>'
         '<equality><tendon tendon1="t"/></equality>',
+    ),
+    "forcerange of <motor> of joint 'a_j' is upside down: 3 -3": (
+        "", '<actuator><motor joint="a_j" forcerange="3 -3"/></actuator>'
     ),
     "has a polynomial of 2 joints": (
         "", f'{TENDONS}<equality><tendon tendon1="one" tendon2="two" polycoef="0 1 1 0 0"/></equality>'
@@ -266,3 +273,19 @@ def test_every_slip_of_a_name_is_found(number: int, tmp_path: Path) -> None:
         (tmp_path / "model.xml").write_bytes(etree.tostring(root))
         found = [one for one in errors(tmp_path / "model.xml") if swapped(meant) in one and meant in one]
         assert found, meant
+
+
+def test_without_mujoco_it_says_what_to_install(model: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cutjoint.description.formats.mjcf.reader.find_spec", lambda name: None)
+    (problem,) = errors(model(body("a")))
+    assert "MuJoCo, which is not installed" in problem
+    assert "pip install 'cutjoint[formats]'" in problem
+
+
+def test_a_file_that_takes_too_long_is_an_error(model: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = model(f'<replicate count="3000">{body("a")}</replicate>')
+    monkeypatch.setattr("cutjoint.description.formats.mjcf.reader.SECONDS", 0.05)
+    (problem,) = errors(path)
+    assert "MuJoCo took longer than 0.05 s on this file" in problem
+    monkeypatch.undo()
+    assert links(load_description(model(body("b")))) == ["world", "b"]

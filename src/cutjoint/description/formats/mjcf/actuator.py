@@ -44,7 +44,8 @@ def actuated_joints(bodies: Bodies) -> set[str]:
 
 def read_motors(bodies: Bodies, followers: Followers, findings: Findings) -> list[Motor]:
     """The actuators of joints and of fixed tendons."""
-    motors = []
+    motors: list[Motor] = []
+    kinds = {joint.name: joint.type for joint in bodies.tree.joints}
     for row in bodies.model.actuators:
         element = bodies.source.element(row.line)
         tag = "general" if element is None else str(element.tag)
@@ -52,6 +53,11 @@ def read_motors(bodies: Bodies, followers: Followers, findings: Findings) -> lis
         what = f"<{tag}> '{row.name}'" if row.name else f"<{tag}>"
         if row.on == "joint":
             joint = bodies.joints[row.target]
+            kind = kinds[joint]
+            if not kind.single:
+                found = f"{what} on the {kind} joint '{joint}' is not read"
+                findings.warn(found, "actuators of joints with one coordinate", "", place)
+                continue
             motors.append(_motor(row, joint, 1.0, f"<{tag}> of joint '{joint}'", findings, place))
             continue
         on_tendon = row.on == "tendon" and lengths_of(bodies.model.tendons[row.target], bodies) is not None

@@ -18,7 +18,7 @@ from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.mjcf.compiled import BodyRow, JointRow, Model
 from cutjoint.description.formats.mjcf.geom import shape_of
 from cutjoint.description.formats.mjcf.joint import joint_of, motion_back
-from cutjoint.description.formats.mjcf.source import Source
+from cutjoint.description.formats.mjcf.source import MjcfText
 from cutjoint.description.formats.mjcf.types import MADE_OF, parts
 from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointPhysics, JointType, Limits, Link, Place
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, check_range
@@ -69,7 +69,7 @@ class Bodies:
         tendons: joints that stand for lengths of tendons, with what each joint adds to them.
     """
 
-    def __init__(self, model: Model, source: Source, own: bool, findings: Findings) -> None:
+    def __init__(self, model: Model, source: MjcfText, own: bool, findings: Findings) -> None:
         self.model, self.source, self.own, self.findings = model, source, own, findings
         self.tree = OpenTree(str(source.root.get("model") or source.path.stem))
         self.names: list[str] = []

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.mjcf.compiled import GeomRow, MeshRow
-from cutjoint.description.formats.mjcf.source import Source
+from cutjoint.description.formats.mjcf.source import MjcfText
 from cutjoint.description.model import Place, Shape
 from cutjoint.description.numbers import parse_number
 from cutjoint.description.transforms import from_rotation, rotation_from_quaternion
@@ -16,7 +16,7 @@ from cutjoint.description.transforms import from_rotation, rotation_from_quatern
 _DRAWN = ("sphere", "capsule", "cylinder", "box", "mesh")
 
 
-def check_meshes(meshes: tuple[MeshRow, ...], source: Source, findings: Findings) -> None:
+def check_meshes(meshes: tuple[MeshRow, ...], source: MjcfText, findings: Findings) -> None:
     """Note the meshes whose files are not there."""
     for mesh in meshes:
         place = source.place(mesh.line, "mesh") or Place(findings.file)
@@ -27,7 +27,7 @@ def check_meshes(meshes: tuple[MeshRow, ...], source: Source, findings: Findings
             findings.doubt(f"mesh '{mesh.shown}' not found", f"a file, such as {mesh.file}", "", place)
 
 
-def shape_of(geom: GeomRow, meshes: Mapping[str, MeshRow], source: Source) -> Shape | None:
+def shape_of(geom: GeomRow, meshes: Mapping[str, MeshRow], source: MjcfText) -> Shape | None:
     """One geom; None for planes, height fields, ellipsoids and what has no file."""
     mesh = meshes.get(geom.mesh)
     if geom.kind not in _DRAWN or (mesh is not None and not (mesh.there and mesh.file)):
@@ -45,7 +45,7 @@ def shape_of(geom: GeomRow, meshes: Mapping[str, MeshRow], source: Source) -> Sh
     return Shape(geom.kind, size, at, _colour(geom, source), file, plain_name(geom.name))
 
 
-def _colour(geom: GeomRow, source: Source) -> tuple[float, float, float, float] | None:
+def _colour(geom: GeomRow, source: MjcfText) -> tuple[float, float, float, float] | None:
     """That of the file where it stands there, which MuJoCo keeps in single precision."""
     element = source.element(geom.line, "geom")
     words = [] if element is None else [parse_number(word) for word in str(element.get("rgba", "")).split()]

@@ -85,6 +85,9 @@ def even(bounds: Numbers | None, what: str, findings: Findings, place: Place) ->
     """The size that a range of forces allows; None where there is none.  A range askew is told."""
     if bounds is None or not any(bounds):
         return None
+    if bounds[0] > bounds[1]:
+        findings.error(f"{what} is upside down: {bounds[0]:g} {bounds[1]:g}", "the lower end first", "", place)
+        return None
     if bounds[0] != -bounds[1]:
         findings.warn(f"{what} is {bounds[0]:g} {bounds[1]:g}: not used", "as much force both ways", "", place)
         return None

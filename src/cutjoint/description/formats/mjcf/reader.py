@@ -26,7 +26,7 @@ from cutjoint.description.formats.mjcf.equality import read_equalities
 from cutjoint.description.formats.mjcf.geom import check_meshes
 from cutjoint.description.formats.mjcf.home import read_homes
 from cutjoint.description.formats.mjcf.schema import parse_schema, unknown_names
-from cutjoint.description.formats.mjcf.source import Source, read_source
+from cutjoint.description.formats.mjcf.source import MjcfText, read_source
 from cutjoint.description.formats.mjcf.tendon import read_tendons
 from cutjoint.description.model import Place, RobotDescription
 from cutjoint.description.numbers import check_range, number_problem, parse_number
@@ -76,7 +76,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     return described(bodies.tree, every, extras, path, findings)
 
 
-def _compiled(source: Source, own: bool, findings: Findings) -> Model | None:
+def _compiled(source: MjcfText, own: bool, findings: Findings) -> Model | None:
     """What MuJoCo makes of the text, or None after noting why there is nothing."""
     if find_spec("mujoco") is None:
         findings.error("MJCF is read through MuJoCo, which is not installed", "", "pip install 'cutjoint[formats]'")
@@ -99,7 +99,7 @@ def _compiled(source: Source, own: bool, findings: Findings) -> Model | None:
     return None
 
 
-def _refused(text: str, source: Source, findings: Findings) -> None:
+def _refused(text: str, source: MjcfText, findings: Findings) -> None:
     """Note an error of MuJoCo at the place that it names."""
     message, _, rest = text.partition("\nElement ")
     message = re.sub(r"^((XML )?Error: |Schema violation: )+", "", message)
@@ -120,7 +120,7 @@ def _refused(text: str, source: Source, findings: Findings) -> None:
     findings.error(f"{what}{clip(message, 300)}", expected, mend, place or Place(findings.file))
 
 
-def _names(attribute: str, source: Source) -> set[str]:
+def _names(attribute: str, source: MjcfText) -> set[str]:
     """All names that an attribute such as `joint2` or `class` may hold."""
     kind = attribute.rstrip("0123456789")
     tags = {"class": ("default",), "childclass": ("default",), "joint": ("joint", "freejoint")}
@@ -129,7 +129,7 @@ def _names(attribute: str, source: Source) -> set[str]:
     return {str(name) for name in found if name}
 
 
-def _unused(source: Source, findings: Findings) -> None:
+def _unused(source: MjcfText, findings: Findings) -> None:
     """Note forces of MuJoCo that are not computed here: of a fluid, and switches."""
     for option, place in source.all("option"):
         used = [key for key in _FLUID if any(parse_number(word) != 0.0 for word in str(option.get(key, "")).split())]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from cutjoint.description.findings import Findings, clip, nearest
-from cutjoint.description.formats.mjcf.source import Source
+from cutjoint.description.formats.mjcf.source import MjcfText
 from cutjoint.description.model import Place
 from cutjoint.description.xml import Element, children
 
@@ -48,7 +48,7 @@ def parse_schema(text: str) -> Node:
     return top
 
 
-def unknown_names(source: Source, schema: Node, findings: Findings) -> bool:
+def unknown_names(source: MjcfText, schema: Node, findings: Findings) -> bool:
     """Note every element and attribute that MuJoCo does not know; whether there is one."""
     nodes: list[Node | None] = []
     found = False

@@ -28,7 +28,7 @@ _NO_NUMBER = re.compile(r"(?i)^[+-]?(nan|inf|infinity)$")
 
 
 @dataclass
-class Source:
+class MjcfText:
     """What MuJoCo gets, and where it came from.
 
     Attributes:
@@ -73,7 +73,7 @@ class Source:
         return ((one, place) for one, place in zip(self.elements, self.places, strict=True) if one.tag == tag)
 
 
-def read_source(path: Path, findings: Findings) -> Source | None:
+def read_source(path: Path, findings: Findings) -> MjcfText | None:
     """An MJCF file with what it includes; None where it is no XML, or no MJCF."""
     root = read_xml(path, findings, "MJCF")
     if root is None:
@@ -81,7 +81,7 @@ def read_source(path: Path, findings: Findings) -> Source | None:
     if root.tag != "mujoco":
         findings.error(f"the root element is <{root.tag}>", "<mujoco>", "is this another format?", root.sourceline)
         return None
-    source = Source(path, root, findings, folders=[str(path.parent.absolute())])
+    source = MjcfText(path, root, findings, folders=[str(path.parent.absolute())])
     _Reader(source, {path.resolve()}).emit(root, path, 0, "")
     return None if source.refused else source
 
@@ -96,7 +96,7 @@ def _count(element: Element) -> int:
 class _Reader:
     """Writes elements into a source; `seen` are the files that are in it already."""
 
-    source: Source
+    source: MjcfText
     seen: set[Path]
     replicas: int = 1
 
@@ -183,7 +183,7 @@ class _Reader:
             if found is not None:
                 self.source.findings.error(f"'{clip(name)}' is a <{found[0].tag}>", "an MJCF file", "", place)
             return
-        part = Source(self.source.path, found[0], self.source.findings)
+        part = MjcfText(self.source.path, found[0], self.source.findings)
         self.source.models[name] = ""
         part.models, part.folders = self.source.models, self.source.folders
         _Reader(part, self.seen).emit(found[0], found[1], 0, "")
