@@ -38,7 +38,8 @@ FIVEBAR = ("joints.left_elbow.origin.x", "cuts.tip.b.x", "joints.right_shoulder.
 def physical(path: str) -> bool:
     """Whether a path is a place, an inertia, gravity or a gear's: what any robot has."""
     part, last = path.split(".")[0], path.rpartition(".")[2]
-    return part in ("links", "couplings", "tool", "gravity") or last in ("x", "y", "z", "roll", "pitch", "yaw", "length")
+    places = ("x", "y", "z", "roll", "pitch", "yaw", "length")
+    return part in ("links", "couplings", "tool", "gravity") or last in places
 
 
 def free_paths(chain: ClosedChain, rng: np.random.Generator, count: int, among: Any = physical) -> list[str]:

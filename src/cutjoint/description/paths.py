@@ -2,8 +2,8 @@
 
     links.NAME      mass, com.x .y .z, inertia.xx .yy .zz .xy .xz .yz (about the centre of mass, along the link's axes)
     joints.NAME     origin.x .y .z .roll .pitch .yaw, and the joint's physics: damping, friction, stiffness, gear, ...
-    cuts.NAME       a.x ... a.yaw, b.x ... b.yaw, its physics, bushing.stiffness ... where it is a bushing, and the length
-                    of a distance
+    cuts.NAME       a.x ... a.yaw, b.x ... b.yaw, its physics; bushing.stiffness ... where it is a bushing; length of a
+                    distance
     couplings.NAME  offset, and ratio where one joint drives it in a fixed ratio
     tool            x .y .z .roll .pitch .yaw
     gravity         x .y .z
