@@ -187,7 +187,7 @@ class FullDynamics:
         rounding = tolerances.ROUNDED.value * float(terms.max(initial=0.0)) + floor / float(size.min(initial=np.inf))
         if (np.abs(pushes) > bound + rounding).any():
             pushed = motions.basis @ (motions.idle @ pushes / size)
-            pushed[np.abs(pushed) < PUSHED * np.abs(pushed).max()] = 0.0
+            pushed = np.where(np.abs(pushed) > PUSHED * np.abs(pushed).max(), pushed, 0.0) / np.linalg.norm(pushed)
             joints = joints_of(self._k.model, pushed[:, None])
             raise DynamicsError(
                 f"a force acts on a motion that moves no mass, of {', '.join(joints)}: a body at the end of a limb has "

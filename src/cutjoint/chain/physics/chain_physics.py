@@ -142,8 +142,8 @@ class ChainPhysics:
         for cut, a, b in zip(self.cuts, frames.at_a, frames.at_b, strict=False):
             if cut.type.has_length and not float(np.linalg.norm(b - a)) > MEETING * cut.length:
                 raise DynamicsError(
-                    f"the ends of cut '{cut.name}' meet, so its bushing, {cut.length:g} m long at rest, has no direction to "
-                    "push in; start where they are apart, or make it a spherical cut, whose length is 0",
+                    f"the ends of cut '{cut.name}' meet, so its bushing, {cut.length:g} m long at rest, has no "
+                    "direction to push in; start where they are apart, or make it a spherical cut, whose length is 0",
                     residual=np.inf,
                 )
 
