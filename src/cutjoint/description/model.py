@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen, readonly
-from cutjoint.description.curves import Curve, Polynomial
+from cutjoint.description.curves import Curve, Polynomial, added_up
 from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
 from cutjoint.errors import InputError, UnknownNameError
@@ -196,10 +196,10 @@ class Coupling:
 
     @property
     def formula(self) -> str:
-        """What it says, to be read: `rocker = 0.5 left + 0.5 right + 0.1`."""
-        terms = [one.curve.told(one.driver) for one in self.drives]
-        terms += [f"{self.offset:g}"] if self.offset != 0.0 or not terms else []
-        return f"{self.joint} = {' + '.join(terms)}"
+        """What it says, to be read: `carrier = 0.5 left + 0.5 right + 0.1`."""
+        terms = [term for one in self.drives for term in one.curve.terms(one.driver)]
+        constant = self.offset + sum(factor for factor, what in terms if not what)
+        return f"{self.joint} = {added_up([*(one for one in terms if one[1]), (constant, '')])}"
 
     @property
     def gear(self) -> tuple[str, float] | None:
