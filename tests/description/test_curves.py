@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from kit.curved import random_curve
+from kit.two_bodies import two_bodies
 from oracles.curves import natural_spline, power_series
 
-from cutjoint.description import load_description
+from cutjoint.description import CutType, check, load_description, with_values
 from cutjoint.description.curves import Polynomial, Table
 from cutjoint.description.model import Coupling, Drive
-from cutjoint.errors import DescriptionError
+from cutjoint.errors import DescriptionError, InputError
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -92,3 +94,15 @@ def test_small_robots_have_large_coefficients(tmp_path: Path) -> None:
     """A cubic between lengths of millimetres."""
     robot = load_description(loops('driver = "ja"\npolynomial = [0.0, 1.0, 0.0, 2e7]', tmp_path))
     assert robot.couplings[0].formula == "jc = ja + 2e+07 ja^3"
+
+
+def test_a_distance_of_nothing_is_a_spherical_cut() -> None:
+    robot = two_bodies("distance")
+    with pytest.raises(InputError, match=r"cuts\.cut\.length must be > 0 m, found 0; a spherical cut"):
+        with_values(robot, {"cuts.cut.length": 0.0})
+    flat = replace(robot, cuts=(replace(robot.cuts[0], length=0.0),))
+    assert [(one.expected, one.mend) for one in check(flat)] == [
+        ("a length > 0 m", "a spherical cut holds two points together")
+    ]
+    wrong = replace(robot, cuts=(replace(robot.cuts[0], type=CutType.SPHERICAL),))
+    assert "of type spherical has the length 0.25" in str(check(wrong)[0])
