@@ -74,6 +74,7 @@ OWNERS: Mapping[str, frozenset[str]] = {
     "yourdfpy": frozenset({"description", "engines"}),
     "lxml": frozenset({"description"}),
     "yaml": frozenset({"description"}),
+    "xacro": frozenset({"description"}),
     "example_robot_data": frozenset({"description"}),
     "trimesh": frozenset({"description", "viewer"}),
     "meshcat": frozenset({"viewer"}),

@@ -22,13 +22,6 @@ def joint(name: str, parent: str, child: str, kind: str = "fixed") -> str:
 # name: (edits, mark of the line it stands on, found, expected, mend), the last three as regular expressions
 ERRORS = {
     "mismatched tag": ([('<link name="ground"/>', '<link name="ground">')], None, "does not parse", "URDF", "close"),
-    "two parents": (
-        [(END, joint("again", "rocker", "coupler") + END)],
-        'name="again"',
-        "'coupler' has 2 parents, by joints coupler_turn, again",
-        "one joint above each link",
-        "close it with a cut joint",
-    ),
     "cycle": (
         [('<parent link="ground"/>', '<parent link="coupler"/>')],
         CRANK_TURN,

@@ -75,18 +75,21 @@ def _writer(module: str) -> Texts:
     return files
 
 
-PLAIN = Format("URDF", (".urdf", ".xml"), (b"<robot",), _reader("urdf.plain"))
+PLAIN = Format("URDF", (".urdf", ".xml", ".xacro"), (b"<robot",), _reader("urdf.reader"))
 FORMATS: tuple[Format, ...] = (
     Format("loops.toml", (".toml",), (b"schema",), _reader("loops_toml"), _writer("loops_toml"), "loops", True),
     Format("Gepetto robot.yaml", (".yaml", ".yml"), (b"closed_loop", b"name_mot"), _reader("gepetto")),
     Format(
-        "URDF+", (".urdf", ".xml"), (b"<loop", b"<coupling", b"<predecessor", b"independent="), _reader("urdf.plus")
+        "URDF+",
+        (".urdf", ".xml", ".xacro"),
+        (b"<loop ", b"<coupling", b"<predecessor", b"independent="),
+        _reader("urdf.reader"),
     ),
     Format(
         "URDF with <constraint>",
-        (".urdf", ".xml"),
+        (".urdf", ".xml", ".xacro"),
         (b"<constraint", b"<cutjoint"),
-        _reader("urdf.constraint"),
+        _reader("urdf.reader"),
         _writer("urdf.writer"),
         "urdf",
         says=("damping", "friction", "friction_speed"),
