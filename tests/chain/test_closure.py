@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from kit.shipped import SHIPPED
+from kit.two_bodies import LENGTH
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
@@ -64,7 +65,7 @@ def test_jacobian_is_the_derivative_of_the_residual(name: str, kit: Any) -> None
             np.testing.assert_allclose(jacobian[:, k], (ahead - behind) / (2 * H), atol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["prismatic", "universal", "spherical"])
+@pytest.mark.parametrize("name", ["prismatic", "universal", "spherical", "distance"])
 def test_jacobian_is_exact_while_the_loop_is_open(name: str, kit: Any) -> None:
     """Rows without a rotation vector or a stretched angle."""
     chain = case(name, kit)
@@ -141,6 +142,11 @@ def test_mobility_is_six_less_the_rows_and_the_motion_is_the_joints(kind: str, k
         x = b[:3, :3].T @ a[:3, 0]
         wanted = np.array([[0.0, 0.0, 0.0, *x], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0]])
         assert x @ [0.0, 1.0, 0.0] == pytest.approx(0.0, abs=1e-12)
+    elif kind == "distance":
+        along = b[:3, :3].T @ (b[:3, 3] - a[:3, 3])
+        across = np.linalg.svd(along[None, :])[2][1:]
+        wanted = np.block([[across, np.zeros((2, 3))], [np.zeros((3, 3)), np.eye(3)]])
+        assert np.linalg.norm(along) == pytest.approx(LENGTH, rel=1e-12)
     else:
         wanted = FREE[kind]
     assert np.linalg.matrix_rank(np.vstack([twists, wanted]), tol=1e-9) == len(wanted) == len(twists)
@@ -219,7 +225,7 @@ def tree_and_cut(kind: str, kit: Any) -> tuple[ClosedChain, ClosedChain]:
     return ClosedChain(tree), ClosedChain(cut)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", JOINTS)
 def test_a_cut_joint_has_the_dynamics_of_the_joint(kind: str, kit: Any) -> None:
     tree, cut = tree_and_cut(kind, kit)
     assert cut.mobility().mobility == tree.nv

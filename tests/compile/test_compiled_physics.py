@@ -85,13 +85,13 @@ def test_shipped_robots(kit: Any, name: str) -> None:
     agrees(shipped(kit, name), np.random.default_rng(1))
 
 
-@pytest.mark.parametrize("cut", few(CUTS, "fixed", "prismatic", "universal"))
+@pytest.mark.parametrize("cut", few((*CUTS, "distance"), "fixed", "prismatic", "universal"))
 def test_every_cut(kit: Any, cut: str) -> None:
     rng = np.random.default_rng(2)
     agrees_in_full(kit, ClosedChain(lively(kit.two_bodies(cut), rng)), rng)
 
 
-@pytest.mark.parametrize("cut", few(CUTS, "fixed", "revolute"))
+@pytest.mark.parametrize("cut", few((*CUTS, "distance"), "fixed", "distance"))
 def test_every_bushing(kit: Any, cut: str) -> None:
     rng = np.random.default_rng(3)
     plain = kit.two_bodies("spherical")

@@ -26,7 +26,7 @@ from cutjoint.simulation import ReducedPlant, RungeKutta4
 from cutjoint.simulation import run as simulate
 
 JOINTS = ("revolute", "continuous", "prismatic", "universal", "spherical", "planar", "floating")
-CUTS = ("fixed", "spherical", "revolute", "universal", "prismatic")
+CUTS = ("fixed", "spherical", "revolute", "universal", "prismatic", "distance")
 RODS = tuple(f"cuts.ball{k}a.b.z = cuts.ball{k}b.b.z" for k in (1, 2, 3))
 OMEGA3 = (*RODS, *(f"joints.{joint}{k}.origin.xyz" for joint in ("arm", "bar") for k in (1, 2, 3)))
 UNFIT = ("floating_fourbar", "hexapod", "parallelogram_flat", "bricard", "upu_3_equal", "ball_rod_delta")
@@ -38,7 +38,8 @@ FIVEBAR = ("joints.left_elbow.origin.x", "cuts.tip.b.x", "joints.right_shoulder.
 def physical(path: str) -> bool:
     """Whether a path is a place, an inertia, gravity or a gear's: what any robot has."""
     part, last = path.split(".")[0], path.rpartition(".")[2]
-    return part in ("links", "couplings", "tool", "gravity") or last in ("x", "y", "z", "roll", "pitch", "yaw")
+    places = ("x", "y", "z", "roll", "pitch", "yaw", "length")
+    return part in ("links", "couplings", "tool", "gravity") or last in places
 
 
 def free_paths(chain: ClosedChain, rng: np.random.Generator, count: int, among: Any = physical) -> list[str]:

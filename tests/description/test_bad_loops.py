@@ -224,13 +224,6 @@ ERRORS = {
         "two joints",
         "",
     ),
-    "coupling of an actuator": (
-        [("[tool]", COUPLING), ('["crank_turn"]', '["crank_turn", "rocker_turn"]')],
-        "actuators",
-        "joint 'rocker_turn', which coupling 'gear' drives already",
-        "independent",
-        "driver only",
-    ),
     "couplings in a ring": (
         [
             (

@@ -106,7 +106,8 @@ class PlacedCoupling:
 
 @dataclass
 class Blueprint:
-    """A robot in the making.  `size` [m] is that of its bodies, `weight` [kg] about their mass."""
+    """A robot in the making.  `size` [m] is that of its bodies, `weight` [kg] about their mass; `rods` says what rods
+    are: "distance", "spherical" or "universal", and " and heavy" where every other one has mass."""
 
     name: str
     rng: np.random.Generator
@@ -120,6 +121,7 @@ class Blueprint:
     actuators: list[str] = field(default_factory=list)
     tool: tuple[str, Array] | None = None
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    rods: str = "distance"
 
     def joint(
         self,
@@ -193,13 +195,25 @@ class Blueprint:
         self.couplings.append(PlacedCoupling(name, joint, curves, float(start[joint] - driven)))
 
     def rod(self, name: str, a: str, b: str, at: Any, to: Any) -> None:
-        """A distance between a point of link a and one of link b."""
-        ends = []
-        for link, point in ((a, np.array(at, dtype=float)), (b, np.array(to, dtype=float))):
-            pose = self.poses[link]
-            ends.append((link, random_rotation(self.rng), pose.rotation.T @ (point - pose.position)))
-        length = float(np.linalg.norm(np.array(to, dtype=float) - np.array(at, dtype=float)))
-        self.cuts.append(PlacedCut(name, "distance", *ends, length))
+        """A distance between a point of link a and one of link b; or, as `rods` says, what is one: a link without mass
+        on a spherical or universal joint at its one end and a ball at its other.  Where that says so, every other rod
+        is a link with mass on a spherical joint, whatever the others are.  All else is drawn the same."""
+        at, to, own = np.array(at, dtype=float), np.array(to, dtype=float), self.rng
+        kind, _, others = self.rods.partition(" and ")
+        self.rng = np.random.default_rng([*name.encode()])
+        heavy = bool(others) and len(self.cuts) % 2 == 1
+        if kind == "distance" and not heavy:
+            ends = []
+            for link, point in ((a, at), (b, to)):
+                pose = self.poses[link]
+                ends.append((link, random_rotation(self.rng), pose.rotation.T @ (point - pose.position)))
+            self.cuts.append(PlacedCut(name, "distance", *ends, float(np.linalg.norm(to - at))))
+        else:
+            across = np.cross(to - at, self.rng.normal(size=(2, 3)))
+            joint = "spherical" if heavy else kind
+            self.joint(f"{name}_end", joint, a, f"{name}_rod", at, *across, massless=not heavy)
+            self.cut(name, "spherical", f"{name}_rod", b, to)
+        self.rng = own
 
     def random_inertia(self) -> Inertia:
         """Of a body that can exist: eight random points of equal mass."""

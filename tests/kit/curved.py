@@ -70,9 +70,9 @@ def summed_arm(rng: Rng) -> Mechanism:
     return Mechanism(plan, 3)
 
 
-def tabled_lift(rng: Rng) -> Mechanism:
+def tabled_lift(rng: Rng, rods: str = "distance") -> Mechanism:
     """Two slides carry the ends of a beam by ball and distance; a screw drives both along curves of its own."""
-    plan, tilt = Blueprint("tabled_lift", rng), random_rotation(rng)
+    plan, tilt = Blueprint("tabled_lift", rng, rods=rods), random_rotation(rng)
     feet = [tilt @ np.array([x, 0.02 * rng.normal(), 0.0]) for x in (-0.3, 0.3)]
     plan.joint("screw", "continuous", "base", "shaft", tilt @ np.array([0.0, 0.3, 0.0]), tilt @ Z)
     for name, foot in zip("ab", feet, strict=True):
@@ -85,9 +85,9 @@ def tabled_lift(rng: Rng) -> Mechanism:
     return Mechanism(plan, 1)
 
 
-def rssr(rng: Rng) -> Mechanism:
+def rssr(rng: Rng, rods: str = "distance") -> Mechanism:
     """The spatial four-bar whose coupler is a rod with a ball at either end: a distance between crank and rocker."""
-    plan, tilt = Blueprint("rssr", rng), random_rotation(rng)
+    plan, tilt = Blueprint("rssr", rng, rods=rods), random_rotation(rng)
     crank, rocker = np.array([0.0, 0.12, 0.05]), np.array([0.4, 0.1, 0.25])
     crank, rocker = (point + 0.02 * rng.normal(size=3) for point in (crank, rocker))
     plan.joint("crank", "continuous", "base", "disc", np.zeros(3), tilt @ unit(X + 0.3 * rng.normal(size=3)))
@@ -97,9 +97,9 @@ def rssr(rng: Rng) -> Mechanism:
     return Mechanism(plan, 1)
 
 
-def rod_delta(rng: Rng) -> Mechanism:
+def rod_delta(rng: Rng, rods: str = "distance") -> Mechanism:
     """Three arms carry a platform on six rods without mass: a Delta of distances."""
-    plan, height = Blueprint("rod_delta", rng), rng.uniform(0.35, 0.45)
+    plan, height = Blueprint("rod_delta", rng, rods=rods), rng.uniform(0.35, 0.45)
     plan.joint("flight", "floating", "base", "platform", [0.0, 0.0, -height])
     for k in range(3):
         along, axis = on_circle(1.0, 2.0 * k * np.pi / 3), on_circle(1.0, 2.0 * k * np.pi / 3 + np.pi / 2)
@@ -113,9 +113,9 @@ def rod_delta(rng: Rng) -> Mechanism:
     return Mechanism(plan, 3)
 
 
-def hanging_plate(rng: Rng) -> Mechanism:
+def hanging_plate(rng: Rng, rods: str = "distance") -> Mechanism:
     """A plate on three strings that are always taut: nothing drives it, three freedoms."""
-    plan = Blueprint("hanging_plate", rng)
+    plan = Blueprint("hanging_plate", rng, rods=rods)
     plan.joint("flight", "floating", "base", "plate", 0.05 * rng.normal(size=3) - 0.4 * Z)
     for k in range(3):
         angle = 2.0 * k * np.pi / 3 + rng.uniform(-0.2, 0.2)
@@ -140,6 +140,11 @@ def follower_fivebar(rng: Rng) -> Mechanism:
     mechanism.plan.name, mechanism.plan.actuators = "follower_fivebar", ["b1"]
     return mechanism
 
+
+RODS: dict[str, Callable[[Rng, str], Mechanism]] = {
+    builder.__name__: builder for builder in (tabled_lift, rssr, rod_delta, hanging_plate)
+}
+"""Those with rods, which may be links."""
 
 CURVED: dict[str, Callable[[Rng], Mechanism]] = {
     builder.__name__: builder

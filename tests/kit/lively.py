@@ -103,7 +103,7 @@ def _joint(one: Joint, strength: Strength, rng: np.random.Generator, chain: Clos
 def _of_cut(kind: CutType, strength: Strength, rng: np.random.Generator) -> JointPhysics:
     unit = strength.length if kind is CutType.PRISMATIC else 1.0
     made = strength.physics(rng, unit, rotor=False, ball=kind is CutType.SPHERICAL)
-    return JointPhysics() if kind is CutType.FIXED else made
+    return made if kind.freedoms else JointPhysics()
 
 
 def bushed(
@@ -119,9 +119,10 @@ def bushed(
     in_first, off = np.eye(4), placement(apart * strength.length * rng.normal(size=3), apart * rng.normal(size=3))
     in_first[:3, :3], in_first[:3, 3] = random_rotation(rng), 0.3 * strength.length * rng.normal(size=3)
     in_second = np.linalg.inv(two) @ one @ in_first @ off
-    return CutJoint(
-        name, kind, Frame(str(first), in_first), Frame(str(second), in_second), bushing=strength.bushing(rng)
-    )
+    ends, length = (Frame(str(first), in_first), Frame(str(second), in_second)), 0.0
+    if kind.has_length:
+        length = float(np.linalg.norm(off[:3, 3]) * rng.uniform(0.5, 1.5))
+    return CutJoint(name, kind, *ends, bushing=strength.bushing(rng), length=length)
 
 
 State = tuple[Posture, Array, Array, Array]

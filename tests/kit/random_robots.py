@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 from kit.blueprint import Blueprint, random_rotation, unit
 from kit.built import choose_actuators
+from kit.curved import random_curve
+from oracles.reading import COORDINATES
 
 Array = np.ndarray
 Rng = np.random.Generator
@@ -57,8 +59,10 @@ class Places:
         return point, axis, axis2
 
 
-def random_robot(rng: Rng, joints: int, closures: int, folder: Path) -> Blueprint:
-    """A robot with this many joints and cuts or couplings; `folder` is where its actuators are tried."""
+def random_robot(rng: Rng, joints: int, closures: int, folder: Path, curved: bool = False) -> Blueprint:
+    """A robot with this many joints and cuts or couplings; `folder` is where its actuators are tried.
+
+    With `curved`, couplings have any number of drivers, along curves, and some cuts are distances."""
     style = str(rng.choice(STYLES))
     plan, places = Blueprint(f"{style}_{joints}_{closures}", rng), Places(style, rng)
     bare = 0.25 if rng.integers(4) == 0 else 0.0
@@ -70,8 +74,10 @@ def random_robot(rng: Rng, joints: int, closures: int, folder: Path) -> Blueprin
         plan.joint(f"j{index}", kind, parent, f"l{index}", at, axis, axis2, massless=rng.uniform() < bare)
         links.append(f"l{index}")
     for index in range(1, closures + 1):
-        if not (rng.integers(4) == 0 and _gear(plan, f"g{index}", rng)):
-            _cut(plan, f"c{index}", places, rng)
+        if curved and rng.integers(2) and _curves(plan, f"g{index}", rng):
+            continue
+        if curved or not (rng.integers(4) == 0 and _gear(plan, f"g{index}", rng)):
+            _cut(plan, f"c{index}", places, rng, rods=0.3 if curved else 0.0)
     if rng.integers(2):
         choose_actuators(plan, folder)
     else:
@@ -92,7 +98,21 @@ def _gear(plan: Blueprint, name: str, rng: Rng) -> bool:
     return True
 
 
-def _cut(plan: Blueprint, name: str, places: Places, rng: Rng) -> None:
+def _curves(plan: Blueprint, name: str, rng: Rng) -> bool:
+    """A coupling to none or some of the joints before the one that it drives, if there is one left."""
+    order = [one.name for one in plan.joints]
+    driven = plan.scalars
+    if not driven:
+        return False
+    joint = str(rng.choice(driven))
+    start = {one.name: one.start for one in plan.joints}
+    before = [one.name for one in plan.joints[: order.index(joint)] if COORDINATES[one.kind] == 1]
+    chosen = rng.permutation(before)[: rng.integers(0, 4)] if before else []
+    plan.curved(name, joint, {str(one): random_curve(rng, start[str(one)], rng.normal()) for one in chosen})
+    return True
+
+
+def _cut(plan: Blueprint, name: str, places: Places, rng: Rng, rods: float = 0.0) -> None:
     """A cut between two bodies that no fixed joints hold together."""
     body = {"base": "base"}
     for joint in plan.joints:
@@ -101,6 +121,9 @@ def _cut(plan: Blueprint, name: str, places: Places, rng: Rng) -> None:
     if not pairs:
         return
     a, b = pairs[int(rng.integers(len(pairs)))]
+    if rods and rng.uniform() < rods:
+        plan.rod(name, a, b, *(places.line(False)[0] for _ in range(2)))
+        return
     kind = pick(rng, CUTS)
     at, axis, axis2 = places.line(kind == "prismatic")
     plan.cut(name, kind, a, b, at, axis, axis2)

@@ -60,7 +60,7 @@ class Verdicts:
         self.counts["answers"] += 1
         return result
 
-    def judge(self, rng: np.random.Generator, joints: int, closures: int) -> None:
+    def judge(self, rng: np.random.Generator, joints: int, closures: int, curved: bool = False) -> None:
         """One random robot at home and, if it moves, elsewhere.
 
         Raises:
@@ -68,7 +68,7 @@ class Verdicts:
         """
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            plan = random_robot(rng, joints, closures, folder)
+            plan = random_robot(rng, joints, closures, folder, curved)
             path = plan.write(folder, random_mounting(rng))
             drawn = Maximal(path, length=0.3)
             home = drawn.at(at_home(plan, drawn))

@@ -114,7 +114,6 @@ def loops_text(plan: Blueprint, mounting: Mounting, scale: float) -> str:
         lines += ["[[cut]]", f'name = "{cut.name}"', f'type = "{cut.kind}"', f"frames = [{frames}]"]
         if cut.kind == "distance":
             lines.append(f"length = {scale * cut.length!r}")
-    kinds = {joint.name: joint.kind for joint in plan.joints}
     units = {joint.name: scale if joint.kind == "prismatic" else 1.0 for joint in plan.joints}
     for one in plan.couplings:
         own = units[one.joint]

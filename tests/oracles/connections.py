@@ -77,7 +77,7 @@ class Rows:
         return np.abs(self.matrix[:, :3]).max(axis=1, initial=0.0) > 0.0
 
     def rates(self, w_a: Array, w_b: Array, relative: Array) -> Array:
-        """Time derivative of the rows where the bodies turn with w_a and w_b and have a relative twist, shape (k, 6)."""
+        """Time derivative of the rows where the bodies turn with w_a and w_b and have a relative twist, (k, 6)."""
         rates = np.zeros_like(self.matrix)
         for row, (values, carrier) in enumerate(zip(self.matrix, self.carrier, strict=True)):
             if carrier == "ab":

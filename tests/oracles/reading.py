@@ -206,7 +206,7 @@ def _mimic(element: ET.Element) -> Coupling | None:
 
 
 def _coupling(given: dict[str, Any]) -> Coupling:
-    """A [[coupling]]: one driver with a ratio, a polynomial or a table; several with a ratio each; `drives`; or none."""
+    """A [[coupling]]: one driver with a ratio, polynomial or table; several with a ratio each; `drives`; or none."""
     drivers = given.get("driver", [])
     if "drives" in given:
         curves = {one["driver"]: _curve(one) for one in given["drives"]}

@@ -14,6 +14,7 @@ from cutjoint.chain.joints import support, type_of
 from cutjoint.description.curves import Curve, CurvePoint
 from cutjoint.description.cuts import Kind
 from cutjoint.description.model import Coupling, CutJoint, CutType
+from cutjoint.errors import UnknownNameError
 
 _TILTS = ((0, 2), (1, 2))
 """The axes of A that a hinge keeps perpendicular to which axis of B."""
@@ -63,7 +64,15 @@ class BoundCoupling:
 
     @staticmethod
     def of(model: pin.Model, coupling: Coupling) -> BoundCoupling:
-        """A coupling of the description that the model was built from."""
+        """A coupling of the description that the model was built from.
+
+        Raises:
+            UnknownNameError: a joint of it does not move, or is not there.
+        """
+        known = list(model.names)[1:]
+        for name in (coupling.joint, *coupling.drivers):
+            if name not in known:
+                raise UnknownNameError(f"joint of coupling '{coupling.name}'", name, known)
         joints = [model.getJointId(name) for name in (coupling.joint, *coupling.drivers)]
         curves = tuple(one.curve for one in coupling.drives)
         return BoundCoupling(

@@ -75,6 +75,10 @@ class Closure:
         self._starts = np.array([*rows.starts, *range(rows.count, self.all_rows)], dtype=int)
         self._coupled = self._coupled_rows(np.zeros(int(model.nq)))
 
+    def told(self, name: str) -> str:
+        """A cut or coupling in words, as messages have it."""
+        return f"{'cut' if any(one.name == name for one in self.cuts) else 'coupling'} '{name}'"
+
     @cached_property
     def apart(self) -> Array:
         """Differences of the origins of frames b and a as rows of the cuts, shape (cut rows, 6 cuts)."""

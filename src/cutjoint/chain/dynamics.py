@@ -10,8 +10,9 @@ of the motions that the loops allow and a_0 the least acceleration with K a_0 = 
     a = a_0 + N z,   (N' M N) z = N' (tau - h - M a_0),   K' f = M a + h - tau
 
 so redundant rows never enter, and f is the least one that does the work: least is L^2 |force|^2 + |moment|^2 over all
-cuts, with L the characteristic length.  Motions that move no mass stay at rest where nothing pushes them; where
-something does, there is no answer.
+cuts, with L the characteristic length.  No equation tells how motions accelerate that move no mass, such as the spin of
+a massless rod between two balls: where nothing pushes them, of all accelerations that solve both equations the least is
+taken, in dimensionless coordinates; where something does, there is no answer.
 
 Where the rows of all cuts are those of contacts (fixed, spherical, revolute), `pin.constraintDynamics` gives the same
 accelerations by its proximal iteration, and quicker; it is used where it converged.  What is returned with forces
@@ -22,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -70,7 +72,7 @@ class Motions:
         basis: of them, one coordinate of the tree each, shape (nv, k), dimensionless.
         factor: columns in coordinates of the basis that the mass matrix makes orthonormal, shape (k, moved).
         idle: orthonormal motions that move no mass, in coordinates of the basis scaled by `size`, shape (k, massless).
-        size: root of the mass that each column of the basis moves, shape (k,).
+        size: root of the mass that each column of the basis moves, the least one for those that move none, shape (k,).
     """
 
     basis: Array
@@ -78,14 +80,21 @@ class Motions:
     idle: Array
     size: Array
 
+    @cached_property
+    def massless(self) -> Array:
+        """Orthonormal basis of those that move no mass, dimensionless, shape (nv, massless)."""
+        return np.linalg.qr(self.basis @ (self.idle / self.size[:, None]))[0]
+
     @staticmethod
     def of(allowed: Array, mass: Array) -> Motions:
         """From an orthonormal basis of the allowed motions and the mass matrix, both dimensionless in the motions."""
         basis = coordinates_of(allowed)
         energy = basis.T @ mass @ basis
         size = np.sqrt(np.maximum(np.diag(energy), 0.0))
-        moves = size > MASSLESS * np.sqrt(np.abs(mass).max(initial=0.0))
-        size = np.where(moves, size, 1.0)
+        # a rod that carries others may spin while these stand still: what they move must be more than rounding
+        terms = np.einsum("ik,ij,jk->k", np.abs(basis), np.abs(mass), np.abs(basis))
+        moves = (size > MASSLESS * np.sqrt(np.abs(mass).max(initial=0.0))) & (size**2 > MASSLESS * terms)
+        size = np.where(moves, size, float(size[moves].min(initial=np.inf)) if moves.any() else 1.0)
         values, vectors = np.linalg.eigh(np.where(np.outer(moves, moves), energy, 0.0) / size[:, None] / size)
         heavy = values > MASSLESS
         factor = vectors[:, heavy] / size[:, None] / np.sqrt(values[heavy])
@@ -95,6 +104,9 @@ class Motions:
 MASSLESS = 1e-12
 """Motions that move less than this part of the mass of the others (by each joint's own measure) move none: rounding of
 masses that cancel lies below, the spin of a wire above."""
+
+PUSHED = 1e-6
+"""Part of the largest component of a motion that is pushed, below which messages do not name a joint."""
 
 ROUNDED = 1e-13
 """Part of a motion that rows leave which vanish but for rounding, such as those of a door's second hinge."""
@@ -160,6 +172,7 @@ class FullDynamics:
         self._refuse_massless(motions, load, np.abs(push) + np.abs(bias) + np.abs(inertial), floor)
         moved = motions.factor @ (motions.factor.T @ load)
         scaled = least + motions.basis @ moved
+        scaled = scaled - motions.massless @ (motions.massless.T @ scaled)
         pull = mass @ scaled + bias - push
         multipliers = split.solve_transposed(pull)
         acceleration = scale * scaled
@@ -167,14 +180,19 @@ class FullDynamics:
         return acceleration, k.row_scale * multipliers, residual
 
     def _refuse_massless(self, motions: Motions, load: Array, acting: Array, floor: float) -> None:
-        terms = np.abs(motions.basis).T @ acting
-        pushed = np.abs(motions.idle.T @ (load / motions.size))
-        bound = np.abs(motions.idle).T @ (terms / motions.size)
-        if (pushed > tolerances.DYNAMICS.value * bound + floor).any():
-            joints = joints_of(self._k.model, motions.basis @ (motions.idle / motions.size[:, None]))
+        size = motions.size
+        terms = np.abs(motions.basis).T @ acting / size
+        pushes = motions.idle.T @ (load / size)
+        bound = tolerances.DYNAMICS.value * (np.abs(motions.idle).T @ terms)
+        rounding = tolerances.ROUNDED.value * float(terms.max(initial=0.0)) + floor / float(size.min(initial=np.inf))
+        if (np.abs(pushes) > bound + rounding).any():
+            pushed = motions.basis @ (motions.idle @ pushes / size)
+            pushed = np.where(np.abs(pushed) > PUSHED * np.abs(pushed).max(), pushed, 0.0) / np.linalg.norm(pushed)
+            joints = joints_of(self._k.model, pushed[:, None])
             raise DynamicsError(
                 f"a force acts on a motion that moves no mass, of {', '.join(joints)}: a body at the end of a limb has "
-                "no mass, or none that its joint moves; give it an inertia",
+                "no mass, or none that its joint moves; give it an inertia, or take away what acts there: an effort, "
+                "a load, a spring or friction",
                 residual=np.inf,
             )
 
@@ -216,8 +234,7 @@ class FullDynamics:
 def massless_motions(kinematics: Kinematics, q: Array, allowed: Array) -> Array:
     """Basis of those of the allowed motions (nv, m), orthonormal and dimensionless, that move no mass at `q` (nq,)."""
     k = kinematics
-    motions = Motions.of(allowed, k.tree.mass_matrix(q) * k.column_scale[:, None] * k.column_scale)
-    return np.asarray(motions.basis @ (motions.idle / motions.size[:, None]))
+    return Motions.of(allowed, k.tree.mass_matrix(q) * k.column_scale[:, None] * k.column_scale).massless
 
 
 def wrenches(cuts: tuple[BoundCut, ...], frames: CutFrames, multipliers: Array) -> dict[str, Wrench]:

@@ -107,8 +107,8 @@ class Postures:
         if not System(self.k, None).at(placed).openness < 10.0:
             distance, angle, cut = placed.gap
             raise InputError(
-                f"this posture leaves cut '{cut}' of {self.k.name} open by {distance:.3g} m, {angle:.3g} rad; make it "
-                "with this robot's close() or reach()"
+                f"this posture leaves {self.k.closure.told(cut)} of {self.k.name} open by {distance:.3g} m, "
+                f"{angle:.3g} rad; make it with this robot's close() or reach()"
             )
         self.known = at, placed
         return placed

@@ -21,6 +21,7 @@ from cutjoint.commands.output import (
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, MobilityReport, Modes
+    from cutjoint.description.model import Coupling
     from cutjoint.mechanism import Posture
 
 MOST_MODES = 16
@@ -66,17 +67,34 @@ def _data(
             {"name": actuator.name, "kind": actuator.kind, "unit": actuator.unit, "home": value}
             for actuator, value in zip(chain.actuators, chain.home.q, strict=True)
         ],
-        "cuts": [{"name": c.name, "type": str(c.type), "links": [c.a.link, c.b.link]} for c in robot.cuts],
-        "couplings": [
-            {"name": c.name, "joint": c.joint, "drivers": c.drivers, "ratios": c.ratios, "formula": c.formula}
-            for c in robot.couplings
+        "cuts": [
+            {"name": c.name, "type": str(c.type), "links": [c.a.link, c.b.link]}
+            | ({"length_m": c.length} if c.type.has_length else {})
+            for c in robot.cuts
         ],
+        "couplings": [_coupling_data(one) for one in robot.couplings],
         "physics": physics_data(robot),
         "links": [{"name": link.name, "mass_kg": link.inertial.mass if link.inertial else 0.0} for link in robot.links],
         "working_modes": None if working is None else [mode.q for mode in working],
         "assembly_modes": None if assembly is None else [_tool(chain, mode) for mode in assembly],
         "search": {"working_modes": _search(working), "assembly_modes": _search(assembly)},
     }
+
+
+def _coupling_data(one: Coupling) -> dict[str, object]:
+    """A coupling with the curve of every driver: coefficients of a polynomial, or the points of a spline."""
+    from cutjoint.description.curves import Table
+
+    drives = [
+        {"driver": drive.driver}
+        | (
+            {"table": drive.curve.points}
+            if isinstance(drive.curve, Table)
+            else {"polynomial": drive.curve.pieces[0].coefficients}
+        )
+        for drive in one.drives
+    ]
+    return {"name": one.name, "joint": one.joint, "drives": drives, "offset": one.offset, "formula": one.formula}
 
 
 def _search(modes: Modes | None) -> dict[str, object] | None:
@@ -112,9 +130,10 @@ def _show(chain: ClosedChain, report: MobilityReport, working: Modes | None, ass
     actuators.print()
 
     if robot.cuts or robot.couplings:
-        cuts = TerminalTable("cut joints", ("cut", "type", "rows", "between"), right=("rows",))
+        cuts = TerminalTable("cut joints", ("cut", "type", "rows", "between / formula"), right=("rows",))
         for cut in robot.cuts:
-            cuts.add_row(cut.name, str(cut.type), str(cut.type.rows), f"{cut.a.link} - {cut.b.link}")
+            kind = f"{cut.type} {cut.length:g} m" if cut.type.has_length else str(cut.type)
+            cuts.add_row(cut.name, kind, str(cut.type.rows), f"{cut.a.link} - {cut.b.link}")
         for coupling in robot.couplings:
             cuts.add_row(coupling.name, "coupling", "1", coupling.formula)
         cuts.print()

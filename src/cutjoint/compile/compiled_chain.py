@@ -150,10 +150,9 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
     def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
         """Acceleration of all joints at a closed configuration, for any actuation, shape (nv,); see
         `ClosedChain.full_acceleration`."""
-        if not self.source.weightless:
-            parts = self._library["full_forward"](q_full, v_full, effort_full, self._values)
-            if parts is not None:
-                return parts["a_full"]
+        parts = self._library["full_forward"](q_full, v_full, effort_full, self._values)
+        if parts is not None:
+            return parts["a_full"]
         return self.plain.full_acceleration(q_full, v_full, effort_full)
 
     def _call(self, what: str, at: Posture, *arguments: npt.ArrayLike) -> dict[str, Array] | None:

@@ -7,6 +7,7 @@ cubic spline through them, which goes on straight beyond its ends: value, slope 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -43,8 +44,8 @@ class Curve:
         """Its slope where it is a straight line through zero, else None."""
         return None
 
-    def told(self, x: str) -> str:
-        """It in words, of a number called `x`."""
+    def terms(self, x: str) -> list[tuple[float, str]]:
+        """What it adds up, to be read, of a number called `x`: factors and what they stand before."""
         raise NotImplementedError
 
     def scaled(self, unit_x: float, unit_y: float) -> Curve:
@@ -83,11 +84,10 @@ class Polynomial(Curve):
         constant, slope, *higher = (*self.coefficients, 0.0, 0.0)
         return slope if constant == 0.0 and not any(higher) else None
 
-    def told(self, x: str) -> str:
-        """It in words."""
-        powers = ["", f" {x}", *(f" {x}^{k}" for k in range(2, len(self.coefficients)))]
-        terms = [f"{c:g}{power}" for c, power in zip(self.coefficients, powers, strict=False) if c != 0.0]
-        return " + ".join(terms) or "0"
+    def terms(self, x: str) -> list[tuple[float, str]]:
+        """What it adds up."""
+        powers = ["", x, *(f"{x}^{k}" for k in range(2, len(self.coefficients)))]
+        return list(zip(self.coefficients, powers, strict=False))
 
     def scaled(self, unit_x: float, unit_y: float) -> Polynomial:
         """The same curve between other units."""
@@ -120,10 +120,23 @@ class Table(Curve):
         """A straight one, a cubic between each two points, and a straight one."""
         return self._pieces
 
-    def told(self, x: str) -> str:
-        """It in words."""
-        return f"table of {len(self.points)} points({x})"
+    def terms(self, x: str) -> list[tuple[float, str]]:
+        """What it adds up."""
+        return [(1.0, f"spline of {len(self.points)} points({x})")]
 
     def scaled(self, unit_x: float, unit_y: float) -> Table:
         """The same curve between other units."""
         return Table(tuple((x / unit_x, y / unit_y) for x, y in self.points))
+
+
+def added_up(terms: Iterable[tuple[float, str]]) -> str:
+    """A sum to be read: `0.5 left - right^2 + 0.1`."""
+    words = [
+        ("-" if factor < 0.0 else "+", what if what and abs(factor) == 1.0 else f"{abs(factor):g} {what}".strip())
+        for factor, what in terms
+        if factor != 0.0
+    ]
+    if not words:
+        return "0"
+    (sign, first), *others = words
+    return " ".join([f"-{first}" if sign == "-" else first, *(f"{sign} {word}" for sign, word in others)])

@@ -16,9 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen, readonly
-from cutjoint.description.curves import Curve, Polynomial
+from cutjoint.description.couplings import Coupling as Coupling
+from cutjoint.description.couplings import Drive as Drive
 from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
+from cutjoint.description.place import NOWHERE
+from cutjoint.description.place import Place as Place
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism.physics import LARGEST_PAYLOAD, NO_PHYSICS
 from cutjoint.mechanism.physics import Bushing as Bushing
@@ -30,14 +33,6 @@ TASK_NAMES = ("x", "y", "z", "rx", "ry", "rz")
 TaskAxes = Literal["world", "tool"]
 """Whose axes these are: the world's, or the tool's at home."""
 TASK_AXES: tuple[TaskAxes, ...] = ("world", "tool")
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where in a file something stands, for messages."""
-
-    file: str = ""
-    line: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +83,7 @@ class Link:
     inertial: Inertial | None = None
     visuals: tuple[Shape, ...] = ()
     collisions: tuple[Shape, ...] = ()
-    place: Place = Place()
+    place: Place = NOWHERE
 
 
 @dataclass(frozen=True)
@@ -117,7 +112,7 @@ class Joint(Frozen):
     axis2: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
     limits: Limits = Limits()
     physics: JointPhysics = NO_PHYSICS
-    place: Place = Place()
+    place: Place = NOWHERE
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,71 +137,10 @@ class CutJoint:
     type: CutType
     a: Frame
     b: Frame
-    place: Place = Place()
+    place: Place = NOWHERE
     physics: JointPhysics = NO_PHYSICS
     bushing: Bushing | None = None
     length: float = 0.0
-
-
-@dataclass(frozen=True)
-class Drive:
-    """What one joint adds to a coupling: a curve of its coordinate."""
-
-    driver: str
-    curve: Curve = field(default_factory=Polynomial)
-
-
-@dataclass(frozen=True)
-class Coupling:
-    """A loop closed by gears, belts, tendons, a mimic or a cam: the coordinate of `joint` = `offset` + the sum of the
-    curves of its drivers' coordinates.  Without drivers it holds the joint at `offset`."""
-
-    name: str
-    joint: str
-    drives: tuple[Drive, ...] = ()
-    offset: float = 0.0
-    place: Place = Place()
-
-    @classmethod
-    def geared(
-        cls, name: str, joint: str, driver: str, ratio: float = 1.0, offset: float = 0.0, place: Place = Place()
-    ) -> Coupling:
-        """Coordinate of `joint` = ratio * coordinate of `driver` + offset."""
-        return cls.summed(name, joint, {driver: ratio}, offset, place)
-
-    @classmethod
-    def summed(
-        cls, name: str, joint: str, ratios: Mapping[str, float], offset: float = 0.0, place: Place = Place()
-    ) -> Coupling:
-        """Coordinate of `joint` = sum of ratio * coordinate over the drivers + offset."""
-        drives = tuple(Drive(driver, Polynomial((0.0, ratio))) for driver, ratio in ratios.items())
-        return cls(name, joint, drives, offset, place)
-
-    @property
-    def drivers(self) -> tuple[str, ...]:
-        """Names of the joints that drive it."""
-        return tuple(one.driver for one in self.drives)
-
-    @property
-    def ratios(self) -> Mapping[str, float] | None:
-        """Driver -> ratio where all curves are straight lines through zero, else None."""
-        slopes = {one.driver: one.curve.ratio for one in self.drives}
-        kept = {driver: ratio for driver, ratio in slopes.items() if ratio is not None}
-        return kept if len(kept) == len(self.drives) else None
-
-    @property
-    def formula(self) -> str:
-        """What it says, to be read: `rocker = 0.5 left + 0.5 right + 0.1`."""
-        terms = [one.curve.told(one.driver) for one in self.drives]
-        terms += [f"{self.offset:g}"] if self.offset != 0.0 or not terms else []
-        return f"{self.joint} = {' + '.join(terms)}"
-
-    @property
-    def gear(self) -> tuple[str, float] | None:
-        """Driver and ratio where one joint drives it along a straight line through zero: what gears and `<mimic>` do;
-        else None."""
-        ratios = self.ratios
-        return next(iter(ratios.items())) if ratios is not None and len(ratios) == 1 else None
 
 
 @dataclass(frozen=True)

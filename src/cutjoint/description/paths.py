@@ -2,7 +2,8 @@
 
     links.NAME      mass, com.x .y .z, inertia.xx .yy .zz .xy .xz .yz (about the centre of mass, along the link's axes)
     joints.NAME     origin.x .y .z .roll .pitch .yaw, and the joint's physics: damping, friction, stiffness, gear, ...
-    cuts.NAME       a.x ... a.yaw, b.x ... b.yaw, its physics, and bushing.stiffness ... where it is a bushing
+    cuts.NAME       a.x ... a.yaw, b.x ... b.yaw, its physics; bushing.stiffness ... where it is a bushing; length of a
+                    distance
     couplings.NAME  offset, and ratio where one joint drives it in a fixed ratio
     tool            x .y .z .roll .pitch .yaw
     gravity         x .y .z
@@ -99,7 +100,7 @@ class Path:
         """Check values, of any shape, that the number shall have.
 
         Raises:
-            InputError: not finite, negative where that means nothing, or a gear of 0.
+            InputError: not finite, negative where that means nothing, or a gear or a length of 0.
         """
         numbers = np.asarray(values, dtype=np.float64)
         if not np.isfinite(numbers).all():
@@ -108,6 +109,8 @@ class Path:
             raise InputError(f"{self} must be >= 0, found {float(numbers.min()):g}")
         if self.field == "gear" and (numbers == 0.0).any():
             raise InputError(f"{self} must be how many times as fast the rotor moves, found 0; 1 without a gear")
+        if self.field == "length" and (numbers == 0.0).any():
+            raise InputError(f"{self} must be > 0 m, found 0; a spherical cut holds two points together")
 
 
 def paths(robot: RobotDescription) -> tuple[str, ...]:

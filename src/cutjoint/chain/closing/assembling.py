@@ -39,8 +39,8 @@ def assembled(kinematics: Kinematics, q: Array, driver: Driver | None) -> Placed
     distance, angle, cut = kinematics.at(nearest(kinematics, q, driver)[0]).gap
     raise ClosureError(
         f"{kinematics.name}: no closed posture found from this configuration or around it; it comes to rest with "
-        f"gaps of up to {distance:.3g} m and {angle:.3g} rad, the worst at cut '{cut}'. Give a start nearer "
-        "to a closed posture, or mend the frames of that cut",
+        f"gaps of up to {distance:.3g} m and {angle:.3g} rad, the worst at "
+        f"{kinematics.closure.told(cut)}. Give a start nearer to a closed posture, or mend that one",
         gap=(distance, angle),
         cut=cut,
     )

@@ -33,8 +33,8 @@ class Closing:
         if System(self._k, None).at(placed).openness > 1.0:
             distance, angle, cut = placed.gap
             raise ClosureError(
-                f"{self._k.name}: cut '{cut}' is open by {distance:.3g} m, {angle:.3g} rad; use close(), reach() or "
-                "assemble()",
+                f"{self._k.name}: {self._k.closure.told(cut)} is open by {distance:.3g} m, {angle:.3g} rad; "
+                "use close(), reach() or assemble()",
                 gap=(distance, angle),
                 cut=cut,
             )
@@ -55,7 +55,7 @@ class Closing:
         if placed is None:
             distance, angle, cut = start.gap
             raise ClosureError(
-                f"{k.name} cannot be projected onto its loops: cut '{cut}' is open by {distance:.3g} m, "
+                f"{k.name} cannot be projected onto its loops: {k.closure.told(cut)} is open by {distance:.3g} m, "
                 f"{angle:.3g} rad",
                 gap=(distance, angle),
                 cut=cut,
@@ -97,7 +97,9 @@ class Closing:
         q = last.q.copy()
         q[self._actuated.q_index] = target
         distance, angle, cut = k.at(q).gap
-        opened = f"; with the actuators at the target, cut '{cut}' stays {distance:.3g} m, {angle:.3g} rad open"
+        opened = (
+            f"; with the actuators at the target, {k.closure.told(cut)} stays {distance:.3g} m, {angle:.3g} rad open"
+        )
         return ClosureError(
             f"{k.name} cannot be closed at {show(target)}: from {show(origin)} it got {stopped.fraction:.1%} of the "
             f"way, to {show(self._actuated.of(last.q))}, where {stopped.why} (distance to a type-2 singularity "

@@ -68,9 +68,9 @@ def check_rounding(kinematics: Kinematics, home: Placed) -> None:
     rows = ", ".join(k.closure.left_out)
     if max(distance / k.reach, angle) > tolerances.ROUNDED_GAP.value:
         raise ClosureError(
-            f"{k.name}: the loops cannot be closed with all of their rows; without {rows} cut '{cut}' stays "
+            f"{k.name}: the loops cannot be closed with all of their rows; without {rows} {k.closure.told(cut)} stays "
             f"{distance:.3g} m, {angle:.3g} rad open, which is more than rounded lengths explain "
-            f"({tolerances.ROUNDED_GAP.value:g} of {k.reach:.3g} m). Mend the frames of that cut, or choose a cut "
+            f"({tolerances.ROUNDED_GAP.value:g} of {k.reach:.3g} m). Mend the frames of that one, or choose a cut "
             "type that leaves the motion free",
             gap=(distance, angle),
             cut=cut,

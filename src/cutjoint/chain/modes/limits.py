@@ -37,7 +37,8 @@ class JointLimits:
     def __init__(self, kinematics: Kinematics, q: Array) -> None:
         self._k, self._q = kinematics, q
         self.angles = angles(kinematics.model)
-        self.geared: set[int] = set()
+        # a curve may take the same value a turn later, and still not everywhere
+        self.geared = {index for one in kinematics.closure.couplings for index in one.q_index if index in self.angles}
         for index in self.angles:
             turned = q.copy()
             turned[index] += 2.0 * np.pi

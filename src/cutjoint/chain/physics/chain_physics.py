@@ -24,7 +24,11 @@ from cutjoint.chain.closure import Closure, CutFrames
 from cutjoint.chain.physics.free_motion import FreeMotion
 from cutjoint.chain.physics.joint_forces import JointForces, balls, resisted
 from cutjoint.description.model import CutJoint, RobotDescription
+from cutjoint.errors import DynamicsError
 from cutjoint.mechanism.physics import Bushing
+
+MEETING = 1e-9
+"""Ends of a spring that are nearer than this part of its length are one point."""
 
 DRAGGED = 1e-9
 """A motion whose part along a coordinate is below this part of its largest does not move it."""
@@ -129,8 +133,19 @@ class ChainPhysics:
     def _bushings(self, elastic: Elastic, q: Array | None) -> tuple[Array, Array]:
         """Rows (rows, nv) and residual (rows,) of the bushings; the residual is nothing without a configuration."""
         closure, frames = self._closure, _part(elastic.frames, slice(0, self._count))
+        self._refuse_meeting(frames)
         rows = closure.jacobian(closure.gather(frames), elastic.twists, np.zeros(0))
         return rows, np.zeros(0) if q is None else closure.residual(frames, q)
+
+    def _refuse_meeting(self, frames: CutFrames) -> None:
+        """Raises DynamicsError where the ends of a spring of some length meet, so that it has no direction."""
+        for cut, a, b in zip(self.cuts, frames.at_a, frames.at_b, strict=False):
+            if cut.type.has_length and not float(np.linalg.norm(b - a)) > MEETING * cut.length:
+                raise DynamicsError(
+                    f"the ends of cut '{cut.name}' meet, so its bushing, {cut.length:g} m long at rest, has no "
+                    "direction to push in; start where they are apart, or make it a spherical cut, whose length is 0",
+                    residual=np.inf,
+                )
 
     def _coordinates(self, elastic: Elastic) -> list[tuple[FreeMotion, Array, Array]]:
         """Of every freedom of every other cut: its rows (k, nv) and its values (k,)."""

@@ -10,8 +10,8 @@ has the least kinetic energy (Kelvin).  Since U' M T~ = 0, neither mass, Corioli
 coordinates depends on how the idle freedoms accelerate.  Where that is asked, no force drives them: U' (M a + h) = 0.
 
 An idle freedom may move no mass (a rod without inertia about its axis).  Which ones do is found on the cloud; U' M U is
-then eliminated for the others only, and what is left of the weightless ones is the least motion instead, in
-dimensionless rates.
+then eliminated for the others only, and what is left of the weightless ones is the least motion instead
+(`cutjoint.compile.equations.weightless`).
 """
 
 from __future__ import annotations
@@ -24,12 +24,10 @@ from cutjoint.arrays import Array
 from cutjoint.compile.equations.cloud import run
 from cutjoint.compile.equations.dynamics import Motion, inertia_between
 from cutjoint.compile.equations.elimination_order import Idle, Plan
-from cutjoint.compile.equations.pose import TreePose
 from cutjoint.compile.equations.reduction import MassFactor, Reduction
-from cutjoint.compile.expressions.functions import is_zero
+from cutjoint.compile.equations.weightless import Least, Order, combined
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.expressions.straight_line import assemble
-from cutjoint.compile.expressions.vectors import dot
 
 NO_MASS = 1e-12
 """An idle freedom whose inertia is below this part of that of the joints it moves, about any axis, moves no mass."""
@@ -57,12 +55,11 @@ def supports(jacobians: Array, plan: Plan, n: int) -> tuple[frozenset[int], ...]
     )
 
 
-def weighed(masses: Sequence[tuple[Array, Array]], support: tuple[frozenset[int], ...]) -> Idle:
-    """In which order to eliminate the mass matrix of the idle freedoms, and which of them have none.
+def weighed(masses: Sequence[tuple[Array, Array]]) -> tuple[Order, tuple[float, ...]]:
+    """In which order to eliminate the mass matrix of some freedoms, which of them have none, and usual pivots.
 
     Args:
         masses: of every posture of the cloud, U' M U (k, k) and what the joints that each freedom moves weigh, (k,).
-        support: rates that each freedom moves.
     """
     work, alone = (np.array(parts) for parts in zip(*masses, strict=True))
     left, heavy, sizes = list(range(work.shape[1])), [], []
@@ -77,14 +74,16 @@ def weighed(masses: Sequence[tuple[Array, Array]], support: tuple[frozenset[int]
         sizes.append(float(np.median(work[:, pick, pick])))
         factor = work[:, :, pick] / work[:, pick, pick][:, None]
         work = work - factor[:, :, None] * work[:, pick][:, None, :]
-    return Idle(support, tuple(heavy), tuple(sizes), tuple(left))
+    return Order(tuple(heavy), tuple(left)), tuple(sizes)
 
 
-def idle_masses(
-    pose: TreePose, reduction: Reduction, graph: Graph, q: Sequence[Expression], scale: Array, cloud: Array
+def masses_of(
+    reduction: Reduction, count: int, graph: Graph, q: Sequence[Expression], scale: Array, cloud: Array
 ) -> list[tuple[Array, Array]]:
-    """What `weighed` asks, from the expressions, on every posture of a cloud; `scale` makes rates dimensionless."""
-    nv, count = pose.tree.nv, len(reduction.plan.idle.support) if reduction.plan.idle else 0
+    """What `weighed` asks of the last `count` independent rates, from the expressions, on every posture of a cloud;
+    `scale` makes rates dimensionless."""
+    pose = reduction.pose
+    nv = pose.tree.nv
     columns = [[row[k] for row in reduction.tangent] for k in range(reduction.n - count, reduction.n)]
     mass = inertia_between(pose, columns)
     units = [[1.0 if i == rate else 0.0 for i in range(nv)] for rate in range(nv)]
@@ -125,7 +124,6 @@ class Carried(Reduction):
         self.__dict__.update(whole.__dict__)
         self.whole, self.idle = whole, idle
         self.n = n = whole.n - len(idle.support)
-        self._scale = (1.0 / (scale * scale)).tolist()
         columns = [[row[k] for row in whole.tangent] for k in range(whole.n)]
         driven, self._idle = columns[:n], columns[n:]
         heavy = [self._idle[k] for k in idle.heavy]
@@ -133,12 +131,11 @@ class Carried(Reduction):
         count = len(heavy)
         self._factor_heavy = MassFactor([row[:count] for row in mass[:count]], self.strain, idle.sizes)
         self.strain = self._factor_heavy.strain
-        self._light = [self._without_momentum(self._idle[k], self._momentum(self._idle[k])) for k in idle.weightless]
-        gram = [[self._product(x, y) for y in self._light] for x in self._light]
-        self._factor_light = MassFactor(gram, self.strain)
-        self.strain = self._factor_light.strain
+        light = [self._without_momentum(self._idle[k], self._momentum(self._idle[k])) for k in idle.weightless]
+        self._least = Least(light, scale, self.strain)
+        self.strain = self._least.strain
         settled = [
-            self._least(self._without_momentum(column, [mass[i][count + k] for i in range(count)]))
+            self._least.of(self._without_momentum(column, [mass[i][count + k] for i in range(count)]))
             for k, column in enumerate(driven)
         ]
         self.tangent = [[column[i] for column in settled] for i in range(self.pose.tree.nv)]
@@ -151,23 +148,7 @@ class Carried(Reduction):
     def _without_momentum(self, column: Sequence[Number], momentum: Sequence[Number]) -> list[Number]:
         """A motion and as much of the heavy idle ones as cancels the momentum."""
         shares = self._factor_heavy.solve([-x for x in momentum])
-        return self._with(column, [self._idle[k] for k in self.idle.heavy], shares)
-
-    def _least(self, column: Sequence[Number], offset: Sequence[Number] | None = None) -> list[Number]:
-        """A motion and as much of the weightless ones as makes it, plus an offset, least in dimensionless rates."""
-        size = column if offset is None else [x + y for x, y in zip(column, offset, strict=True)]
-        shares = self._factor_light.solve([-self._product(one, size) for one in self._light])
-        return self._with(column, self._light, shares)
-
-    @staticmethod
-    def _with(column: Sequence[Number], motions: Sequence[Sequence[Number]], shares: Sequence[Number]) -> list[Number]:
-        total = list(column)
-        for motion, share in zip(motions, shares, strict=True):
-            total = [x if is_zero(y) else x + share * y for x, y in zip(total, motion, strict=True)]
-        return total
-
-    def _product(self, x: Sequence[Number], y: Sequence[Number]) -> Number:
-        return dot([w * a for w, a in zip(self._scale, x, strict=True)], y)
+        return combined(column, [self._idle[k] for k in self.idle.heavy], shares)
 
     def undriven(
         self,
@@ -188,7 +169,7 @@ class Carried(Reduction):
         held = self.whole.reduced(passive)
         forces = [x + y for x, y in zip(self.whole.effort(u, motion, drift), held, strict=True)][self.n :]
         pushed = self._without_momentum(drift, [forces[k] for k in self.idle.heavy])
-        return self._least(pushed, offset)
+        return self._least.of(pushed, offset)
 
     def correction(self, change: Sequence[Number]) -> list[Number]:
         """Newton's step with the idle rates held, length nv."""

@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping
 
 from cutjoint.compile.equations.acting import Acting, Coefficients, OnBall, OnCoordinate, OnRow
 from cutjoint.compile.equations.cut_rows import WRITTEN, Relative
-from cutjoint.compile.equations.turning import between, leaning
+from cutjoint.compile.equations.turning import between, leaning, size_of
 from cutjoint.compile.expressions import functions
 from cutjoint.compile.expressions.functions import maximum
 from cutjoint.compile.expressions.graph import Number
-from cutjoint.compile.expressions.vectors import column, dot
+from cutjoint.compile.expressions.vectors import column, dot, scale
 from cutjoint.description.cuts import Equation, Freedom, Kind, slide
 from cutjoint.description.model import CutJoint
 
@@ -62,6 +62,11 @@ def _stretched(at: Relative, equation: Equation) -> tuple[list[tuple[Row, Number
             return [
                 (at.turning(axis), dot(axis, lean)) for axis in (column(at.a.axes, 0), column(at.a.axes, 1))
             ], strain
+        case Kind.DISTANCE:
+            size = size_of(at.apart)
+            along = scale(1.0 / size, at.apart)
+            # where the ends meet, the spring has no direction
+            return [({u: dot(along, one) for u, one in at.velocity.items()}, size - at.length)], at.length / size
         case _:
             return [(row, left) for row, _, left in WRITTEN[equation.kind](at, equation)], 0.0
 

@@ -118,9 +118,8 @@ class TreePhysics:
     def _relative(self, pose: TreePose, name: str, bound: BoundCut) -> Relative:
         a = self._tree.frame(bound.joint_a, bound.placement_a)
         b = self._tree.frame(bound.joint_b, bound.placement_b)
-        return Relative(
-            pose, CutEnd(pose, pose.frame(f"cuts.{name}.a", a)), CutEnd(pose, pose.frame(f"cuts.{name}.b", b))
-        )
+        ends = CutEnd(pose, pose.frame(f"cuts.{name}.a", a)), CutEnd(pose, pose.frame(f"cuts.{name}.b", b))
+        return Relative(pose, *ends, length=pose.given.get(f"cuts.{name}.length", bound.length))
 
     def _rates(self, k: int) -> range:
         step = self._tree.steps[k]

@@ -72,6 +72,10 @@ class Reduction(Elimination):
 
     def effort(self, u: Sequence[Number], motion: Motion, du: Sequence[Number], *, weight: bool = True) -> list[Number]:
         """Effort in the independent rates for the rates `u` and their derivatives `du`, length n."""
+        return self.reduced(self.forces(u, motion, du, weight=weight))
+
+    def forces(self, u: Sequence[Number], motion: Motion, du: Sequence[Number], *, weight: bool = True) -> list[Number]:
+        """Forces along all rates of the tree for the same, length nv."""
         base = scale(-1.0, self.pose.gravity) if weight else ZERO
         forces = generalised_forces(self.pose, motion, accelerations(self.pose, u, motion, du, base))
         if self.pose.rotors:
@@ -79,7 +83,7 @@ class Reduction(Elimination):
             turned = turning_axes(self.pose, u, motion)
             for rate, inertia in self.pose.rotors.items():
                 forces[rate] = forces[rate] + inertia * (du[rate] + turned[rate])
-        return self.reduced(forces)
+        return forces
 
     def gravity(self) -> list[Number]:
         """Effort that holds the robot at rest, length n."""

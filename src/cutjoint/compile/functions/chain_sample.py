@@ -10,7 +10,9 @@ import numpy as np
 import pinocchio as pin
 
 from cutjoint.arrays import Array
+from cutjoint.chain.dynamics import Motions
 from cutjoint.chain.rank import null_space
+from cutjoint.chain.tree import TreeModel
 from cutjoint.compile.functions.sample import (
     DIFFERENCE,
     FURTHER,
@@ -55,7 +57,10 @@ class ChainSample(RobotSample):
         motions = null_space(source.scaled_jacobian(self.q))
         self.v_full = np.asarray(units.rate * scale * (motions @ chance.normal(size=motions.shape[1])))
         energy = self.mass * units.length**2 * units.rate**2
-        self.effort_full = np.asarray(energy / scale * chance.normal(size=source.nv))
+        effort = energy * chance.normal(size=source.nv)
+        mass = scale[:, None] * TreeModel(source.model).mass_matrix(self.q) * scale
+        massless = Motions.of(motions, mass).massless  # a force on what moves no mass has no answer
+        self.effort_full = np.asarray((effort - massless @ (massless.T @ effort)) / scale)
 
     @cached_property
     def tangent(self) -> Array:

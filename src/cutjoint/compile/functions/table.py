@@ -322,7 +322,7 @@ FUNCTIONS: dict[str, Function] = {
             (ResultPart("a_full", "nv", "u", lambda s: s.units.rate**2),),
             tracing.full_forward,
             lambda s: {"a_full": s.a_full},
-            (Need.JOINTS, Need.IDLE_MASS, Need.SMOOTH),
+            (Need.JOINTS, Need.SMOOTH),
         ),
         Function(
             "full_motion",
@@ -343,7 +343,7 @@ FUNCTIONS: dict[str, Function] = {
                 "power": np.array([s.effort_full @ s.v_full]),
                 "lost": s.lost_full,
             },
-            (Need.JOINTS, Need.IDLE_MASS, Need.SMOOTH),
+            (Need.JOINTS, Need.SMOOTH),
         ),
         Function(
             "reach",

@@ -21,7 +21,7 @@ from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.interface import Need
 from cutjoint.compile.sources.paper import PaperSource
-from cutjoint.errors import CutjointError, DynamicsError, SingularError
+from cutjoint.errors import CompileError, CutjointError, DynamicsError, SingularError
 from cutjoint.mechanism import Mechanism, Posture
 
 BESIDE = 0.02
@@ -110,11 +110,18 @@ def units_of_rates(turning: tuple[bool, ...], length: float, gravity: float) -> 
 
 
 def judged(function: CompiledFunction, samples: Sequence[tuple[RobotSample, Array]]) -> str:
-    """What is wrong with a function at states with their parameters, in words, or nothing."""
+    """What is wrong with a function at states with their parameters, in words, or nothing.
+
+    Raises:
+        CompileError: the robot itself has no answer there.
+    """
     for sample, parameters in samples:
         try:
             wrong = disagreement(function, sample, parameters)
-        except (np.linalg.LinAlgError, SingularError, DynamicsError):
+        except DynamicsError as error:
+            name = function.row.name
+            raise CompileError(f"'{name}' of {sample.model.name} cannot be compiled: near home {error}") from error
+        except (np.linalg.LinAlgError, SingularError):
             wrong = "the robot has a motion that moves no mass, or is singular near home"
         if wrong:
             return wrong
@@ -135,10 +142,10 @@ def well_posed(source: ChainSource) -> bool:
 def disagreement(function: CompiledFunction, sample: RobotSample, parameters: Array) -> str:
     """What a function gives at one state against what it must give there: what is wrong, in words, or nothing."""
     arguments = [parameters if name == "parameters" else getattr(sample, name) for name in function.row.arguments]
-    y = function.kernel(*arguments)
+    y, known = function.kernel(*arguments), function.row.known(sample)
     if not y[-1] <= STRAIN_LIMIT:
         return f"strain {y[-1]} near home"
-    found, known = function.parts(y), function.row.known(sample)
+    found = function.parts(y)
     for part in function.row.parts:
         if part.name not in known:
             continue

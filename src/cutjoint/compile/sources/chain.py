@@ -52,11 +52,6 @@ class ChainSource(ChainPlan):
                 f"the friction of {', '.join(names)} holds what rests (friction_speed = 0), and {self.name} jumps "
                 "there: its dynamics cannot be compiled. Give a friction_speed above 0, or run the chain itself"
             )
-        if need is Need.IDLE_MASS and self.weightless:
-            return CompileError(
-                f"{self.name} has idle freedoms that move no mass, such as the spin of a rod without inertia about its "
-                "axis; its forward dynamics in full coordinates cannot be compiled"
-            )
         return None
 
     def state(self, graph: Graph, q: Sequence[Expression], parameters: Sequence[Expression]) -> ChainState:

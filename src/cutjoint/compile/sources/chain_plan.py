@@ -11,13 +11,16 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain.closure import Closure
+from cutjoint.chain.dynamics import Motions
 from cutjoint.chain.rank import null_space
-from cutjoint.compile.equations.carried import idle_masses, supports, weighed
+from cutjoint.chain.tree import TreeModel
+from cutjoint.compile.equations.carried import masses_of, supports, weighed
 from cutjoint.compile.equations.cloud import Survey
 from cutjoint.compile.equations.cut_rows import Loops
 from cutjoint.compile.equations.elimination_order import Idle, Plan, choose
 from cutjoint.compile.equations.led import LedLoops
 from cutjoint.compile.equations.reduction import Reduction
+from cutjoint.compile.equations.weightless import Order
 from cutjoint.compile.expressions.graph import Graph
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.chain_tree import ChainTree
@@ -87,11 +90,6 @@ class ChainPlan(ChainTree):
     def _idle_at(self, q: Array) -> int | None:
         report = self.chain.mobility(self.chain.posture(q))
         return report.idle_mobility if report.determined else None
-
-    @property
-    def weightless(self) -> bool:
-        """Whether some idle freedoms move no mass: which force moves them how, the joints' masses do not say."""
-        return bool(self.idle) and self.plan.idle is not None and bool(self.plan.idle.weightless)
 
     @once
     def cloud(self) -> Array:
@@ -215,12 +213,35 @@ class ChainPlan(ChainTree):
         jacobians = np.array([self._survey.system(x)[0] for x in self.wide_cloud])
         moves = supports(jacobians, plan, self.n)
         rough = replace(plan, idle=Idle(moves, (), (), ()))
+        order, sizes = weighed(self._masses(rough, len(moves)))
+        return replace(plan, idle=Idle(moves, order.heavy, sizes, order.light))
+
+    def _masses(self, plan: Plan, count: int) -> list[tuple[Array, Array]]:
+        """What the last `count` independent rates move, on the cloud."""
         graph = Graph()
         q, p = graph.symbols(self.positions), graph.symbols(len(self.parameters))
-        pose = self.pose(q, p)
-        reduction = Reduction(pose, self.loops, rough)
-        masses = idle_masses(pose, reduction, graph, [*q, *p], self.rate_scale, self.wide_cloud)
-        return replace(plan, idle=weighed(masses, moves))
+        reduction = Reduction(self.pose(q, p), self.loops, plan)
+        return masses_of(reduction, count, graph, [*q, *p], self.rate_scale, self.wide_cloud)
+
+    @once
+    def order(self) -> Order:
+        """In which order to eliminate the mass matrix of all independent rates, and which of them move no mass."""
+        plan, count = self.plan, len(self.plan.independent)
+        every = tuple(range(count))
+        if plan.idle is not None:
+            heavy, light = (tuple(self.n + k for k in some) for some in (plan.idle.heavy, plan.idle.weightless))
+            return Order((*range(self.n), *heavy), light)
+        # only a tree some of whose motions move no mass can have loops that leave such motions
+        if self.idle is not None or not self._massless_tree():
+            return Order(every)
+        found, _ = weighed(self._masses(plan, count))
+        return found if found.light else Order(every)
+
+    def _massless_tree(self) -> bool:
+        """Whether some motion of the open tree moves no mass."""
+        tree, scale, every = TreeModel(self.model), self.rate_scale, np.eye(self.nv)
+        masses = (scale[:, None] * tree.mass_matrix(q) * scale for q in self.cloud[:2])
+        return any(Motions.of(every, mass).massless.size for mass in masses)
 
     @once
     def _survey(self) -> Survey:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from cutjoint import tolerances
 from cutjoint.compile.equations.carried import Carried
 from cutjoint.compile.equations.coordinates import (
     configuration_rate,
@@ -18,7 +19,8 @@ from cutjoint.compile.equations.dynamics import Motion, accelerations, potential
 from cutjoint.compile.equations.elimination import Elimination
 from cutjoint.compile.equations.led import Led, LedLoops
 from cutjoint.compile.equations.reduction import MassFactor, Reduction
-from cutjoint.compile.expressions import vectors
+from cutjoint.compile.equations.weightless import WholeMotion
+from cutjoint.compile.expressions import functions, vectors
 from cutjoint.compile.expressions.derivative import tangent as along
 from cutjoint.compile.expressions.functions import absolute, maximum
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
@@ -205,15 +207,27 @@ class ChainState:
         strain."""
         u = to_rates(self.pose, v_full)
         motion = velocities(self.pose, u)
-        whole = self.whole
+        whole, order = self.whole, self.source.order
         drift = whole.drift(u, motion)
-        push = whole.reduced(to_rates(self.pose, effort_full))
-        rest = whole.reduced(self._passive(u))
-        held = [x + y for x, y in zip(whole.effort(u, motion, drift), rest, strict=True)]
+        acting = to_rates(self.pose, effort_full), whole.forces(u, motion, drift), self._passive(u)
+        forces = [push - held - rest for push, held, rest in zip(*acting, strict=True)]
+        if order.light:
+            solved = WholeMotion(whole, order, self.source.rate_scale)
+            du = solved.accelerations(drift, forces, turning_axes(self.pose, u, motion))
+            terms: list[Number] = [sum(map(absolute, some), 0.0) for some in zip(*acting, strict=True)]
+            strain = maximum(solved.strain, solved.pushed(forces, terms, self._rounding(u, terms)))
+            return from_rate_derivatives(self.pose, u, motion, du), strain
         factor = MassFactor(whole.mass(), whole.strain)
-        a = factor.solve([x - y for x, y in zip(push, held, strict=True)])
+        a = factor.solve(whole.reduced(forces))
         du = [x + y for x, y in zip(whole.rates(a), drift, strict=True)]
         return from_rate_derivatives(self.pose, u, motion, du), factor.strain
+
+    def _rounding(self, u: Sequence[Number], terms: Sequence[Number]) -> Number:
+        """What rounding leaves of forces along rates, as an energy [J]: of the forces, the weight and the motion."""
+        length, scale = self.source.chain.length, self.source.rate_scale.tolist()
+        fast = vectors.dot(*[[x / one for x, one in zip(u, scale, strict=True)]] * 2)
+        energy = self.pose.mass * length * (length * fast + functions.sqrt(vectors.dot(*[self.pose.gravity] * 2)))
+        return tolerances.ROUNDED.value * (energy + vectors.dot(terms, scale))
 
 
 def _largest(values: Iterable[Number]) -> Number:

@@ -27,8 +27,6 @@ class Need(Enum):
     """A tool."""
     JOINTS = auto()
     """Joints beside the actuated ones."""
-    IDLE_MASS = auto()
-    """No idle freedom that moves no mass."""
     TASK = auto()
     """A task that says where the actuators are, and an order of elimination for it."""
     SMOOTH = auto()

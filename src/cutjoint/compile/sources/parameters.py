@@ -270,4 +270,4 @@ def _named(places: tuple[Path, ...]) -> str:
 
 def _moves(path: Path) -> bool:
     head = path.field.rpartition(".")[0]
-    return path.part == "couplings" or head in ("origin", "a", "b")
+    return path.part == "couplings" or head in ("origin", "a", "b") or path.field == "length"

@@ -67,7 +67,8 @@ def _cuts(robot: RobotDescription, links: list[str], sound: bool, findings: Find
             counts[cut.name] = 0
         if not (np.isfinite(cut.length) and (cut.length > 0.0 if cut.type.has_length else cut.length == 0.0)):
             expected = "a length > 0 m" if cut.type.has_length else "a length of cuts of type distance only"
-            findings.error(f"{what} of type {cut.type.value} has the length {cut.length:g}", expected, "", cut.place)
+            mend = "a spherical cut holds two points together" if cut.type.has_length and cut.length == 0.0 else ""
+            findings.error(f"{what} of type {cut.type.value} has the length {cut.length:g}", expected, mend, cut.place)
         ends = [_frame(frame, what, links, findings, cut.place) for frame in (cut.a, cut.b)]
         if not all(ends):
             continue
