@@ -28,7 +28,7 @@ from cutjoint.description.curves import Polynomial
 from cutjoint.description.cuts import CutType
 from cutjoint.description.model import (
     Coupling,
-    Drive,
+    DriverCurve,
     Frame,
     Home,
     Inertial,
@@ -259,7 +259,7 @@ def test_a_curve_that_turns_back_has_several_modes(curve: Polynomial, at: float,
         "cam",
         (Link("base"), Link("a_link", body), Link("b_link", body)),
         joints,
-        couplings=(Coupling("cam", "b", (Drive("a", curve),)),),
+        couplings=(Coupling("cam", "b", (DriverCurve("a", curve),)),),
         actuators=("a",),
         tool=Frame("b_link", placement((0.1, 0.0, 0.0))),
         homes=(Home("default", {"a": at}, {"b": value}),),

@@ -13,7 +13,7 @@ from oracles.curves import natural_spline, power_series
 
 from cutjoint.description import CutType, check, load_description, with_values
 from cutjoint.description.curves import Polynomial, Table
-from cutjoint.description.model import Coupling, Drive
+from cutjoint.description.model import Coupling, DriverCurve
 from cutjoint.errors import DescriptionError, InputError
 
 
@@ -38,17 +38,17 @@ def test_a_curve_is_that_of_numpy_or_scipy(seed: int) -> None:
     [
         ((), 0.0, "j = 0"),
         ((), -0.25, "j = -0.25"),
-        ((Drive("a"),), 0.0, "j = a"),
-        ((Drive("a", Polynomial((0.0, -1.0))),), 0.5, "j = -a + 0.5"),
+        ((DriverCurve("a"),), 0.0, "j = a"),
+        ((DriverCurve("a", Polynomial((0.0, -1.0))),), 0.5, "j = -a + 0.5"),
         (
-            (Drive("a", Polynomial((0.125, 0.5))), Drive("b", Polynomial((0.25, -0.5, 0.0, 1.0)))),
+            (DriverCurve("a", Polynomial((0.125, 0.5))), DriverCurve("b", Polynomial((0.25, -0.5, 0.0, 1.0)))),
             -0.375,
             "j = 0.5 a - 0.5 b + b^3",
         ),
-        ((Drive("a", Table(((0.0, 0.0), (1.0, 2.0)))),), 1.0, "j = spline of 2 points(a) + 1"),
+        ((DriverCurve("a", Table(((0.0, 0.0), (1.0, 2.0)))),), 1.0, "j = spline of 2 points(a) + 1"),
     ],
 )  # fmt: skip
-def test_a_coupling_reads_as_a_formula(drives: tuple[Drive, ...], offset: float, formula: str) -> None:
+def test_a_coupling_reads_as_a_formula(drives: tuple[DriverCurve, ...], offset: float, formula: str) -> None:
     assert Coupling("c", "j", drives, offset).formula == formula
 
 

@@ -10,7 +10,7 @@ from cutjoint.description.place import NOWHERE, Place
 
 
 @dataclass(frozen=True)
-class Drive:
+class DriverCurve:
     """What one joint adds to a coupling: a curve of its coordinate."""
 
     driver: str
@@ -24,7 +24,7 @@ class Coupling:
 
     name: str
     joint: str
-    drives: tuple[Drive, ...] = ()
+    drives: tuple[DriverCurve, ...] = ()
     offset: float = 0.0
     place: Place = NOWHERE
 
@@ -40,7 +40,7 @@ class Coupling:
         cls, name: str, joint: str, ratios: Mapping[str, float], offset: float = 0.0, place: Place = NOWHERE
     ) -> Coupling:
         """Coordinate of `joint` = sum of ratio * coordinate over the drivers + offset."""
-        drives = tuple(Drive(driver, Polynomial((0.0, ratio))) for driver, ratio in ratios.items())
+        drives = tuple(DriverCurve(driver, Polynomial((0.0, ratio))) for driver, ratio in ratios.items())
         return cls(name, joint, drives, offset, place)
 
     @property

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.description.couplings import Coupling as Coupling
-from cutjoint.description.couplings import Drive as Drive
+from cutjoint.description.couplings import DriverCurve as DriverCurve
 from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
 from cutjoint.description.place import NOWHERE

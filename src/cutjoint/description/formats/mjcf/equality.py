@@ -20,7 +20,7 @@ from cutjoint.description.formats.mjcf.compiled import EqualityRow, Numbers
 from cutjoint.description.formats.mjcf.couplings import Followers, Relation
 from cutjoint.description.formats.mjcf.tendon import lengths_of, quoted
 from cutjoint.description.formats.mjcf.types import EQUALITIES
-from cutjoint.description.model import Coupling, CutJoint, CutType, Drive, Frame, Place
+from cutjoint.description.model import Coupling, CutJoint, CutType, DriverCurve, Frame, Place
 from cutjoint.description.transforms import from_rotation, rotation_from_quaternion
 
 
@@ -75,7 +75,7 @@ def _joints(row: EqualityRow, name: str, bodies: Bodies, followers: Followers, p
         return
     constant, *slopes = about(row.data[:5], bodies.references[driver])
     if any(slopes[1:]):
-        drive = Drive(driver, Polynomial(_trimmed((0.0, *slopes))))
+        drive = DriverCurve(driver, Polynomial(_trimmed((0.0, *slopes))))
         followers.follow(Coupling(name, joint, (drive,), from_zero + constant, place), what)
     else:
         terms = {joint: 1.0, driver: -slopes[0]}
@@ -130,12 +130,12 @@ def _curved(
     ((driver, by),) = others.items()
     scale = terms[follower]
     powers = (0.0, *(slope * by**power / scale for power, slope in enumerate(slopes, 1)))
-    drives = [Drive(driver, Polynomial(_trimmed(powers)))]
+    drives = [DriverCurve(driver, Polynomial(_trimmed(powers)))]
     for joint, value in terms.items():
         if joint == driver:
             drives[0] = replace(drives[0], curve=Polynomial((0.0, powers[1] - value / scale, *powers[2:])))
         elif joint != follower:
-            drives.append(Drive(joint, Polynomial((0.0, -value / scale))))
+            drives.append(DriverCurve(joint, Polynomial((0.0, -value / scale))))
     followers.follow(Coupling(name, follower, tuple(drives), constant / scale, place), what)
 
 

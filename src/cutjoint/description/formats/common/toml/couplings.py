@@ -13,7 +13,7 @@ from __future__ import annotations
 from cutjoint.description.curves import Curve, Polynomial, Table
 from cutjoint.description.formats.common.toml.scalars import number, numbers, text
 from cutjoint.description.formats.common.toml.table import TomlTable
-from cutjoint.description.model import Coupling, Drive
+from cutjoint.description.model import Coupling, DriverCurve
 from cutjoint.description.numbers import LARGEST_LENGTH, LARGEST_PHYSICS
 
 _FORMS = ("ratio", "polynomial", "table")
@@ -43,7 +43,7 @@ def take_coupling(table: TomlTable) -> Coupling | None:
     return Coupling(name, joint, tuple(kept), offset, table.place())
 
 
-def _drive(table: TomlTable) -> Drive | None:
+def _drive(table: TomlTable) -> DriverCurve | None:
     """One driver with its curve, in a table of its own or in that of the coupling."""
     driver = table.string("driver", required=True)
     given = [key for key in _FORMS if key in table.data]
@@ -63,10 +63,10 @@ def _drive(table: TomlTable) -> Drive | None:
         curve = _table(table)
     if table.path[-2:-1] == ("drives",):
         table.finish()
-    return Drive(driver, curve) if driver and curve is not None else None
+    return DriverCurve(driver, curve) if driver and curve is not None else None
 
 
-def _sum(table: TomlTable) -> list[Drive | None]:
+def _sum(table: TomlTable) -> list[DriverCurve | None]:
     """Several drivers with a ratio each."""
     drivers = table.strings("driver", required=True) or ()
     ratios = _list(table, "ratio", "a number for every driver") if "ratio" in table.data else (1.0,) * len(drivers)
@@ -77,7 +77,7 @@ def _sum(table: TomlTable) -> list[Drive | None]:
         if ratios is not None:
             table.wrong("ratio", table.data.get("ratio"), f"{len(drivers)} numbers, one for every driver")
         return [None]
-    return [Drive(driver, Polynomial((0.0, ratio))) for driver, ratio in zip(drivers, ratios, strict=True)]
+    return [DriverCurve(driver, Polynomial((0.0, ratio))) for driver, ratio in zip(drivers, ratios, strict=True)]
 
 
 def _list(table: TomlTable, key: str, expected: str) -> tuple[float, ...] | None:
@@ -118,7 +118,7 @@ def coupling_lines(coupling: Coupling) -> list[str]:
     return [*lines, f"offset = {number(coupling.offset)}"]
 
 
-def _drive_pairs(drive: Drive) -> list[str]:
+def _drive_pairs(drive: DriverCurve) -> list[str]:
     curve = drive.curve
     if isinstance(curve, Table):
         form = f"table = [{', '.join(map(numbers, curve.points))}]"
