@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, as_vector
+from cutjoint.arrays import Array, as_vector, sized
 from cutjoint.chain import ClosedChain, MobilityReport
 from cutjoint.chain.closing.ways import Near
 from cutjoint.compile.chain_batch import ChainBatch
@@ -151,7 +151,9 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
         """Acceleration of all joints at a closed configuration, for any actuation, shape (nv,); see
         `ClosedChain.full_acceleration`."""
         if not self.source.weightless:
-            parts = self._library["full_forward"](q_full, v_full, effort_full, self._values)
+            q, v = sized("q_full", q_full, self.chain.nq), sized("v_full", v_full, self.chain.nv)
+            effort = sized("effort_full", effort_full, self.chain.nv)
+            parts = self._library["full_forward"](q, v, effort, self._values)
             if parts is not None:
                 return parts["a_full"]
         return self.plain.full_acceleration(q_full, v_full, effort_full)
