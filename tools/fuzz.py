@@ -3,8 +3,8 @@
     python tools/fuzz.py [KIND=COUNT ...] [--seed N] [--show N]
 
 KIND is one of results, meshes, robots, arguments, methods; default all of them with the counts of a release: 1000
-results, 300 meshes, 10 000 robots, 400 arguments, 2000 calls of methods.  Exit status 1 where anything is at fault; each fault is told with a name that
-finds it again (kind, seed and number).
+results, 300 meshes, 10 000 robots, 400 command lines, 2000 calls of methods.  Exit status 1 where anything is at fault;
+each fault is told with a name that finds it again (kind, seed and number).
 """
 
 from __future__ import annotations
