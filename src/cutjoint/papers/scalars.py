@@ -7,6 +7,7 @@ in.  So one and the same equation runs on floats (`fn=math`, the quickest way in
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeAlias, cast
 
