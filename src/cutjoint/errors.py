@@ -55,6 +55,10 @@ class RoundingWarning(UserWarning):
     """Loops that close only up to the rounding of their lengths; the message names the rows and what stays open."""
 
 
+class DescriptionWarning(UserWarning):
+    """A flaw in a robot's files that a lenient reader passed: where, what was found, what was expected."""
+
+
 class InputError(CutjointError, ValueError):
     """An argument has the wrong shape, is not finite or is out of its range."""
 
@@ -91,7 +95,11 @@ class DescriptionError(CutjointError):
         self.problems = tuple(problems)
         count = len(self.problems)
         head = f"{count} problems in the description" if count > 1 else "a problem in the description"
-        super().__init__("\n  ".join([head + ":", *map(str, self.problems)]))
+        lines = [head + ":", *map(str, self.problems)]
+        errors = [one for one in self.problems if one.severity == "error"]
+        if errors and all(one.tolerable for one in errors):
+            lines.append("none of these changes the motion: --lenient, or lenient=True, passes them")
+        super().__init__("\n  ".join(lines))
 
 
 class UnknownNameError(CutjointError, KeyError):

@@ -100,6 +100,7 @@ def load(
     home: str | None = None,
     *,
     dynamics: Dynamics = "real",
+    lenient: bool = False,
 ) -> ClosedChain:
     """The closed chain of a robot.
 
@@ -108,6 +109,7 @@ def load(
         variant: named set of inertias; default those of the robot's own file.
         home: named home posture; default the first.
         dynamics: "real", or "ideal" for joints that move freely whatever its files say.
+        lenient: pass flaws that do not change the motion, each with a `DescriptionWarning`: see `load_description`.
 
     Raises:
         InputError: `dynamics` is neither.
@@ -120,7 +122,7 @@ def load(
 
     if dynamics not in ("real", "ideal"):
         raise InputError(f'dynamics must be "real" or "ideal", found {dynamics!r}')
-    description = load_description(robot, variant)
+    description = load_description(robot, variant, lenient)
     return ClosedChain(description if dynamics == "real" else description.ideal(), home)
 
 

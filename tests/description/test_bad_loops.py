@@ -338,7 +338,7 @@ def test_a_coupling_is_read(fourbar) -> None:
 
 def test_a_folder_without_loops(tmp_path: Path) -> None:
     (problem,) = read_checked(tmp_path).problems
-    assert "directory without loops.toml" in problem.found
+    assert "a directory without a robot" in problem.found
 
 
 def test_not_utf8(fourbar) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from datetime import timedelta
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -46,7 +47,7 @@ SAMPLES = Path(__file__).parent / "samples"
 FILES = {"loops": "loops.toml", "urdf": "robot.urdf", "mjcf": "robot.xml"}
 SOURCES = [
     *(f"{robot} as {form}" for robot in ("fourbar", "cpm", "stewart") for form in FILES),
-    *sorted(path.name for path in SAMPLES.iterdir()),
+    *sorted(path.name for path in SAMPLES.iterdir() if path.suffix != ".usda" or find_spec("pxr") is not None),
 ]
 TOKEN = re.compile(r"[\w.+-]+|[^\w\s]")
 NUMBER = re.compile(r"(?<![\w.#])-?\d+(\.\d+)?(e[+-]?\d+)?(?![\w.])")

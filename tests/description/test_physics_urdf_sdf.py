@@ -29,7 +29,8 @@ def sdf(dynamics: str = "", limit: str = "", kind: str = "revolute", second: str
     inertial = "<inertial><mass>1</mass></inertial>"
     axis = f"<axis><xyz>0 1 0</xyz><limit>{limit}</limit><dynamics>{dynamics}</dynamics></axis>"
     return (
-        f'<sdf version="1.7"><model name="m"><static>true</static><link name="base">{inertial}</link>'
+        f'<sdf version="1.7"><model name="m"><link name="base">{inertial}</link>'
+        '<joint name="w" type="fixed"><parent>world</parent><child>base</child></joint>'
         f'<link name="a">{inertial}</link><link name="b">{inertial}</link>'
         f'<joint name="j" type="{kind}"><parent>base</parent><child>a</child>{axis}{second}</joint>'
         f'<joint name="k" type="revolute"><parent>base</parent><child>b</child><axis><xyz>0 1 0</xyz></axis></joint>'
@@ -224,13 +225,14 @@ def second(dynamics: str) -> str:
     return f"<axis2><xyz>1 0 0</xyz><dynamics>{dynamics}</dynamics></axis2>"
 
 
-def test_both_axes_of_a_universal_joint_are_alike_or_refused(reading) -> None:
+def test_a_universal_joint_with_unlike_axes_is_two_hinges(reading) -> None:
     same = reading(sdf("<damping>5</damping>", "", "universal", second("<damping>5</damping>")))
     assert physics_of(same) == JointPhysics(damping=5.0)
     for other in ("", "<damping>4</damping>"):
         found = reading(sdf("<damping>5</damping>", "", "universal", second(other)))
-        assert found.description is None
-        assert any("two axes of the universal joint 'j'" in one.found for one in found.problems)
+        assert physics_of(found) == JointPhysics(damping=5.0)
+        assert physics_of(found, "j/2") == JointPhysics(damping=4.0 if other else 0.0)
+        assert {found.description.joint(name).type for name in ("j", "j/2")} == {JointType.REVOLUTE}
 
 
 def test_a_ball_of_sdf_has_no_axis(reading) -> None:
@@ -250,7 +252,7 @@ def test_a_joint_of_sdf_that_closes_a_loop_keeps_its_dampers(stop: str, reading)
     (cut,) = found.description.cuts
     assert cut.physics == JointPhysics(damping=3.0, stiffness=30.0, rest=0.0)
     assert [one.found for one in found.problems] == (
-        ["stops or rotor of joint 'c', which closes a loop, are not used"] if stop else []
+        [f"{what} of joint 'c', which closes a loop, are not used" for what in ("limits", "stops or rotor") if stop]
     )
 
 

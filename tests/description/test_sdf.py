@@ -141,11 +141,11 @@ BAD = {
         "a model without links",
         "<link>",
     ),
-    "include": ([("</model>", "<include><uri>x</uri></include></model>")], "<include> inside a model", "flat"),
+    "include": ([("</model>", "<include><uri>x</uri></include></model>")], "model 'x' of an <include> not found", "x"),
     "joint type": ([('"tip" type="revolute"', '"tip" type="screw"')], "type 'screw' of joint 'tip'", "universal"),
     "unknown parent": (
         [("<parent>coupler</parent>", "<parent>copler</parent>")],
-        "parent 'copler' of joint 'tip'",
+        "parent of joint 'tip' is the unknown frame 'copler'",
         "link",
     ),
     "no child": ([("<child>rocker</child><axis>", "<axis>")], "joint 'rocker_turn' without child", "link"),
@@ -158,7 +158,7 @@ BAD = {
     ),
     "zero axis": ([("<xyz>0 1 0</xyz>", "<xyz>0 0 0</xyz>")], "axis of joint 'tip' is 0 0 0", "direction"),
     "no axis": ([("<axis><xyz>0 1 0</xyz></axis>", "")], "joint 'tip' without <axis>", "<axis>"),
-    "universal with one axis": ([('"tip" type="revolute"', '"tip" type="universal"')], "without <axis2>", "two axes"),
+    "universal with one axis": ([('"tip" type="revolute"', '"tip" type="universal"')], "without <axis2>", "<xyz>"),
     "limit text": (
         [("<lower>-2</lower>", "<lower>low</lower>")],
         "lower limit of joint 'crank_turn' is 'low'",

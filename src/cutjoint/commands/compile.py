@@ -19,6 +19,7 @@ USUAL = ("forward", "inverse", "terms", "tool", "step", "reach_step")
 def command(
     robot: options.Robot,
     variant: options.Variant = None,
+    lenient: options.Lenient = False,
     published: Annotated[bool, typer.Option("--published", help="The paper's reduced model instead.")] = False,
     functions: Annotated[
         str, typer.Option(help="What to compile: names separated by commas, or `all`.  Default: the usual ones.")
@@ -41,7 +42,7 @@ def command(
     from cutjoint.robots import published as published_model
 
     made: list[Made] = []
-    model: Mechanism = published_model(robot) if published else load(robot, variant)
+    model: Mechanism = published_model(robot) if published else load(robot, variant, lenient=lenient)
     mechanism = compiled(model, parameters=_names(arguments), fast=fast, cached=cache, report=made.append)
     known = functions_of(mechanism)
     usual = tuple(name for name in known if name in USUAL)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cutjoint.commands import options
 from cutjoint.commands.output import TerminalTable, console, plain, print_json
 from cutjoint.files import write_whole
 
@@ -42,6 +43,7 @@ def command(
             help="Against what: the paper's model, MuJoCo's dynamics (if installed), or yourdfpy's kinematics."
         ),
     ] = Engine.PAPER,
+    lenient: options.Lenient = False,
     json: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Also write the figures as JSON; - for stdout.")
     ] = None,
@@ -67,7 +69,7 @@ def command(
                     _show_cost(name, cost)
             _emit(json, {name: _cost_data(cost) for name, cost in costs.items()})
             return
-    comparisons = {name: _compare(name, engine, variant, samples, seed) for name in names}
+    comparisons = {name: _compare(name, engine, variant, samples, seed, lenient) for name in names}
     for comparison in comparisons.values():
         if not _quiet(json):
             _show(comparison)
@@ -88,7 +90,7 @@ def _emit(json: Path | None, data: dict[str, object]) -> None:
         write_whole(json, json_module.dumps(plain(data), indent=2) + "\n")
 
 
-def _compare(name: str, engine: Engine, variant: str | None, samples: int, seed: int) -> Comparison:
+def _compare(name: str, engine: Engine, variant: str | None, samples: int, seed: int, lenient: bool) -> Comparison:
     """The chain of a robot against the engine at random states, with a bar that shows how far it is."""
     from rich.console import Console
     from rich.progress import Progress
@@ -96,11 +98,12 @@ def _compare(name: str, engine: Engine, variant: str | None, samples: int, seed:
     from cutjoint.crosscheck import compare, sample_states
     from cutjoint.engines.compare import compare_with_mujoco
     from cutjoint.engines.yourdfpy import compare_with_yourdfpy
-    from cutjoint.robots import PUBLISHED, load, published
+    from cutjoint.robots import PUBLISHED, Dynamics, load, published
 
     hypothesis = PUBLISHED[name].variant if name in PUBLISHED else None
     # the papers' joints move freely
-    chain = load(name, variant or hypothesis, dynamics="ideal" if engine is Engine.PAPER else "real")
+    dynamics: Dynamics = "ideal" if engine is Engine.PAPER else "real"
+    chain = load(name, variant or hypothesis, dynamics=dynamics, lenient=lenient)
     reference = published(name) if name in PUBLISHED else chain
     against: dict[Engine, Callable[..., Comparison]] = {
         Engine.PAPER: partial(compare, chain, reference),

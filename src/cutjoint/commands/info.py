@@ -30,13 +30,14 @@ def command(
     robot: options.Robot,
     variant: options.Variant = None,
     home: options.Home = None,
+    lenient: options.Lenient = False,
     modes: Annotated[bool, typer.Option("--modes/--no-modes", help="Search the working and assembly modes.")] = True,
     json: options.Json = False,
 ) -> None:
     """Mobility at home, task, masses, actuators, cut joints, joint physics, modes and source of a robot."""
     from cutjoint.robots import load
 
-    chain = load(robot, variant, home)
+    chain = load(robot, variant, home, lenient=lenient)
     report = chain.mobility()
     working = find_modes(chain) if modes else None
     assembly = find_modes(chain, assembly=True) if modes else None

@@ -34,7 +34,10 @@ Ideal = Annotated[
 ]
 Home = Annotated[str | None, typer.Option(help="Named home posture; default the first.")]
 Lenient = Annotated[
-    bool, typer.Option("--lenient", help="Pass flaws that do not prevent computing, such as missing meshes.")
+    bool,
+    typer.Option(
+        "--lenient", help="Pass, with a warning, flaws that do not change the motion, such as missing meshes."
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 

@@ -31,6 +31,7 @@ def command(
         str | None, typer.Option(metavar="ROBOT", help="With a result: the robot, where its file does not tell.")
     ] = None,
     variant: options.Variant = None,
+    lenient: options.Lenient = False,
     html: options.Html = None,
     png: options.Png = None,
     time: Annotated[float, typer.Option(min=0.0, help="Time of the picture, in seconds.")] = 0.0,
@@ -46,7 +47,7 @@ def command(
     """
     from cutjoint.viewer import Bridge
 
-    document = _document(source, trajectory, robot, variant)
+    document = _document(source, trajectory, robot, variant, lenient)
     if html is not None or png is not None:
         write(document, html, png, time, size)
         return
@@ -58,7 +59,7 @@ def command(
         console().print("closed")
 
 
-def _document(source: str, trajectory: str | None, robot: str | None, variant: str | None) -> Document:
+def _document(source: str, trajectory: str | None, robot: str | None, variant: str | None, lenient: bool) -> Document:
     from cutjoint.errors import InputError
     from cutjoint.robots import load
     from cutjoint.viewer import play
@@ -69,29 +70,29 @@ def _document(source: str, trajectory: str | None, robot: str | None, variant: s
         if trajectory is not None:
             raise InputError("a result has its trajectory in it; --trajectory goes with a robot")
         result = load_result(source)
-        return play(_chain_of(result, robot, variant), result)
+        return play(_chain_of(result, robot, variant, lenient), result)
     if trajectory is None:
         raise InputError(f"say what {source} should do with --trajectory SPEC, or give a result file ({RESULT_SUFFIX})")
     if robot is not None:
         raise InputError("--robot goes with a result file; here the robot is the first argument")
-    chain = load(source, variant)
+    chain = load(source, variant, lenient=lenient)
     return play(chain, trajectory_of(chain, trajectory))
 
 
-def _chain_of(result: Result, robot: str | None, variant: str | None) -> ClosedChain:
+def _chain_of(result: Result, robot: str | None, variant: str | None, lenient: bool) -> ClosedChain:
     """The robot that a result was made with: as asked for, else as the result names it."""
     from cutjoint.errors import InputError, UnknownNameError
     from cutjoint.robots import load
 
     if robot is not None:
-        return load(robot, variant)
+        return load(robot, variant, lenient=lenient)
     named = str(result.about.get("robot", ""))
     name, _, rest = named.partition(" ")
     try:
-        chain = load(name, variant)
+        chain = load(name, variant, lenient=lenient)
     except UnknownNameError as error:
         raise InputError(f"the result was made with '{named}', which is no robot here; name it with --robot") from error
     made_with = rest.strip("()")
     if variant is None and made_with in {one.name for one in chain.description.variants}:
-        return load(name, made_with)
+        return load(name, made_with, lenient=lenient)
     return chain

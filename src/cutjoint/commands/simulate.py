@@ -75,6 +75,7 @@ def command(
     ] = None,
     variant: options.Variant = None,
     ideal: options.Ideal = False,
+    lenient: options.Lenient = False,
     gain: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME=K", help="A gain by name, also of controllers from outside; may be repeated."),
@@ -133,7 +134,7 @@ def command(
     machine = built.hardware_of_options(
         built.Built(hardware, delay, command_delay, jitter, tick, resolution, noise, filter, seed), rate, limit
     )
-    robots = _robots(robot, variant, plant, model, payload, ideal)
+    robots = _robots(robot, variant, plant, model, payload, ideal, lenient)
     if reactions is not None:
         check_reactions(reactions, robots.robot)
     joints: JointLimits = "ignore" if ignore_limits else "respect"
@@ -193,7 +194,9 @@ class Robots(NamedTuple):
         return plain
 
 
-def _robots(robot: str, variant: str | None, plant: str, model: str | None, payload: float, ideal: bool) -> Robots:
+def _robots(
+    robot: str, variant: str | None, plant: str, model: str | None, payload: float, ideal: bool, lenient: bool
+) -> Robots:
     from cutjoint.errors import InputError, UnknownNameError
     from cutjoint.robots import PUBLISHED, load, published
     from cutjoint.simulation import ConstrainedPlant
@@ -202,7 +205,7 @@ def _robots(robot: str, variant: str | None, plant: str, model: str | None, payl
     for option, side, known in (("plant", plant, ("compiled", "chain", "paper")), ("model", model, ("chain", "paper"))):
         if side is not None and side not in known:
             raise UnknownNameError(option, side, known)
-    chain = load(robot, variant, dynamics="ideal" if ideal else "real")
+    chain = load(robot, variant, dynamics="ideal" if ideal else "real", lenient=lenient)
     name = chain.description.name
     acting = chain.description.acting
     if plant == "paper" and acting:

@@ -21,6 +21,7 @@ def command(
     robot: options.Robot,
     variant: options.Variant = None,
     home: options.Home = None,
+    lenient: options.Lenient = False,
     html: options.Html = None,
     png: options.Png = None,
     size: options.Size = "1280x800",
@@ -36,7 +37,7 @@ def command(
     from cutjoint.robots import load
     from cutjoint.viewer import LiveView, show
 
-    chain = load(robot, variant, home)
+    chain = load(robot, variant, home, lenient=lenient)
     if html is not None or png is not None:
         write(show(chain), html, png, 0.0, size)
         return

@@ -6,6 +6,7 @@ What needs the closed chain (do the loops close, how mobile is the robot) is not
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -13,11 +14,12 @@ from cutjoint.description.catalogue import is_example, resolve
 from cutjoint.description.checks.inertias import check_inertias, check_moved_mass
 from cutjoint.description.checks.loops import check_loops
 from cutjoint.description.checks.physics import check_physics
+from cutjoint.description.checks.shapes import check_shapes, without_impossible_shapes
 from cutjoint.description.checks.tree import check_joints, check_tree
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats import Reading, read
 from cutjoint.description.model import RobotDescription
-from cutjoint.errors import DescriptionError, Problem, UnknownNameError
+from cutjoint.errors import DescriptionError, DescriptionWarning, Problem, UnknownNameError
 
 
 def check(robot: RobotDescription | str | os.PathLike[str], lenient: bool = False) -> tuple[Problem, ...]:
@@ -41,6 +43,7 @@ def check_description(robot: RobotDescription) -> tuple[Problem, ...]:
     check_physics(robot, findings)
     check_inertias(robot, findings)
     check_loops(robot, sound, findings)
+    check_shapes(robot, findings)
     if sound:
         check_moved_mass(robot, findings)
     return _sorted(findings.problems)
@@ -60,7 +63,8 @@ def read_checked(source: str | os.PathLike[str], lenient: bool = False) -> Readi
         problems = _tolerated(problems)
     ordered = _sorted(problems)
     failed = reading.description is None or any(one.severity == "error" for one in ordered)
-    return Reading(None if failed else reading.description, ordered)
+    description = None if failed or reading.description is None else without_impossible_shapes(reading.description)
+    return Reading(description, ordered)
 
 
 def load_description(
@@ -71,8 +75,10 @@ def load_description(
     Args:
         source: a folder with a loops.toml, a file of any known format, or the name of a robot in the catalogue.
         variant: name of a variant of its inertias; None for those of the tree's own file.
-        lenient: accept flaws that do not prevent computing: inertias that no body can have, missing meshes (the shape
-            is left out), joints named like links.  Robots of example-robot-data are always read leniently.
+        lenient: pass flaws that do not change the motion, with a `DescriptionWarning` for each: missing meshes and
+            shapes with impossible sizes (they are left out), colours, joints named like links, inertias that no body
+            can have (they are taken as they stand).  Robots of example-robot-data are always read leniently, without
+            warnings.
 
     Raises:
         UnknownNameError: no robot or no variant of that name.
@@ -82,6 +88,9 @@ def load_description(
     if reading.description is None:
         raise DescriptionError(reading.problems)
     description = reading.description
+    for passed in reading.problems if lenient else ():
+        if passed.tolerable:
+            warnings.warn(str(passed), DescriptionWarning, stacklevel=2)
     return description if variant is None else description.variant(variant)
 
 

@@ -1,7 +1,8 @@
 """Files on this machine: read with every way in which that goes wrong turned into a problem, and meshes found by name.
 
 `package://`, `model://`, `file://` and relative names of meshes are looked up in ROS_PACKAGE_PATH, GAZEBO_MODEL_PATH,
-AMENT_PREFIX_PATH, the folders above the file that names the mesh, and the optional package example-robot-data.
+GZ_SIM_RESOURCE_PATH, SDF_PATH, AMENT_PREFIX_PATH, the folders above the file that names the mesh, and the optional
+package example-robot-data.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ def example_robot_data() -> Path | None:
 def search_folders(near: Path) -> list[Path]:
     """Folders that may hold a package named in a file at `near`, in the order in which they are tried."""
     folders: list[Path] = []
-    for variable in ("ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH"):
+    for variable in ("ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH", "SDF_PATH"):
         folders += [Path(part) for part in os.environ.get(variable, "").split(os.pathsep) if part]
     folders += [Path(part) / "share" for part in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if part]
     folders += list(near.resolve().parents)[:_ABOVE]

@@ -69,6 +69,18 @@ def _bounded(text: str) -> str:
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 4 :]}"
 
 
+class Harmless(Findings):
+    """Notes of what does not matter to motion (shapes, colours, names for people): its errors are doubts."""
+
+    def __init__(self, findings: Findings) -> None:
+        super().__init__(findings.file)
+        self.problems = findings.problems
+
+    def error(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
+        """Note a doubt."""
+        self.doubt(found, expected, mend, at)
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """`did you mean 'x'?` for the known name nearest to `name`, or the empty string."""
     near = closest(name, known)
@@ -80,6 +92,22 @@ def closest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str:
     by_lower = {one.lower(): one for one in sorted(known)}
     found = difflib.get_close_matches(name.lower()[:200], by_lower, n=1, cutoff=cutoff)
     return by_lower[found[0]] if found else ""
+
+
+def slip(name: str, known: Iterable[str]) -> str:
+    """The known name of three letters or more that one slip of the keyboard turns into `name` (a letter too many, too
+    few, another one, or two swapped), case ignored; empty when there is none."""
+    said = name.lower()[:200]
+    return next((one for one in sorted(known) if len(one) > 2 and _one_slip(said, one.lower())), "")
+
+
+def _one_slip(a: str, b: str) -> bool:
+    """Whether at most one letter is too many, too few or another, or two neighbours are swapped."""
+    if abs(len(a) - len(b)) > 1:
+        return False
+    start = next((at for at, pair in enumerate(zip(a, b, strict=False)) if pair[0] != pair[1]), min(len(a), len(b)))
+    a, b = a[start:], b[start:]
+    return a[1:] == b[1:] or a[1:] == b or a == b[1:] or (a[:2] == b[1::-1] and a[2:] == b[2:])
 
 
 def listing(names: Iterable[str], most: int = 12) -> str:

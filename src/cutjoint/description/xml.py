@@ -9,7 +9,7 @@ from typing import Any
 from lxml import etree
 
 from cutjoint.description.files import read_text_file
-from cutjoint.description.findings import Findings, clip, closest
+from cutjoint.description.findings import Findings, clip, closest, slip
 from cutjoint.description.numbers import is_xacro
 
 DEEPEST = 100
@@ -20,6 +20,8 @@ _NEVER_EXTENDED = frozenset(
     | {"parent_origin", "child_origin", "parent_axis", "child_axis", "predecessor", "successor"}
     | {"box", "cylinder", "capsule", "sphere"}
 )
+_DRAKE = ("{http://drake.mit.edu}", "{https://drake.mit.edu}", "drake:")
+"""How the names of Drake's extensions of URDF and SDF begin, with its namespace declared or not."""
 
 Element = Any
 """An lxml element (lxml ships no types)."""
@@ -129,38 +131,67 @@ def only_child(element: Element, tag: str, findings: Findings) -> Element | None
     return found[0] if found else None
 
 
+def drake_name(name: str) -> str | None:
+    """What follows `drake:` in the name of an element or attribute of Drake's, None for all others."""
+    start = next((one for one in _DRAKE if name.startswith(one)), None)
+    return None if start is None else name[len(start) :]
+
+
+def short(name: str) -> str:
+    """The name of an element or attribute as people write it: with a prefix at most."""
+    own = drake_name(name)
+    return f"drake:{own}" if own is not None else name.rsplit("}", 1)[-1]
+
+
 def check_known(
     element: Element, attributes: frozenset[str], tags: frozenset[str], ignored: frozenset[str], findings: Findings
 ) -> None:
     """Note attributes and children of `element` that the format does not have.
 
     One that looks like a slip of a known name, or is in an element that nobody extends, is an error because what was
-    meant would be lost; anything else is somebody's extension and only a warning.  Namespaced names are extensions too.
+    meant would be lost; anything else is somebody's extension and only a warning.  Names of Drake's, which `attributes`
+    and `tags` give as `drake:NAME`, are held to the same; those of other namespaces are free.
     """
-    what = f"<{element.tag}>"
+    what = f"<{short(str(element.tag))}>"
     for name in map(str, element.attrib):
-        if name not in attributes and "{" not in name and ":" not in name:
-            _unknown(f"attribute '{clip(name)}' of {what}", name, attributes, element, findings, element.sourceline)
+        if not _foreign(name) and short(name) not in attributes:
+            said = clip(short(name))
+            _unknown(f"attribute '{said}' of {what}", said, attributes, attributes, element, findings)
     for child in children(element):
         tag = str(child.tag)
-        if tag not in tags and tag not in ignored and "{" not in tag and ":" not in tag:
-            _unknown(f"element <{clip(tag)}> in {what}", tag, tags, element, findings, child.sourceline)
+        if not _foreign(tag) and short(tag) not in tags and short(tag) not in ignored:
+            said = clip(short(tag))
+            _unknown(f"element <{said}> in {what}", said, tags, tags | ignored, child, findings, element)
+
+
+def _foreign(name: str) -> bool:
+    """Whether a name is in a namespace that belongs to neither the format nor Drake."""
+    return ("{" in name or ":" in name) and drake_name(name) is None
 
 
 def _unknown(
-    found: str, name: str, known: frozenset[str], element: Element, findings: Findings, line: int | None
+    found: str,
+    name: str,
+    told: frozenset[str],
+    known: frozenset[str],
+    at: Element,
+    findings: Findings,
+    parent: Element | None = None,
 ) -> None:
-    strict = element.tag in _NEVER_EXTENDED
-    near = closest(name, known, cutoff=0.6 if strict else 0.8)
-    expected = f"one of {', '.join(sorted(known))}" if known else "nothing there"
+    """Note an unknown name; those of `known` that are `told` are listed."""
+    strict = short(str((at if parent is None else parent).tag)) in _NEVER_EXTENDED
+    near = closest(name, known, cutoff=0.6 if strict else 0.8) or slip(name, known)
+    own = sorted(one for one in told if not one.startswith("drake:") or name.startswith("drake:"))
+    expected = f"one of {', '.join(own)}" if own else "nothing there"
     if near or strict:
-        findings.error(f"unknown {found}", expected, f"did you mean '{near}'?" if near else "remove it", line)
+        findings.error(f"unknown {found}", expected, f"did you mean '{near}'?" if near else "remove it", at.sourceline)
     else:
-        findings.warn(f"unknown {found} is ignored", expected, "", line)
+        findings.warn(f"unknown {found} is ignored", expected, "", at.sourceline)
 
 
-def refuse_xacro(root: Element, findings: Findings) -> None:
-    """Note xacro tags and expressions that are left in a file (the first of each line)."""
+def left_in(root: Element) -> list[tuple[str, int | None]]:
+    """Xacro tags and expressions that are left in a file, the first of each element, with their lines."""
+    found = []
     for element in root.iter(etree.Element):
         tag = str(element.tag)
         inside = next((f'{key}="{value}"' for key, value in element.attrib.items() if is_xacro(value)), "")
@@ -168,12 +199,15 @@ def refuse_xacro(root: Element, findings: Findings) -> None:
             inside = tag.rsplit("}", 1)[-1].removeprefix("xacro:")
             inside = f"<xacro:{inside}>"
         if inside:
-            findings.error(
-                f"xacro left in: {clip(inside)}",
-                "a plain file without xacro",
-                "expand it first: xacro robot.urdf.xacro > robot.urdf",
-                element.sourceline,
-            )
+            found.append((clip(inside), element.sourceline))
+    return found
+
+
+def refuse_xacro(root: Element, findings: Findings) -> None:
+    """Note all xacro that is left in a file, as an error each."""
+    for inside, line in left_in(root):
+        mend = "expand it first: xacro robot.urdf.xacro > robot.urdf"
+        findings.error(f"xacro left in: {inside}", "a plain file without xacro", mend, line)
 
 
 def name_of(element: Element, findings: Findings) -> str | None:

@@ -7,14 +7,14 @@ gives the texts of its files, and a row.  A dialect stands before what it extend
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
 
 from cutjoint.description.files import LARGEST_FILE, MOST_NAMES
-from cutjoint.description.findings import Findings
+from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.extras import Reading
 from cutjoint.description.formats.common.unsaid import unsaid as beyond
 from cutjoint.description.model import RobotDescription
@@ -76,18 +76,21 @@ def _writer(module: str) -> Texts:
     return files
 
 
-PLAIN = Format("URDF", (".urdf", ".xml"), (b"<robot",), _reader("urdf.plain"))
+PLAIN = Format("URDF", (".urdf", ".xml", ".xacro"), (b"<robot",), _reader("urdf.reader"))
 FORMATS: tuple[Format, ...] = (
     Format("loops.toml", (".toml",), (b"schema",), _reader("loops_toml"), _writer("loops_toml"), "loops", True),
     Format("Gepetto robot.yaml", (".yaml", ".yml"), (b"closed_loop", b"name_mot"), _reader("gepetto")),
     Format(
-        "URDF+", (".urdf", ".xml"), (b"<loop", b"<coupling", b"<predecessor", b"independent="), _reader("urdf.plus")
+        "URDF+",
+        (".urdf", ".xml", ".xacro"),
+        (b"<loop ", b"<coupling", b"<predecessor", b"independent="),
+        _reader("urdf.reader"),
     ),
     Format(
         "URDF with <constraint>",
-        (".urdf", ".xml"),
+        (".urdf", ".xml", ".xacro"),
         (b"<constraint", b"<cutjoint"),
-        _reader("urdf.constraint"),
+        _reader("urdf.reader"),
         _writer("urdf.writer"),
         "urdf",
         says=("damping", "friction", "friction_speed"),
@@ -101,6 +104,7 @@ FORMATS: tuple[Format, ...] = (
         "mjcf",
         says=("damping", "friction", "springs", "rotors"),
     ),
+    Format("USD", (".usda", ".usd", ".usdc", ".usdz"), (b"#usda", b"PXR-USDC", b"PK\x03\x04"), _reader("usd.reader")),
     Format("SDF", (".sdf", ".world", ".xml"), (b"<sdf",), _reader("sdf.reader")),
     PLAIN,
 )
@@ -111,14 +115,12 @@ WRITERS: Mapping[str, Format] = {one.key: one for one in FORMATS if one.write is
 
 
 def read(path: Path) -> Reading:
-    """Read a robot out of a file, or out of a folder that holds a loops.toml."""
-    if os.path.isdir(path) and is_file(path / "loops.toml"):
-        path = path / "loops.toml"
+    """Read a robot out of a file, or out of a folder: its loops.toml or robot.yaml, or the only robot in it."""
     findings, description = Findings(shown(str(path))), None
-    if os.path.isdir(path):
-        findings.error("a directory without loops.toml", "a folder with a loops.toml, or a file", _inside(path))
-    else:
-        description = format_of(path).read(path, findings)
+    file = _of_folder(path, findings) if os.path.isdir(path) else path
+    if file is not None:
+        findings.file = shown(str(file))
+        description = format_of(file).read(file, findings)
     return Reading(description, tuple(findings.problems))
 
 
@@ -166,15 +168,43 @@ def format_of(path: Path) -> Format:
         head = b""
     suffix = path.suffix.lower()
     fitting = [one for one in FORMATS if suffix in one.suffixes] or list(FORMATS)
-    marked = [one for one in fitting if any(mark in head for mark in one.marks)]
     plain_first = [one for one in fitting if one is PLAIN]
-    return [*marked, *plain_first, *fitting][0]
+    return [*_marked(head, fitting), *plain_first, *fitting][0]
 
 
-def _inside(path: Path) -> str:
-    known = {suffix for one in FORMATS for suffix in one.suffixes}
+def _marked(head: bytes, fitting: Sequence[Format]) -> list[Format]:
+    return [one for one in fitting if any(mark in head for mark in one.marks)]
+
+
+NAMED = ("loops.toml", "robot.yaml")
+"""What stands for a folder, whatever else is in it."""
+
+
+def _of_folder(folder: Path, findings: Findings) -> Path | None:
+    """The file that a folder means, or None after noting why there is none."""
     try:
-        found = sorted(one.name for one in islice(path.iterdir(), MOST_NAMES) if one.suffix.lower() in known)
-    except OSError:
-        return ""
-    return f"name one of its files: {', '.join(found[:5])}" if found else ""
+        files = sorted(one for one in islice(folder.iterdir(), MOST_NAMES) if is_file(one))
+    except OSError as error:
+        findings.error(f"the directory cannot be read: {error}", "a readable directory")
+        return None
+    for name in NAMED:
+        if is_file(folder / name):
+            return folder / name
+    robots = [one for one in files if _describes(one)]
+    if len(robots) == 1:
+        return robots[0]
+    found = f"a directory with {len(robots)} robots" if robots else "a directory without a robot"
+    mend = f"name one of its files: {listing(one.name for one in robots)}" if robots else ""
+    findings.error(found, f"one with {' or '.join(NAMED)}, or with one file that describes a robot", mend)
+    return None
+
+
+def _describes(file: Path) -> bool:
+    """Whether suffix and content are those of a format."""
+    fitting = [one for one in FORMATS if file.suffix.lower() in one.suffixes]
+    if not fitting:
+        return False
+    try:
+        return bool(_marked(read_file(file, LARGEST_FILE), fitting))
+    except FileError:
+        return False

@@ -42,13 +42,24 @@ class Reading:
 
 @dataclass
 class OpenTree:
-    """Links and joints as a reader gathers them, and the actuators where the tree's own file names some."""
+    """Links and joints as a reader gathers them, and the actuators where the tree's own file names some.
+
+    `cuts` are those of the tree's own file; `closings` too, but only between links that no other cut joins.
+    """
 
     name: str
     links: list[Link] = field(default_factory=list)
     joints: list[Joint] = field(default_factory=list)
     couplings: list[Coupling] = field(default_factory=list)
     actuators: tuple[str, ...] = ()
+    cuts: list[CutJoint] = field(default_factory=list)
+    closings: list[CutJoint] = field(default_factory=list)
+
+    def closed_by(self, cuts: Sequence[CutJoint]) -> tuple[CutJoint, ...]:
+        """All cuts of the robot: `cuts`, and those of the tree's own file."""
+        known = [*cuts, *self.cuts]
+        joined = [{cut.a.link, cut.b.link} for cut in known]
+        return (*known, *(cut for cut in self.closings if {cut.a.link, cut.b.link} not in joined))
 
 
 EARTH = readonly([0.0, 0.0, -9.81])
@@ -110,12 +121,13 @@ class Extras:
 def described(
     tree: OpenTree, cuts: Sequence[CutJoint], extras: Extras | None, path: Path, findings: Findings
 ) -> RobotDescription:
-    """Tree, cuts and the rest as one description.
+    """Tree, cuts and the rest as one description; the cuts of the tree's own file are added.
 
     Where a file has no extras, a chain without cuts gets the defaults of a plain URDF, and a robot with cuts the
     actuators that the reader put into the tree, or none.
     """
     extras = extras or Extras()
+    cuts = tree.closed_by(cuts)
     joints = _changed(tree.joints, extras, findings)
     couplings = (*tree.couplings, *extras.couplings)
     actuators, tool = extras.actuators, extras.tool
@@ -127,7 +139,7 @@ def described(
         name=extras.name or tree.name,
         links=tuple(tree.links),
         joints=tuple(joints),
-        cuts=tuple(cuts),
+        cuts=cuts,
         couplings=couplings,
         actuators=actuators,
         tool=tool,

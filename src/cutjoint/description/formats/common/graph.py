@@ -7,7 +7,7 @@ need be.  Every other joint becomes a cut joint between the two links.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,23 +29,64 @@ class PlacedLink:
 
 
 def span(
-    name: str, bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: str, findings: Findings
+    name: str,
+    bodies: Sequence[PlacedLink],
+    edges: Sequence[Joint],
+    root: str,
+    findings: Findings,
+    keep: Collection[str] = (),
+    close: Collection[str] = (),
 ) -> tuple[OpenTree, list[CutJoint]]:
     """A tree from `root` over all bodies that joints connect to it, and the joints left over as cuts.
 
-    The placements of the joints that are given (`edges`) are those of their frames in the world at zero.  Bodies
-    that nothing connects to the root stay in the list of links without a joint.
+    The placements of the joints that are given (`edges`) are those of their frames in the world at zero.  Where there
+    is a choice, the joints named in `keep` stay in the tree and the others of `close` become cuts.  Bodies that
+    nothing connects to the root stay in the list of links without a joint.
     """
     tree = OpenTree(name, [body.link for body in bodies])
     world = {body.link.name: body.world for body in bodies}
-    used = _first_parents(bodies, edges, root)
-    if used is None:
-        used = _greedy(edges, root)
+    close = set(close).difference(keep)
+    used = _spanning(bodies, edges, root)
+    inside = {edge.name for edge, _ in used}
+    if not inside >= {edge.name for edge in edges if edge.name in keep} or inside & close:
+        used = _spanning(bodies, _forest(edges, inside, keep, close), root)
     for edge, backwards in used:
         _attach(tree, edge, backwards, world)
     taken = {id(edge) for edge, _ in used}
     cuts = [_cut(edge, world, findings) for edge in edges if id(edge) not in taken]
     return tree, [cut for cut in cuts if cut is not None]
+
+
+def _spanning(bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: str) -> list[tuple[Joint, bool]]:
+    used = _first_parents(bodies, edges, root)
+    return _greedy(edges, root) if used is None else used
+
+
+def _forest(
+    edges: Sequence[Joint], inside: Collection[str], keep: Collection[str], close: Collection[str]
+) -> list[Joint]:
+    """The joints without those that close loops: rather those of `close`, and none of `keep` if there is a choice.
+
+    Otherwise those named in `inside` stay.
+    """
+
+    def rank(edge: Joint) -> tuple[bool, bool, bool]:
+        return edge.name in close, edge.name not in keep, edge.name not in inside
+
+    part: dict[str, str] = {}
+
+    def top(name: str) -> str:
+        while name in part:
+            name = part[name]
+        return name
+
+    kept = []
+    for edge in sorted(edges, key=rank):
+        ends = top(edge.parent), top(edge.child)
+        if ends[0] != ends[1]:
+            part[ends[0]] = ends[1]
+            kept.append(edge.name)
+    return [edge for edge in edges if edge.name in kept]
 
 
 def _first_parents(bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: str) -> list[tuple[Joint, bool]] | None:
@@ -100,6 +141,15 @@ def _attach(tree: OpenTree, edge: Joint, backwards: bool, world: dict[str, Array
 
 def _cut(edge: Joint, world: dict[str, Array], findings: Findings) -> CutJoint | None:
     """The joint as a cut, with its frames on both links where they meet at zero."""
+    at_parent, at_child = (readonly(inverse(world[link]) @ edge.placement) for link in (edge.parent, edge.child))
+    return cut_of(edge, at_parent, at_child, findings)
+
+
+def cut_of(edge: Joint, at_parent: Array, at_child: Array, findings: Findings) -> CutJoint | None:
+    """A joint that closes a loop, as a cut between its frames (4, 4) in both links; None after noting why not.
+
+    Its placement does not count.  What a cut cannot have is noted: limits, stops, rotors.
+    """
     if edge.type.cut is None:
         found = f"joint '{edge.name}' of type {edge.type.value} closes a loop"
         known = ", ".join(kind.value for kind in JointType if kind.cut)
@@ -111,8 +161,10 @@ def _cut(edge: Joint, world: dict[str, Array], findings: Findings) -> CutJoint |
         align = np.array(frame_along(edge.axis))
     elif kind.axes == "xy":
         align = np.column_stack([edge.axis, edge.axis2, np.cross(edge.axis, edge.axis2)])
-    at = turned(edge.placement, align)
-    a, b = (Frame(link, readonly(inverse(world[link]) @ at)) for link in (edge.parent, edge.child))
+    if (edge.limits.lower, edge.limits.upper) != (None, None):
+        found = f"limits of joint '{edge.name}', which closes a loop, are not used"
+        findings.warn(found, "limits in the tree", "let another joint of the loop close it", edge.place)
+    a, b = Frame(edge.parent, turned(at_parent, align)), Frame(edge.child, turned(at_child, align))
     return CutJoint(edge.name, kind, a, b, edge.place, _free_motion(edge, findings))
 
 

@@ -7,18 +7,22 @@ not yield, as is a missing one: converters write the default into every file.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.physics import largest
-from cutjoint.description.formats.sdf.link import text_of
+from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.model import JointPhysics, JointType, Limits
 from cutjoint.description.numbers import parse_number, read_numbers
-from cutjoint.description.xml import Element, only_child
+from cutjoint.description.xml import Element, children, only_child
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 UNLIMITED = 1e16
 """SDF's own number for no limit."""
+ROTORS = {"rotor_inertia": "rotor", "gear_ratio": "gear"}
+"""Elements of Drake's in a joint -> what they are."""
 RIGID = 1e8
 """N/m or N m/rad: SDF's default for the stiffness of a stop."""
 
@@ -40,21 +44,30 @@ def read_limits(axis: Element, name: str, kind: JointType, findings: Findings) -
             free = free or (value is not None and value < 0.0)
         values[key] = None if free else value
     if not kind.limited:
+        if values["lower"] is not None or values["upper"] is not None:
+            found = f"lower and upper limits of the {kind.value} joint '{name}' are not used"
+            findings.warn(found, "a type with a range", "call it revolute", limit.sourceline)
         values["lower"] = values["upper"] = None
     return Limits(values["lower"], values["upper"], values["velocity"], values["effort"])
 
 
-def read_physics(element: Element, name: str, kind: JointType, findings: Findings) -> JointPhysics:
-    """The physics of a `<joint>`: of its axis, or of both, which must be the same."""
-    axes = [axis for tag in ("axis", "axis2") if (axis := only_child(element, tag, findings)) is not None]
-    found = [_physics(axis, name, kind, findings) for axis in axes]
-    if kind.axes == 2 and len(found) == 2 and found[0] != found[1]:
-        text = f"the two axes of the {kind.value} joint '{name}' have different dampers, friction or springs"
-        findings.error(text, "the same for both", "make it of two revolute joints", element.sourceline)
-    if not kind.axes and any(one != NO_PHYSICS for one in found):
-        text = f"damping, friction and springs in an <axis> of the {kind.value} joint '{name}' are not used"
-        findings.warn(text, "no <axis>", "", element.sourceline)
-    return found[0] if found and kind.axes else NO_PHYSICS
+def unused_axis(axis: Element | None, name: str, kind: JointType, findings: Findings) -> None:
+    """Note limits and physics in an axis that the type of its joint does not have."""
+    quiet = Findings()
+    if axis is None:
+        return
+    physics, limits = _physics(axis, name, kind, quiet), read_limits(axis, name, JointType.REVOLUTE, quiet)
+    if quiet.failed or physics != NO_PHYSICS or limits != Limits() or only_child(axis, "mimic", quiet) is not None:
+        text = f"damping, friction, springs, limits and mimic in <{axis.tag}> of the {kind.value} joint '{name}'"
+        findings.warn(f"{text} are not used", f"no <{axis.tag}>", "", axis.sourceline)
+
+
+def read_physics(axis: Element, name: str, kind: JointType, findings: Findings) -> JointPhysics:
+    """The physics along an `<axis>`."""
+    if only_child(axis, "initial_position", findings) is not None:
+        found = f"initial_position of joint '{name}' is not used"
+        findings.warn(found, "a home posture", "give it as [home.NAME] of a loops.toml", axis.sourceline)
+    return _physics(axis, name, kind, findings)
 
 
 def _physics(axis: Element, name: str, kind: JointType, findings: Findings) -> JointPhysics:
@@ -90,3 +103,28 @@ def _number(axis: Element, section: str, tag: str, key: str, name: str, findings
     most = float("inf") if key.startswith("stop") else largest(key)
     value = read_numbers(text_of(element), 1, f"{tag} of joint '{name}'", findings, element.sourceline, most)
     return None if value is None else value[0]
+
+
+def drake_name(element: Element) -> str | None:
+    """The name without its prefix where it is one of Drake's."""
+    tag = str(element.tag)
+    if tag.startswith("drake:"):
+        return tag.removeprefix("drake:")
+    return tag.rpartition("}")[2] if "drake.mit.edu" in tag.rpartition("}")[0] else None
+
+
+def with_rotor(physics: JointPhysics, joint: Element, name: str, kind: JointType, findings: Findings) -> JointPhysics:
+    """With the `<drake:rotor_inertia>` and `<drake:gear_ratio>` of a joint."""
+    values = {}
+    for element in children(joint):
+        key = ROTORS.get(drake_name(element) or "")
+        if key is not None:
+            told = f"{key} of joint '{name}'"
+            value = read_numbers(text_of(element), 1, told, findings, element.sourceline, largest(key))
+            values.update({} if value is None else {key: value[0]})
+    if values and not kind.single:
+        findings.warn(
+            f"rotor of the {kind.value} joint '{name}' is not used", "a joint of one axis", "", joint.sourceline
+        )
+        return physics
+    return replace(physics, **values)

@@ -1,215 +1,140 @@
-"""SDF models (http://sdformat.org/spec), whose links may have several parents: the joints left over close loops.
+"""SDF (http://sdformat.org/spec), versions 1.4 to 1.12: links may have several parents; joints left over close loops.
 
-One model, at the top or in a world.  Without `<static>` and without a joint to `world` the base floats.  Joint types:
-fixed, revolute, continuous, prismatic, ball, universal.  `<include>`, nested models, screws and gearboxes are not
-supported and are reported.
+One robot, of one model or of several that joints tie together, in a world or alone; models may be nested and included.
+Without `<static>` and without a joint to `world` the base floats.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings, listing, nearest
+from cutjoint.arrays import readonly
+from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.graph import PlacedLink, span
-from cutjoint.description.formats.sdf.dynamics import read_limits, read_physics
-from cutjoint.description.formats.sdf.link import Poses, read_body, text_of
-from cutjoint.description.model import (
-    IDENTITY,
-    Coupling,
-    Joint,
-    JointType,
-    Limits,
-    Link,
-    Place,
-    RobotDescription,
-)
-from cutjoint.description.numbers import parse_number, read_numbers, unit_axis
-from cutjoint.description.xml import Element, check_known, children, name_of, only_child, read_xml
-
-WORLD = "world"
-TYPES = {kind.sdf: kind for kind in JointType if kind.sdf}
-
-_NONE: frozenset[str] = frozenset()
-_MODEL_TAGS = frozenset({"link", "joint", "frame", "pose", "static", "include", "model"})
-_MODEL_IGNORED = frozenset({"plugin", "self_collide", "allow_auto_disable", "enable_wind", "gripper", "sensor"})
-_JOINT_TAGS = frozenset({"parent", "child", "pose", "axis", "axis2"})
-_JOINT_IGNORED = frozenset({"physics", "sensor", "plugin", "initial_position", "gripper"})
+from cutjoint.description.formats.sdf.choice import Picked, chosen
+from cutjoint.description.formats.sdf.coupling import read_gearbox, read_mimics
+from cutjoint.description.formats.sdf.frames import Carriers, Frames, check_frames
+from cutjoint.description.formats.sdf.include import open_sdf, outermost
+from cutjoint.description.formats.sdf.joint import read_joints, world_end
+from cutjoint.description.formats.sdf.link import read_body
+from cutjoint.description.formats.sdf.plugin import read_plugins
+from cutjoint.description.formats.sdf.scope import Item, Scope
+from cutjoint.description.formats.sdf.values import WORLD
+from cutjoint.description.formats.sdf.world import gravity_of, note_foreign, note_world
+from cutjoint.description.model import IDENTITY, Coupling, Joint, JointType, Link, RobotDescription
 
 
 def read(path: Path, findings: Findings) -> RobotDescription | None:
-    """An SDF file with one model."""
-    root = read_xml(path, findings, "SDF")
-    model = None if root is None else _model(root, findings)
-    if root is None or model is None:
+    """An SDF file with one robot."""
+    root = open_sdf(path, findings)
+    outer = None if root is None else outermost(root, path, findings)
+    choice = None if outer is None else chosen(outer)
+    if outer is None or choice is None:
         return None
-    version = parse_number(str(root.get("version") or "1.6")) or 1.6
-    check_known(model, frozenset({"name", "canonical_link", "placement_frame"}), _MODEL_TAGS, _MODEL_IGNORED, findings)
-    for tag in ("include", "model"):
-        for element in children(model, tag):
-            found = f"<{tag}> inside a model"
-            findings.error(found, "one flat model", "flatten it first: gz sdf -p model.sdf", element.sourceline)
-    poses = Poses(model, findings)
-    bodies = [body for element in children(model, "link") if (body := read_body(element, path, poses, findings))]
-    edges, couplings = _joints(model, {body.link.name for body in bodies}, poses, version, findings)
-    if not bodies:
-        findings.error("a model without links", "at least one <link>", "", model.sourceline)
+    note_world(outer)
+    frames, carriers = Frames(), Carriers()
+    links = [item for model in choice.models for item in model.each("link")]
+    if not links:
+        findings.error("a model without links", "at least one <link>", "", choice.models[0].element.sourceline)
         return None
-    static = text_of(only_child(model, "static", findings)).lower() in ("1", "true")
-    root_link = bodies[0].link.name
-    if not static:
-        bodies.insert(0, PlacedLink(Link(WORLD), IDENTITY))
-        edges = [*edges, *_floating(bodies[1:], edges)]
-        root_link = WORLD
-    name = str(model.get("name") or path.stem)
-    tree, cuts = span(name, bodies, edges, root_link, findings)
+    placed = [read_body(item, frames) for item in links]
+    mimics = [*read_mimics(choice.joints)]
+    two = {one for mimic in mimics for one in (mimic.follower, mimic.leader)}
+    edges = read_joints(choice.joints, two, frames, carriers)
+    scopes = [scope for top in (outer, *choice.models) for scope in _scopes(top)]
+    note_foreign(scopes)
+    check_frames(scopes, frames, carriers)
+    acting = read_plugins(scopes)
+    couplings = [mimic.coupling for mimic in mimics] + acting.couplings
+    for item in edges.gearboxes:
+        gearbox = read_gearbox(item, edges.joints, frames, carriers)
+        couplings += [] if gearbox is None else [gearbox]
+    placed += edges.links
+    joints, root_link = _held(edges.joints, links, placed, choice)
+    if root_link == WORLD:
+        placed.insert(0, PlacedLink(Link(WORLD), IDENTITY))
+    keep = {one for coupling in couplings for one in (coupling.joint, *coupling.drivers)} | {*acting.driven}
+    tree, cuts = span(choice.name or path.stem, placed, joints, root_link, findings, keep, edges.last)
+    _note_cut({cut.name for cut in cuts}, couplings, acting.driven, findings)
     tree.couplings.extend(couplings)
-    gravity = _gravity(root, findings)
-    return described(tree, cuts, Extras(gravity=readonly(gravity)), path, findings)
+    extras = Extras(actuators=tuple(acting.driven) or None, gravity=readonly(gravity_of(outer)))
+    return described(tree, cuts, extras, path, findings)
 
 
-def _model(root: Element, findings: Findings) -> Element | None:
-    if root.tag != "sdf":
-        findings.error(f"the root element is <{root.tag}>", "<sdf>", "is this another format?", root.sourceline)
-        return None
-    models = [*children(root, "model")]
-    for world in children(root, "world"):
-        models += children(world, "model")
-    if len(models) != 1:
-        found = f"{len(models)} models: {listing(str(one.get('name')) for one in models)}"
-        findings.error(found, "one model", "keep the robot only", root.sourceline)
-        return None
-    return models[0]
+def _scopes(top: Scope) -> Sequence[Scope]:
+    """The outermost scope alone, or a model with the models in it."""
+    return [*top.models()] if top.is_model else [top]
 
 
-def _gravity(root: Element, findings: Findings) -> tuple[float, ...]:
-    for world in children(root, "world"):
-        element = only_child(world, "gravity", findings)
-        if element is not None:
-            values = read_numbers(element.text, 3, "<gravity>", findings, element.sourceline)
-            return values or (0.0, 0.0, -9.81)
-    return 0.0, 0.0, -9.81
+def _held(joints: list[Joint], links: list[Item], placed: list[PlacedLink], choice: Picked) -> tuple[list[Joint], str]:
+    """The joints, with those that hold static links and let the base float, and the root of the tree."""
+    first = choice.models[0]
+    if choice.base_only:
+        moving = [one for one in joints if one.type.moves]
+        if moving:
+            found = f"static model '{first.name}' with joints that move, which Gazebo holds too"
+            mend = "read as a robot on a fixed base; write a fixed joint to the world instead"
+            first.findings.warn(found, "a model that is not static", mend, first.element.sourceline)
+        if not any(world_end(one) for one in joints) and len(_parts(placed, joints)) == 1:
+            return joints, placed[0].link.name
+        return [*joints, *_roots(placed, joints, JointType.FIXED)], WORLD
+    static = {item.full for item in links if item.scope.static}
+    kept = []
+    for one in joints:
+        if {one.parent, one.child} <= static | {WORLD}:
+            found = f"joint '{one.name}' between links of static models is not used"
+            first.findings.warn(found, "a link that moves", "", one.place)
+        else:
+            kept.append(one)
+    at = {body.link.name: body for body in placed}
+    for name in sorted(static, key=list(at).index):
+        body = at[name]
+        kept.append(Joint(f"{name}_static", JointType.FIXED, WORLD, name, body.world, place=body.link.place))
+    return [*kept, *_roots(placed, kept, JointType.FLOATING)], WORLD
 
 
-def _floating(bodies: list[PlacedLink], edges: list[Joint]) -> list[Joint]:
-    """A floating joint from the world for the first link of each part that no joint ties to the world."""
+def _parts(placed: list[PlacedLink], joints: list[Joint]) -> list[list[str]]:
+    """The links in groups that joints connect, that of the world first where one hangs on it, in the file's order."""
     near: dict[str, set[str]] = {}
-    for edge in edges:
-        near.setdefault(edge.parent, set()).add(edge.child)
-        near.setdefault(edge.child, set()).add(edge.parent)
-    reached: set[str] = set()
-
-    def reach(start: str) -> None:
-        stack = [start]
+    for joint in joints:
+        near.setdefault(joint.parent, set()).add(joint.child)
+        near.setdefault(joint.child, set()).add(joint.parent)
+    left = dict.fromkeys([*([WORLD] if WORLD in near else []), *(body.link.name for body in placed)])
+    parts = []
+    while left:
+        stack, part = [next(iter(left))], []
         while stack:
             name = stack.pop()
-            if name not in reached:
-                reached.add(name)
+            if name in left:
+                del left[name]
+                part.append(name)
                 stack += near.get(name, set())
+        parts.append(part)
+    return parts
 
-    reach(WORLD)
-    children_of_joints = {edge.child for edge in edges}
-    first = sorted(bodies, key=lambda body: body.link.name in children_of_joints)
+
+def _roots(placed: list[PlacedLink], joints: list[Joint], kind: JointType) -> list[Joint]:
+    """A joint from the world to each part that none ties to it: to its first link, one that is no child if there is."""
+    at = {body.link.name: body for body in placed}
+    order = {name: number for number, name in enumerate(at)}
+    below = {joint.child for joint in joints}
     extra: list[Joint] = []
-    for body in first:
-        name = body.link.name
-        if name not in reached:
-            reach(name)
-            joint = "root_joint" if not extra else f"{name}_root_joint"
-            extra.append(Joint(joint, JointType.FLOATING, WORLD, name, body.world, place=body.link.place))
+    for part in _parts(placed, joints):
+        if WORLD not in part:
+            body = at[min(part, key=lambda name: (name in below, order[name]))]
+            name = "root_joint" if not extra else f"{body.link.name}_root_joint"
+            extra.append(Joint(name, kind, WORLD, body.link.name, body.world, place=body.link.place))
     return extra
 
 
-def _joints(
-    model: Element, links: set[str], poses: Poses, version: float, findings: Findings
-) -> tuple[list[Joint], list[Coupling]]:
-    edges, couplings = [], []
-    for element in children(model, "joint"):
-        check_known(element, frozenset({"name", "type"}), _JOINT_TAGS, _JOINT_IGNORED, findings)
-        name = name_of(element, findings)
-        kind = str(element.get("type") or "").strip()
-        if kind not in TYPES:
-            findings.unknown(f"type '{kind}' of joint '{name}'", kind, TYPES, element.sourceline)
-        ends = [_end(element, tag, name or "?", links, findings) for tag in ("parent", "child")]
-        if name is None or kind not in TYPES or ends[0] is None or ends[1] is None:
-            continue
-        edge = _edge(element, name, TYPES[kind], (ends[0], ends[1]), poses, version, findings)
-        edges.append(edge)
-        coupling = _mimic(element, name, findings)
-        if coupling is not None:
-            couplings.append(coupling)
-    return edges, couplings
-
-
-def _end(element: Element, tag: str, name: str, links: set[str], findings: Findings) -> str | None:
-    end = only_child(element, tag, findings)
-    link = text_of(end)
-    if link == WORLD and tag == "parent":
-        return link
-    if link not in links:
-        found = f"{tag} '{link}' of joint '{name}' is not a link" if link else f"joint '{name}' without {tag}"
-        line = element.sourceline if end is None else end.sourceline
-        findings.error(found, "the name of a link", nearest(link, links), line)
-        return None
-    return link
-
-
-def _edge(
-    element: Element,
-    name: str,
-    kind: JointType,
-    ends: tuple[str, str],
-    poses: Poses,
-    version: float,
-    findings: Findings,
-) -> Joint:
-    world = poses.world(name, "joint", element.sourceline)
-    axis = only_child(element, "axis", findings)
-    axis2 = only_child(element, "axis2", findings)
-    first = readonly([1.0, 0.0, 0.0])
-    second = readonly([0.0, 1.0, 0.0])
-    limits = Limits()
-    if axis is not None:
-        first = _axis(axis, name, world, poses, version, findings)
-        if kind.single:
-            limits = read_limits(axis, name, kind, findings)
-    elif kind.axes:
-        findings.error(f"joint '{name}' without <axis>", "<axis><xyz>...</xyz></axis>", "", element.sourceline)
-    if axis2 is not None:
-        second = _axis(axis2, name, world, poses, version, findings)
-    elif kind.axes == 2:
-        findings.error(f"{kind.value} joint '{name}' without <axis2>", "two axes", "", element.sourceline)
-    place = Place(findings.file, element.sourceline)
-    physics = read_physics(element, name, kind, findings)
-    return Joint(name, kind, ends[0], ends[1], world, first, second, limits, physics, place)
-
-
-def _axis(axis: Element, name: str, world: Array, poses: Poses, version: float, findings: Findings) -> Array:
-    xyz = only_child(axis, "xyz", findings)
-    line = axis.sourceline if xyz is None else xyz.sourceline
-    values = read_numbers("0 0 1" if xyz is None else xyz.text, 3, f"axis of joint '{name}'", findings, line)
-    unit = unit_axis(values or (0.0, 0.0, 1.0), name, findings, line)
-    in_model = text_of(only_child(axis, "use_parent_model_frame", findings)).lower() in ("1", "true")
-    frame = "" if xyz is None else str(xyz.get("expressed_in") or "")
-    if frame:
-        return readonly(world[:3, :3].T @ poses.world(frame, None, line)[:3, :3] @ unit)
-    return readonly(world[:3, :3].T @ unit) if in_model or version < 1.5 else unit
-
-
-def _mimic(element: Element, name: str, findings: Findings) -> Coupling | None:
-    axis = only_child(element, "axis", findings)
-    mimic = None if axis is None else only_child(axis, "mimic", findings)
-    if mimic is None:
-        return None
-    values = {}
-    for key, default in (("multiplier", "1"), ("offset", "0"), ("reference", "0")):
-        part = only_child(mimic, key, findings)
-        text = default if part is None else part.text
-        number = read_numbers(text, 1, f"{key} of the mimic of joint '{name}'", findings, mimic.sourceline)
-        values[key] = number[0] if number else 0.0
-    offset = values["offset"] - values["multiplier"] * values["reference"]
-    driver = str(mimic.get("joint") or "")
-    return Coupling.geared(
-        f"{name}_mimic", name, driver, values["multiplier"], offset, Place(findings.file, mimic.sourceline)
-    )
+def _note_cut(cuts: set[str], couplings: Sequence[Coupling], driven: Sequence[str], findings: Findings) -> None:
+    """Note couplings and controllers of joints that close loops, which have no coordinate."""
+    mend = "let another joint of the loop close it: <must_be_loop_joint>, or <parent> and <child> exchanged"
+    for coupling in couplings:
+        for name in sorted(cuts & {coupling.joint, *coupling.drivers}):
+            found = f"coupling '{coupling.name}' of joint '{name}', which closes a loop"
+            findings.error(found, "joints of the tree", mend, coupling.place)
+    for name in cuts & set(driven):
+        findings.error(f"a controller of joint '{name}', which closes a loop", "a joint of the tree", mend)

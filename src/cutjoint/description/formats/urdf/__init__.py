@@ -1,1 +1,1 @@
-"""URDF, plain and in the two dialects that have loops."""
+"""URDF, plain and in its dialects that have loops."""

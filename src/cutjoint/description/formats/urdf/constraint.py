@@ -13,18 +13,16 @@ homes, ...) may stand in a `<cutjoint>` element, as in a loops.toml.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.extras import described
+from cutjoint.description.formats.common.extras import Extras, OpenTree
 from cutjoint.description.formats.common.toml.keys import read_extras
-from cutjoint.description.formats.urdf import plain
 from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import read_origin
-from cutjoint.description.model import CutJoint, CutType, Frame, Place, RobotDescription
+from cutjoint.description.formats.urdf.plus import of_plus
+from cutjoint.description.model import CutJoint, CutType, Frame, Place
 from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import frame_along, turned
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
@@ -40,17 +38,15 @@ _NONE: frozenset[str] = frozenset()
 _TAGS = frozenset({"parent", "parent_origin", "parent_axis", "child", "child_origin", "child_axis", "dynamics"})
 
 
-def read(path: Path, findings: Findings) -> RobotDescription | None:
-    """A URDF with constraints."""
-    root = plain.read_robot(path, findings)
-    if root is None:
-        return None
-    tree = plain.read_tree(root, path, findings, frozenset({"constraint", "cutjoint"}))
-    cuts = [_constraint(element, findings) for element in children(root, "constraint")]
+def read_constraints(root: Element, tree: OpenTree, findings: Findings) -> Extras | None:
+    """Add to `tree` the cuts of all constraints; what the `<cutjoint>` element says, None where there is none."""
+    cuts = [_constraint(element, findings) for element in children(root, "constraint") if not of_plus(element)]
+    tree.cuts += [cut for cut in cuts if cut is not None]
     element = only_child(root, "cutjoint", findings)
-    extras = None if element is None else read_extras(str(element.text or ""), findings, element.sourceline)
-    sound = [cut for cut in cuts if cut is not None]
-    return described(tree, [*sound, *(extras.cuts if extras else ())], extras, path, findings)
+    if element is None:
+        return None
+    check_known(element, _NONE, _NONE, _NONE, findings)
+    return read_extras(str(element.text or ""), findings, element.sourceline)
 
 
 def _constraint(element: Element, findings: Findings) -> CutJoint | None:
@@ -82,6 +78,8 @@ def _end(element: Element, side: str, name: str, findings: Findings) -> Frame | 
 
 def _axis(element: Element, side: str, name: str, kind: CutType | None, findings: Findings) -> Array | None:
     axis = only_child(element, f"{side}_axis", findings)
+    if axis is not None:
+        check_known(axis, frozenset({"xyz"}), _NONE, _NONE, findings)
     text = "1 0 0" if axis is None else axis.get("xyz")
     line = element.sourceline if axis is None else axis.sourceline
     values = read_numbers(text, 3, f"{side}_axis of <constraint> '{name}'", findings, line)

@@ -22,8 +22,11 @@ ATTRIBUTES = frozenset({*KEYS, *_RESTS, "armature"})
 _NONE: frozenset[str] = frozenset()
 
 
-def read_dynamics(element: Element, what: str, findings: Findings) -> JointPhysics:
-    """The physics that the `<dynamics>` in `element` gives; what cannot be read is noted."""
+def read_dynamics(element: Element, what: str, findings: Findings, planar: bool = False) -> JointPhysics:
+    """The physics that the `<dynamics>` in `element` gives; what cannot be read is noted.
+
+    A `planar` joint of Drake's has three dampings, along x and y and about z, which must be the same.
+    """
     dynamics = only_child(element, "dynamics", findings)
     if dynamics is None:
         return JointPhysics()
@@ -31,7 +34,9 @@ def read_dynamics(element: Element, what: str, findings: Findings) -> JointPhysi
     line = dynamics.sourceline
     values: dict[str, float] = {}
     for key in (*KEYS[:-1], "armature"):
-        if dynamics.get(key) is not None:
+        if dynamics.get(key) is not None and key == "damping" and planar:
+            values[key] = _same(dynamics.get(key), f"{key} of {what}", findings, line)
+        elif dynamics.get(key) is not None:
             value = read_numbers(dynamics.get(key), 1, f"{key} of {what}", findings, line, largest(key))
             values[key] = value[0] if value else 0.0
     rests = [key for key in _RESTS if dynamics.get(key) is not None]
@@ -42,6 +47,14 @@ def read_dynamics(element: Element, what: str, findings: Findings) -> JointPhysi
         values["rest"] = value[0] if value else 0.0
     values["rotor"] = values.pop("armature", 0.0)
     return JointPhysics(**values)
+
+
+def _same(text: str, what: str, findings: Findings, line: int | None) -> float:
+    """Three numbers that are one."""
+    values = read_numbers(text, 3, what, findings, line, largest("damping")) or (0.0, 0.0, 0.0)
+    if len({*values}) > 1:
+        findings.error(f"{what} is {text}", "three times the same", "make it of two slides and a hinge", line)
+    return values[0]
 
 
 def said(physics: JointPhysics) -> JointPhysics:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings
+from cutjoint.description.findings import Findings, Harmless
 from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import Coupling, Joint, JointType, Limits, Place
 from cutjoint.description.numbers import number_problem, parse_number, read_numbers, unit_axis
-from cutjoint.description.xml import Element, check_known, children, name_of, only_child
+from cutjoint.description.xml import Element, check_known, children, drake_name, name_of, only_child
 
 TYPES = {kind.urdf: kind for kind in JointType if kind.urdf}
 
@@ -18,24 +19,38 @@ _NONE: frozenset[str] = frozenset()
 _TAGS = frozenset(
     {"parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"}
 )
-_IGNORED = frozenset({"hardwareInterface", "hardware_interface", "stiffness", "transmission"})
+_IGNORED = frozenset({"hardwareInterface", "hardware_interface", "stiffness", "transmission", "drake:mimic"})
+_MIMIC = frozenset({"joint", "multiplier", "offset"})
 _ATTRIBUTES = {
     "parent": frozenset({"link"}),
     "child": frozenset({"link"}),
     "axis": frozenset({"xyz"}),
-    "limit": frozenset({"lower", "upper", "velocity", "effort", "acceleration", "deceleration", "jerk"}),
-    "mimic": frozenset({"joint", "multiplier", "offset"}),
+    "limit": frozenset({"lower", "upper", "velocity", "effort", "acceleration", "deceleration", "jerk"})
+    | {"drake:acceleration"},
+    "mimic": _MIMIC,
+    "calibration": frozenset({"rising", "falling", "reference_position", "values"}),
+    "safety_controller": frozenset({"soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"}),
 }
+_DRAKE_TYPES = {"ball": JointType.SPHERICAL, "universal": JointType.UNIVERSAL, "planar": JointType.PLANAR}
+"""Types of Drake's `<drake:joint>`: a universal joint turns about x and y, a planar one moves in x and y, whatever axis
+stands there."""
+_X, _Z = readonly([1.0, 0.0, 0.0]), readonly([0.0, 0.0, 1.0])
 
 
 def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coupling | None]:
     """One `<joint>` and the coupling of its `<mimic>`; None for what is not there or not readable."""
+    drake = drake_name(str(element.tag)) is not None
     check_known(element, frozenset({"name", "type", "independent"}), _TAGS, _IGNORED, findings)
     for tag, attributes in _ATTRIBUTES.items():
         for child in children(element, tag):
-            check_known(child, attributes, _NONE, _NONE, findings)
+            still = tag in ("calibration", "safety_controller")
+            check_known(child, attributes, _NONE, _NONE, Harmless(findings) if still else findings)
+    for tag in ("stiffness", "transmission"):
+        for child in children(element, tag):
+            found = f"<{tag}> in joint '{element.get('name') or '?'}' is not used"
+            findings.warn(found, "stiffness and rest in <dynamics>, a <transmission> of its own", "", child.sourceline)
     name = name_of(element, findings)
-    kind = _type(element, name or "?", findings)
+    kind = _type(element, name or "?", _DRAKE_TYPES if drake else TYPES, findings)
     parent = _end(element, "parent", name or "?", findings)
     child_name = _end(element, "child", name or "?", findings)
     origin = read_origin(element, findings)
@@ -48,26 +63,22 @@ def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coup
         parent=parent,
         child=child_name,
         placement=origin,
-        axis=_axis(element, name, kind, findings),
+        axis=(_Z if kind is JointType.PLANAR else _X) if drake else _axis(element, name, kind, findings),
         limits=_limits(element, name, kind, findings),
-        physics=read_dynamics(element, f"joint '{name}'", findings),
+        physics=read_dynamics(element, f"joint '{name}'", findings, drake and kind is JointType.PLANAR),
         place=place,
     )
     return joint, _mimic(element, name, kind, findings)
 
 
-def _type(element: Element, name: str, findings: Findings) -> JointType:
+def _type(element: Element, name: str, types: Mapping[str, JointType], findings: Findings) -> JointType:
     """The type; a wrong one is noted once and read as revolute, so that nothing else seems to be missing."""
     text = str(element.get("type") or "").strip()
-    if text not in TYPES:
-        findings.unknown(
-            f"type '{text}' of joint '{name}'" if text else f"joint '{name}' without a type",
-            text,
-            TYPES,
-            element.sourceline,
-        )
+    if text not in types:
+        what = f"type '{text}' of joint '{name}'" if text else f"joint '{name}' without a type"
+        findings.unknown(what, text, types, element.sourceline)
         return JointType.REVOLUTE
-    return TYPES[text]
+    return types[text]
 
 
 def _end(element: Element, tag: str, name: str, findings: Findings) -> str | None:
@@ -89,12 +100,11 @@ def _end(element: Element, tag: str, name: str, findings: Findings) -> str | Non
 
 def _axis(element: Element, name: str, kind: JointType, findings: Findings) -> Array:
     axis = only_child(element, "axis", findings)
-    default = readonly([1.0, 0.0, 0.0])
     if axis is None or not kind.axes:
-        return default
+        return _X
     values = read_numbers(axis.get("xyz"), 3, f"axis of joint '{name}'", findings, axis.sourceline)
     if values is None:
-        return default
+        return _X
     return unit_axis(values, name, findings, axis.sourceline)
 
 
@@ -137,9 +147,18 @@ def _limit(limit: Element, key: str, name: str, findings: Findings) -> float | N
 
 
 def _mimic(element: Element, name: str, kind: JointType, findings: Findings) -> Coupling | None:
-    mimic = only_child(element, "mimic", findings)
-    if mimic is None or not kind.moves:
+    found = [one for one in children(element) if one.tag == "mimic" or drake_name(str(one.tag)) == "mimic"]
+    if not found:
         return None
+    if not kind.moves:
+        what = f"<mimic> of joint '{name}', which is fixed, is not used"
+        findings.warn(what, "a joint that moves", "", found[0].sourceline)
+        return None
+    if len(found) > 1:
+        what = f"{len(found)} <mimic> in joint '{name}'"
+        findings.error(what, "at most one", "keep one", found[1].sourceline)
+    mimic = found[0]
+    check_known(mimic, _MIMIC, _NONE, _NONE, findings)
     line = mimic.sourceline
     driver = str(mimic.get("joint") or "").strip()
     if not driver:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
 from cutjoint.arrays import Array
 from cutjoint.description.files import read_mesh
-from cutjoint.description.findings import Findings, listing, nearest
+from cutjoint.description.findings import Findings, Harmless, listing, nearest
 from cutjoint.description.model import IDENTITY, Inertial, Link, Place, Shape
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
-from cutjoint.description.transforms import placement
-from cutjoint.description.xml import Element, check_known, children, name_of, only_child
+from cutjoint.description.transforms import from_rotation, placement, rotation_from_quaternion
+from cutjoint.description.xml import Element, check_known, children, name_of, only_child, short
 
 Colour = tuple[float, float, float, float]
 Colours = Mapping[str, Colour | None]
@@ -26,6 +27,17 @@ _SHAPES: Mapping[str, frozenset[str]] = {
     "sphere": frozenset({"radius"}),
     "mesh": frozenset({"filename", "scale"}),
 }
+_DRAKE_SHAPES = frozenset({"drake:capsule", "drake:ellipsoid"})
+_DRAKE = frozenset(
+    {"drake:proximity_properties", "drake:accepting_renderer", "drake:illustration_properties"}
+    | {"drake:perception_properties"}
+)
+"""What Drake adds to shapes, for contact and looks."""
+_CONTACT = frozenset(
+    {"drake:compliant_hydroelastic", "drake:rigid_hydroelastic", "drake:soft_hydroelastic", "drake:mu_dynamic"}
+    | {"drake:hunt_crossley_dissipation", "drake:hydroelastic_modulus", "drake:hydroelastic_margin", "drake:mu_static"}
+    | {"drake:mesh_resolution_hint", "drake:point_contact_stiffness", "drake:relaxation_time"}
+)
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -35,12 +47,26 @@ def read_origin(element: Element | None, findings: Findings, tag: str = "origin"
     if element is None or origin is None:
         return IDENTITY
     check_known(origin, frozenset({"xyz", "rpy", "quat_xyzw"}), _NONE, _NONE, findings)
-    what, line = f"<{tag}> of <{element.tag}>", origin.sourceline
-    xyz = read_numbers(origin.get("xyz", "0 0 0"), 3, f"{what}: xyz", findings, line)
-    rpy = read_numbers(origin.get("rpy", "0 0 0"), 3, f"{what}: rpy", findings, line)
-    if origin.get("quat_xyzw") is not None:
-        findings.error(f"{what}: quat_xyzw", "rpy", "URDF 1.0 has roll, pitch, yaw only", line)
-    return placement(xyz or (0.0, 0.0, 0.0), rpy or (0.0, 0.0, 0.0))
+    return origin_of(origin, f"<{tag}> of <{element.tag}>", findings)
+
+
+def origin_of(origin: Element, what: str, findings: Findings) -> Array:
+    """The placement (4, 4) of the attributes `xyz` and `rpy` (or `quat_xyzw`, of URDF 1.1) of an element."""
+    line = origin.sourceline
+    xyz = read_numbers(origin.get("xyz", "0 0 0"), 3, f"{what}: xyz", findings, line) or (0.0, 0.0, 0.0)
+    if origin.get("quat_xyzw") is None:
+        rpy = read_numbers(origin.get("rpy", "0 0 0"), 3, f"{what}: rpy", findings, line)
+        return placement(xyz, rpy or (0.0, 0.0, 0.0))
+    if origin.get("rpy") is not None:
+        findings.error(f"{what}: rpy and quat_xyzw", "one of them", "keep one", line)
+    x, y, z, w = read_numbers(origin.get("quat_xyzw"), 4, f"{what}: quat_xyzw", findings, line) or (0.0, 0.0, 0.0, 1.0)
+    length = math.hypot(x, y, z, w)
+    if not length > 1e-9:
+        findings.error(f"{what}: quat_xyzw is 0", "a unit quaternion", "", line)
+        return placement(xyz)
+    if abs(length - 1.0) > 1e-3:
+        findings.warn(f"{what}: quat_xyzw has length {length:.6g}", "1", "it was normalised", line)
+    return from_rotation(rotation_from_quaternion((w, x, y, z)), xyz)
 
 
 def read_colours(root: Element, findings: Findings) -> dict[str, Colour | None]:
@@ -84,8 +110,9 @@ def read_link(element: Element, path: Path, colours: Colours, findings: Findings
     name = name_of(element, findings)
     if name is None:
         return None
-    visuals = [_shape(one, name, path, colours, findings) for one in children(element, "visual")]
-    collisions = [_shape(one, name, path, colours, findings) for one in children(element, "collision")]
+    harmless = Harmless(findings)
+    visuals = [_shape(one, name, path, colours, harmless) for one in children(element, "visual")]
+    collisions = [_shape(one, name, path, colours, harmless) for one in children(element, "collision")]
     return Link(
         name=name,
         inertial=_inertial(element, name, findings),
@@ -128,7 +155,11 @@ def _inertial(link: Element, name: str, findings: Findings) -> Inertial | None:
 def _shape(element: Element, link: str, path: Path, colours: Colours, findings: Findings) -> Shape | None:
     visual = element.tag == "visual"
     tags = frozenset({"origin", "geometry", "material"}) if visual else frozenset({"origin", "geometry"})
-    ignored = frozenset({"verbose", "convex", "material", "surface", "max_contacts"})
+    ignored = frozenset({"verbose", "convex", "material", "surface", "max_contacts"}) | _DRAKE
+    for own in (one for one in children(element) if short(str(one.tag)) in _DRAKE):
+        check_known(own, frozenset({"name", "enabled"}), _CONTACT, _NONE, findings)
+        for one in children(own):
+            check_known(one, frozenset({"value"}), _NONE, _NONE, findings)
     check_known(element, frozenset({"name", "group"}), tags, ignored, findings)
     origin = read_origin(element, findings)
     geometry = only_child(element, "geometry", findings)
@@ -136,14 +167,17 @@ def _shape(element: Element, link: str, path: Path, colours: Colours, findings: 
     if geometry is None:
         findings.error(f"{what} without <geometry>", "<geometry> with one shape", "", element.sourceline)
         return None
-    check_known(geometry, frozenset({"name"}), frozenset(_SHAPES), _NONE, findings)
-    shapes = [one for one in children(geometry) if one.tag in _SHAPES]
+    check_known(geometry, frozenset({"name"}), frozenset(_SHAPES), _DRAKE_SHAPES, findings)
+    shapes = [one for one in children(geometry) if one.tag in _SHAPES or short(str(one.tag)) in _DRAKE_SHAPES]
     if len(shapes) != 1:
         expected = f"exactly one of {', '.join(sorted(_SHAPES))}"
         findings.error(f"{what} with {len(shapes)} shapes", expected, "", geometry.sourceline)
         return None
-    kind = str(shapes[0].tag)
-    check_known(shapes[0], _SHAPES[kind], _NONE, _NONE, findings)
+    kind = short(str(shapes[0].tag)).removeprefix("drake:")
+    if kind not in _SHAPES:
+        findings.warn(f"{kind} in {what} is not shown", f"one of {', '.join(_SHAPES)}", "", shapes[0].sourceline)
+        return None
+    check_known(shapes[0], _SHAPES[kind], _NONE, frozenset({"drake:declare_convex", "verbose"}), findings)
     size = _size(shapes[0], kind, what, findings)
     mesh = _mesh(shapes[0], what, path, findings) if kind == "mesh" else None
     if size is None or (kind == "mesh" and mesh is None):

@@ -1,48 +1,50 @@
 """URDF, read strictly: every element and attribute is known or reported, every number is checked.
 
 Format: https://wiki.ros.org/urdf/XML.  What URDF leaves out stays out here too: a joint without `<limit>` has no limits
-(not limits of 0), a shape without colour has none.  `<mimic>` becomes a coupling.
+(not limits of 0), a shape without colour has none.  `<mimic>` becomes a coupling.  What other programs put beside it to
+close loops becomes cuts of the tree: joints in `<gazebo>`, Drake's constraints, `<loop_joint>`, closing frames, and
+links with several joints above them.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.extras import OpenTree, described
+from cutjoint.description.findings import Findings, Harmless, clip, listing
+from cutjoint.description.formats.common.extras import OpenTree
+from cutjoint.description.formats.urdf.closing import closings
+from cutjoint.description.formats.urdf.drake import ROBOT_TAGS as DRAKE_TAGS
+from cutjoint.description.formats.urdf.drake import read_drake
+from cutjoint.description.formats.urdf.expanded import read_expanded
+from cutjoint.description.formats.urdf.gazebo import read_gazebo
 from cutjoint.description.formats.urdf.joint import read_joint
 from cutjoint.description.formats.urdf.link import Colours, read_colours, read_link
+from cutjoint.description.formats.urdf.loop_joint import loop_joints
+from cutjoint.description.formats.urdf.others import check_others
+from cutjoint.description.formats.urdf.several_parents import open_loops
 from cutjoint.description.formats.urdf.transmission import driven, geared
-from cutjoint.description.model import RobotDescription
-from cutjoint.description.xml import Element, check_known, children, read_xml, refuse_xacro
+from cutjoint.description.xml import Element, check_known, children, drake_name, short
 
 ROBOT_ATTRIBUTES = frozenset({"name", "version"})
 ROBOT_TAGS = frozenset({"link", "joint", "material"})
-ROBOT_IGNORED = frozenset({"transmission", "gazebo", "sensor", "ros2_control", "mujoco"})
+ROBOT_IGNORED = frozenset({"transmission", "gazebo", "sensor", "ros2_control", "mujoco", "loop_joint", "frame"}) | {
+    "fixed_frame",
+    *DRAKE_TAGS,
+}
 LOOP_TAGS = frozenset({"loop", "coupling", "constraint", "cutjoint"})
 """What dialects with loops add to a `<robot>`."""
 
 
-def read(path: Path, findings: Findings) -> RobotDescription | None:
-    """A plain URDF as a robot without cuts: every free joint with one coordinate is an actuator."""
-    root = read_robot(path, findings)
-    if root is None:
-        return None
-    tree = read_tree(root, path, findings)
-    return described(tree, (), None, path, findings)
-
-
 def read_robot(path: Path, findings: Findings) -> Element | None:
-    """The `<robot>` element of a URDF, or None after noting why not."""
-    root = read_xml(path, findings, "URDF")
+    """The `<robot>` element of a URDF, expanded where it is xacro, or None after noting why not."""
+    root = read_expanded(path, findings)
     if root is None:
         return None
     if root.tag != "robot":
         expected = "<robot> (URDF), <mujoco> (MJCF) or <sdf>"
         findings.error(f"the root element is <{root.tag}>", expected, "is this another format?", root.sourceline)
         return None
-    refuse_xacro(root, findings)
-    return None if findings.failed else root
+    return root
 
 
 def read_tree_of(file: Path, findings: Findings) -> OpenTree | None:
@@ -55,7 +57,7 @@ def read_tree_of(file: Path, findings: Findings) -> OpenTree | None:
 
 
 def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[str] = frozenset()) -> OpenTree:
-    """Links, joints and mimic couplings of a `<robot>` element; what cannot be read is noted and left out.
+    """Links, joints, cuts and mimic couplings of a `<robot>`; what cannot be read is noted and left out.
 
     `loops` names the elements that the caller reads itself.
     """
@@ -66,21 +68,38 @@ def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[st
             findings.error(found, "one dialect", "move it to where the other loops are described", element.sourceline)
     name = str(root.get("name") or "").strip()
     if not name:
-        findings.error("<robot> without a name", '<robot name="...">', "", root.sourceline)
+        findings.doubt("<robot> without a name", '<robot name="...">', "", root.sourceline)
         name = path.stem
-    colours: Colours = read_colours(root, findings)
     tree = OpenTree(name, actuators=driven(root))
+    colours: Colours = read_colours(root, Harmless(findings))
     for element in children(root, "link"):
         link = read_link(element, path, colours, findings)
         if link is not None:
             tree.links.append(link)
-    for element in children(root, "joint"):
-        joint, coupling = read_joint(element, findings)
-        if joint is not None:
-            tree.joints.append(joint)
-        if coupling is not None:
-            tree.couplings.append(coupling)
+    for element in children(root):
+        if element.tag == "joint" or drake_name(str(element.tag)) == "joint":
+            joint, coupling = read_joint(element, findings)
+            tree.joints += [joint] if joint is not None else []
+            tree.couplings += [coupling] if coupling is not None else []
     tree.joints = geared(tree.joints, root, findings)
+    _close(root, tree, findings)
+    _names(root, tree, findings)
+    return tree
+
+
+def _close(root: Element, tree: OpenTree, findings: Findings) -> None:
+    """Add what closes loops beside the joints of the tree."""
+    coupled = {name for one in tree.couplings for name in (one.joint, *one.drivers)}
+    open_loops(tree, {*tree.actuators, *coupled}, findings)
+    read_gazebo(root, tree, findings)
+    read_drake(root, tree, findings)
+    tree.cuts += loop_joints(root, findings)
+    tree.closings += closings(tree, findings)
+    check_others(root, tree, findings)
+
+
+def _names(root: Element, tree: OpenTree, findings: Findings) -> None:
+    """Note joints named like links, a robot without links, and unknown elements that speak of several parts."""
     links = {link.name for link in tree.links}
     for joint in tree.joints:
         if joint.name in links:
@@ -89,4 +108,15 @@ def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[st
             findings.doubt(found, "different names: both become frames", remedy, joint.place)
     if not tree.links:
         findings.error("a robot without links", "at least one <link>", "", root.sourceline)
-    return tree
+    parts = {*links, *(joint.name for joint in tree.joints)}
+    for element in children(root):
+        if short(str(element.tag)) in ROBOT_TAGS | ROBOT_IGNORED | LOOP_TAGS:
+            continue
+        said = [str(value).strip() for one in element.iter() for value in (*one.attrib.values(), one.text or "")]
+        named = list(dict.fromkeys(one for one in said if one in parts))
+        if len(named) > 1:
+            tag = clip(short(str(element.tag)))
+            found = f"unknown element <{tag}> names {listing(named, 4)}: does it join them?"
+            findings.doubt(
+                found, "a dialect that is known", "say it in a loops.toml, and remove it", element.sourceline
+            )

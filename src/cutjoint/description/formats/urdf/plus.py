@@ -9,14 +9,12 @@ share, and `<constraint type="rolling">` for a coupling.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from cutjoint.description.findings import Findings, listing
-from cutjoint.description.formats.common.extras import Extras, OpenTree, described
-from cutjoint.description.formats.urdf import plain
+from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import read_origin
-from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, Place, RobotDescription
+from cutjoint.description.formats.urdf.sums import read_end, read_sum, solved
+from cutjoint.description.model import CutJoint, CutType, Frame, Place
 from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import frame_along, turned
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
@@ -32,25 +30,36 @@ TYPES = {
 _NONE: frozenset[str] = frozenset()
 
 
-def read(path: Path, findings: Findings) -> RobotDescription | None:
-    """A URDF+ file."""
-    root = plain.read_robot(path, findings)
-    if root is None:
+def is_rolling(element: Element) -> bool:
+    """Whether a `<constraint>` is a coupling in the spelling of the first parser."""
+    return str(element.get("type") or "").strip() == "rolling"
+
+
+def of_plus(element: Element) -> bool:
+    """Whether a `<constraint>` is of URDF+, and not of the proposal that has the same name."""
+    return is_rolling(element) or any(one.tag in ("predecessor", "successor") for one in children(element))
+
+
+def read_plus(root: Element, tree: OpenTree, findings: Findings) -> tuple[str, ...] | None:
+    """Add to `tree` the cuts and couplings of URDF+; the independent joints, or None where nothing is of URDF+."""
+    older = [one for one in children(root, "constraint") if of_plus(one)]
+    loops = [*children(root, "loop"), *(one for one in older if not is_rolling(one))]
+    couplings = [*children(root, "coupling"), *(one for one in older if is_rolling(one))]
+    marked = any(one.get("independent") is not None for one in children(root, "joint"))
+    if not (loops or couplings or marked):
         return None
-    tree = plain.read_tree(root, path, findings, frozenset({"loop", "coupling", "constraint"}))
-    rolling = [one for one in children(root, "constraint") if one.get("type") == "rolling"]
-    loops = [one for one in children(root) if one.tag in ("loop", "constraint") and one not in rolling]
-    cuts = [_loop(element, findings) for element in loops]
+    tree.cuts += [cut for cut in (_loop(element, findings) for element in loops) if cut is not None]
     dependent = _dependent(root, findings)
-    for element in [*children(root, "coupling"), *rolling]:
-        coupling = read_coupling(element, tree, dependent, findings)
-        if coupling is not None:
-            tree.couplings.append(coupling)
-    driven = {coupling.joint for coupling in tree.couplings} | dependent
-    actuators = [joint.name for joint in tree.joints if joint.type.single and joint.name not in driven]
-    sound = [cut for cut in cuts if cut is not None]
-    extras = Extras(actuators=tuple(actuators))
-    return described(tree, sound, extras, path, findings)
+    sums = [one for one in (read_sum(element, tree, findings) for element in couplings) if one is not None]
+    tree.couplings += solved(sums, dependent, tree, findings)
+    driven = {coupling.joint for coupling in tree.couplings}
+    loose = dependent - driven
+    if loose and not (tree.cuts or tree.closings):
+        at = next(one for one in children(root, "joint") if str(one.get("name") or "").strip() in loose)
+        found = f"joints that are not independent, and that nothing makes follow: {listing(sorted(loose))}"
+        findings.doubt(found, "a <loop> or <coupling> for each", "add what ties them", at.sourceline)
+    driven |= dependent
+    return tuple(joint.name for joint in tree.joints if joint.type.single and joint.name not in driven)
 
 
 def _dependent(root: Element, findings: Findings) -> set[str]:
@@ -64,21 +73,12 @@ def _dependent(root: Element, findings: Findings) -> set[str]:
     return names
 
 
-def read_end(element: Element, tag: str, name: str, findings: Findings) -> tuple[str | None, Element | None]:
-    """The link that the `<predecessor>` or `<successor>` of `element` names, and the element itself."""
-    end = only_child(element, tag, findings)
-    link = str(end.get("link") or "").strip() if end is not None else ""
-    if not link:
-        line = element.sourceline if end is None else end.sourceline
-        findings.error(f"<{element.tag}> '{name}' without {tag} link", f'<{tag} link="...">', "", line)
-        return None, end
-    check_known(end, frozenset({"link"}), frozenset({"origin"}), _NONE, findings)
-    return link, end
-
-
 def _loop(element: Element, findings: Findings) -> CutJoint | None:
-    tags = frozenset({"predecessor", "successor", "axis", "origin", "dynamics"})
-    check_known(element, frozenset({"name", "type"}), tags, frozenset({"limit"}), findings)
+    tags = frozenset({"predecessor", "successor", "axis", "dynamics", "limit"})
+    check_known(element, frozenset({"name", "type"}), tags, _NONE, findings)
+    for limit in children(element, "limit"):
+        found = f"<limit> of <{element.tag}> '{element.get('name')}' is not used"
+        findings.warn(found, "limits in the tree", "let another joint of the loop close it", limit.sourceline)
     name = name_of(element, findings)
     kind = str(element.get("type") or "").strip()
     if kind not in TYPES:
@@ -88,6 +88,7 @@ def _loop(element: Element, findings: Findings) -> CutJoint | None:
     axis = only_child(element, "axis", findings)
     direction: tuple[float, ...] | None = (1.0, 0.0, 0.0)
     if axis is not None:
+        check_known(axis, frozenset({"xyz"}), _NONE, _NONE, findings)
         direction = read_numbers(axis.get("xyz"), 3, f"axis of <{element.tag}> '{name}'", findings, axis.sourceline)
     if name is None or kind not in TYPES or before is None or after is None or direction is None:
         return None
@@ -97,55 +98,3 @@ def _loop(element: Element, findings: Findings) -> CutJoint | None:
     place = Place(findings.file, element.sourceline)
     physics = read_dynamics(element, f"<{element.tag}> '{name}'", findings)
     return CutJoint(name, TYPES[kind], Frame(before, a), Frame(after, b), place, physics)
-
-
-def read_coupling(element: Element, tree: OpenTree, dependent: set[str], findings: Findings) -> Coupling | None:
-    """A `<coupling>` as a ratio between two joints; one over more joints is a problem."""
-    check_known(element, frozenset({"name", "type"}), frozenset({"predecessor", "successor", "ratio"}), _NONE, findings)
-    name = name_of(element, findings)
-    before, _ = read_end(element, "predecessor", name or "?", findings)
-    after, _ = read_end(element, "successor", name or "?", findings)
-    ratio_element = only_child(element, "ratio", findings)
-    ratio: tuple[float, ...] | None = (1.0,)
-    if ratio_element is not None:
-        what = f"ratio of <{element.tag}> '{name}'"
-        ratio = read_numbers(ratio_element.get("value"), 1, what, findings, ratio_element.sourceline)
-    if name is None or before is None or after is None or ratio is None:
-        return None
-    line = element.sourceline
-    sides = _sides(tree, before, after)
-    if any(len(side) != 1 for side in sides):
-        first, second = (listing(joint.name for joint in side) for side in sides)
-        findings.error(
-            f"<{element.tag}> '{name}' ties {first} to {second}",
-            "one joint on each side of the nearest common ancestor",
-            "couple the joints pair by pair",
-            line,
-        )
-        return None
-    driver, joint = sides[0][0].name, sides[1][0].name
-    value = ratio[0]
-    if driver in dependent and joint not in dependent:
-        if value == 0.0:
-            findings.error(f"ratio of <{element.tag}> '{name}' is 0", "a number other than 0", "", line)
-            return None
-        driver, joint, value = joint, driver, 1.0 / value
-    return Coupling.geared(name, joint, driver, value, 0.0, Place(findings.file, line))
-
-
-def _sides(tree: OpenTree, before: str, after: str) -> tuple[list[Joint], list[Joint]]:
-    """The moving joints from the nearest common ancestor down to each of two links."""
-    above = {joint.child: joint for joint in tree.joints}
-
-    def way(link: str) -> list[Joint]:
-        joints: list[Joint] = []
-        while link in above and len(joints) <= len(tree.joints):
-            joints.append(above[link])
-            link = above[link].parent
-        return joints
-
-    first, second = way(before), way(after)
-    shared = {joint.name for joint in first} & {joint.name for joint in second}
-    first = [joint for joint in first if joint.name not in shared and joint.type.moves]
-    second = [joint for joint in second if joint.name not in shared and joint.type.moves]
-    return first, second

@@ -16,12 +16,16 @@ from cutjoint.description.numbers import LARGEST_PHYSICS, read_numbers
 from cutjoint.description.xml import Element, children
 
 _GEARS = frozenset({"mechanicalReduction", "mechanical_reduction", "gear_ratio"})
+_DRIVEN = ("joint", "flexJoint", "rollJoint")
+"""What a transmission drives; the last two in the wrist of the PR2."""
 _ROTORS = frozenset({"rotorInertia", "rotor_inertia"})
 
 
 def driven(root: Element) -> tuple[str, ...]:
     """The joints that a `<transmission>` drives or a `<ros2_control>` commands, each once."""
-    names = [one.get("name") for one in children(root, "transmission") for one in children(one, "joint")]
+    names = [
+        one.get("name") for each in children(root, "transmission") for tag in _DRIVEN for one in children(each, tag)
+    ]
     for control in children(root, "ros2_control"):
         names += [one.get("name") for one in children(control, "joint") if list(children(one, "command_interface"))]
     return tuple(dict.fromkeys(str(name) for name in names if name))
@@ -39,9 +43,13 @@ def geared(joints: Sequence[Joint], root: Element, findings: Findings) -> list[J
         what, line = f"<transmission> '{name}'", element.sourceline
         gear = _one(element, _GEARS, 1.0, f"reduction of {what}", findings)
         rotor = _one(element, _ROTORS, 0.0, f"rotor inertia of {what}", findings)
-        if gear is None or rotor is None or (gear == 1.0 and rotor == 0.0):
+        driven_by = [str(one.get("name") or "").strip() for tag in _DRIVEN for one in children(element, tag)]
+        plain = gear is None or rotor is None or (gear == 1.0 and rotor == 0.0)
+        if len(driven_by) > 1 and plain:
+            text = f"{what} drives {listing(driven_by)} together: each is read with a motor of its own"
+            findings.warn(text, "one joint a transmission", "motor torques are those at the joints", line)
+        if gear is None or rotor is None or plain:
             continue
-        driven_by = [str(one.get("name") or "").strip() for one in children(element, "joint")]
         if len(driven_by) != 1:
             text = f"reduction and rotor of {what} are not used: it drives {listing(driven_by)}"
             findings.warn(text, "one joint a transmission", "give gear and rotor in a loops.toml", line)

@@ -1,0 +1,1 @@
+"""Published robots with closed loops, tried one by one; tools/corpus.py is the command."""
