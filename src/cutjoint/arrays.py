@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields
 from inspect import get_annotations
-from math import isfinite
 from types import MappingProxyType
 from typing import ClassVar, TypeVar
 
@@ -113,7 +112,7 @@ def as_vector(name: str, values: npt.ArrayLike, size: int, unit: str = "") -> Ar
     """`values` as a finite float vector of `size` entries.
 
     Raises:
-        InputError: wrong size, not numbers, or not finite; the message names the argument.
+        InputError: wrong size, not numbers, not finite, or beyond `LARGEST`; the message names the argument.
     """
     try:
         array = np.asarray(values)
@@ -123,13 +122,26 @@ def as_vector(name: str, values: npt.ArrayLike, size: int, unit: str = "") -> Ar
         found = repr(values)
         found = found if len(found) <= 200 else f"{found[:200]}..."
         raise InputError(f"{name} must be {size} numbers{unit and f' [{unit}]'}, found {found}") from error
-    if array.shape == (size,) and all(map(isfinite, array.tolist())):  # the quick way through for what is right
+    if array.shape == (size,) and sum(map(abs, array.tolist())) <= LARGEST:  # the quick way through for what is right
         return array
     if array.shape != (size,):
         raise InputError(f"{name} must have shape ({size},){unit and f' [{unit}]'}, found shape {array.shape}")
     if not np.isfinite(array).all():
         raise InputError(f"{name} must be finite, found {array.tolist()}")
+    if size and (largest := float(np.abs(array).max())) > LARGEST:
+        raise InputError(f"{name} must be of numbers up to {LARGEST:g} in size, found {largest:g}")
     return array
+
+
+def sized(name: str, values: npt.ArrayLike, size: int) -> Array:
+    """`values` as a float vector of `size` entries; those of a vector are not looked at, as inner loops are quicker so.
+
+    Raises:
+        InputError: wrong size, or no vector and not numbers.
+    """
+    if type(values) is np.ndarray and values.dtype == _FLOAT and values.shape == (size,):
+        return values
+    return as_vector(name, values, size)
 
 
 def positive(name: str, value: float, unit: str = "") -> float:

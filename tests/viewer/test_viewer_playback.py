@@ -6,6 +6,7 @@ import html
 import json
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,8 @@ import umsgpack
 
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import InputError, ViewerError
-from cutjoint.robots import PUBLISHED
-from cutjoint.simulation import Result
+from cutjoint.robots import PUBLISHED, load
+from cutjoint.simulation import Result, run
 from cutjoint.simulation.result import result_of
 from cutjoint.viewer import Document, play, show
 from cutjoint.viewer.film.playback import _pose_tracks
@@ -94,6 +95,27 @@ def test_a_result_becomes_closed_postures_at_even_times(chain: ClosedChain, full
     assert recording.desired is not None
     np.testing.assert_allclose(recording.desired - recording.tool, np.tile(LAG, (len(recording.time), 1)), atol=1e-12)
     assert "plant: made up" in recording.about
+
+
+def test_a_run_is_shown_in_its_own_configurations_whatever_branch_it_fell_to() -> None:
+    """A free five-bar passes a singularity: closing its actuated coordinates again would show the other branch."""
+    robot = load("fivebar")
+    result = run(robot, duration=0.4, every=0.01, joint_limits="ignore")
+    last = from_result(robot, result).postures[-1]
+    np.testing.assert_allclose(last.q_full, result.q_full[-1], atol=1e-12)
+    np.testing.assert_allclose(robot.tool(last).position, result.tool[-1], atol=1e-9)
+
+
+def test_another_robot_of_the_same_width_is_refused(chain: ClosedChain) -> None:
+    result = made_up(chain, full=False)
+    names = [[f"other{k}", one.kind] for k, one in enumerate(chain.actuators)]
+    with pytest.raises(InputError, match="other0"):
+        from_result(chain, replace(result, about={**result.about, "actuators": names}))
+    with pytest.raises(InputError, match="m away from where the result has it"):
+        from_result(chain, replace(result, tool=result.tool + 1e-3))
+    full = made_up(chain, full=True)
+    with pytest.raises(InputError, match="are none of"):
+        from_result(chain, replace(full, q_full=full.q_full + 0.1))
 
 
 def test_a_long_run_has_a_bounded_number_of_frames() -> None:

@@ -7,7 +7,7 @@ import io
 import os
 import sys
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -97,7 +97,7 @@ def attacks(seed: int, count: int, folder: Path) -> Iterator[Attack]:
         rng = np.random.default_rng([seed, number])
         arguments = _line(rng, number, folder)
         shown = " ".join(one if len(one) < 60 else f"{one[:30]}...({len(one)})" for one in arguments)
-        yield Attack(f"arguments {seed}:{number} ({shown!a})", lambda arguments=arguments: outcome(arguments, folder))
+        yield Attack(f"arguments {seed}:{number} ({shown!a})", partial(outcome, arguments, folder))
 
 
 def outcome(arguments: list[str], folder: Path) -> str:

@@ -7,7 +7,7 @@ import os
 import struct
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +31,7 @@ def attacks(seed: int, count: int, folder: Path) -> Iterator[Attack]:
         suffix = SUFFIXES[number // len(KINDS) % len(SUFFIXES)]
         yield Attack(
             f"meshes {kind} {suffix} {seed}:{number}",
-            lambda kind=kind, suffix=suffix, number=number: _act(kind, suffix, seed, number, folder),
+            partial(_act, kind, suffix, seed, number, folder),
         )
 
 

@@ -7,7 +7,7 @@ import json
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -26,9 +26,7 @@ def attacks(seed: int, count: int, folder: Path) -> Iterator[Attack]:
     """`count` result files, spoiled as bytes, as zip files, as arrays or in the words about the run."""
     for number in range(count):
         kind = list(KINDS)[number % len(KINDS)]
-        yield Attack(
-            f"results {kind} {seed}:{number}", lambda kind=kind, number=number: _act(kind, seed, number, folder)
-        )
+        yield Attack(f"results {kind} {seed}:{number}", partial(_act, kind, seed, number, folder))
 
 
 def _act(kind: str, seed: int, number: int, folder: Path) -> str:
@@ -71,7 +69,7 @@ def _npz(columns: Mapping[str, npt.NDArray[np.generic]], packed: bool = True) ->
     buffer = io.BytesIO()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        (np.savez_compressed if packed else np.savez)(buffer, **columns)
+        (np.savez_compressed if packed else np.savez)(buffer, **columns)  # type: ignore[arg-type]
     return buffer.getvalue()
 
 

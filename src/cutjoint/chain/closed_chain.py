@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, Sealed, as_vector
+from cutjoint.arrays import Array, Sealed, as_vector, sized
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool, velocity_of_actuators
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
@@ -131,7 +131,7 @@ class ClosedChain(Sealed):
     def goes_beyond(self, start: Array, q_full: Array) -> bool:
         """Whether a joint is beyond its limits at the configuration `q_full`, and further than it was at `start`, shape
         (nq,) both."""
-        return self._ways.limits.exceeded(start, q_full)
+        return self._ways.limits.exceeded(sized("start", start, self.nq), sized("q_full", q_full, self.nq))
 
     @property
     def task(self) -> Task:
@@ -171,7 +171,7 @@ class ClosedChain(Sealed):
             ClosureError: too far from closed for Newton's method.
             SingularError: type-2 singularity.
         """
-        return self._closing.project(q_full, v_full)
+        return self._closing.project(sized("q_full", q_full, self.nq), sized("v_full", v_full, self.nv))
 
     def working_modes(self, at: Posture | None = None, hold: Held | None = None, starts: int = MOST_STARTS) -> Modes:
         """Solutions of inverse kinematics: closed postures that hold the tool as `at` (default home) does, `at` first.
@@ -223,7 +223,7 @@ class ClosedChain(Sealed):
 
     def limit_violations(self, at: Posture) -> Mapping[str, tuple[float, float, float]]:
         """Joints beyond their limits: name -> (value, lower, upper), [m] or [rad]."""
-        return limit_violations(self.model, at.q_full)
+        return limit_violations(self.model, sized("q_full of the posture", at.q_full, self.nq))
 
     # ---- in actuated coordinates (Mechanism) -----------------------------------------------------------------------
 
@@ -394,8 +394,9 @@ class ClosedChain(Sealed):
 
     def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
         """As `full_forward_dynamics`, the acceleration alone, shape (nv,), for the inner loops of integrators: arrays
-        that are not checked, the loops as open as they have drifted."""
-        return self._dynamics.acceleration(q_full, v_full, effort_full)
+        of which only the size is checked, the loops as open as they have drifted."""
+        q, v = sized("q_full", q_full, self.nq), sized("v_full", v_full, self.nv)
+        return self._dynamics.acceleration(q, v, sized("effort_full", effort_full, self.nv))
 
     def full_inverse_dynamics(
         self, at: Posture, v_full: npt.ArrayLike, a_full: npt.ArrayLike, loads: Loads = ()
@@ -508,15 +509,16 @@ class ClosedChain(Sealed):
 
     def actuated(self, q_full: Array) -> Array:
         """Actuated coordinates of a full configuration, shape (n,); a posture has them as `q`."""
-        return self._actuated.of(q_full)
+        return self._actuated.of(sized("q_full", q_full, self.nq))
 
     def actuated_velocity(self, v_full: Array) -> Array:
         """Actuated part of a full velocity or acceleration, shape (n,)."""
-        return np.asarray(v_full[self._actuated.v_index])
+        columns = isinstance(v_full, np.ndarray) and v_full.ndim == 2 and len(v_full) == self.nv
+        return np.asarray((v_full if columns else sized("v_full", v_full, self.nv))[self._actuated.v_index])
 
     def integrate(self, q_full: Array, motion: Array) -> Array:
         """Configuration after the tangent motion (nv,), on the manifold, shape (nq,)."""
-        return self._k.tree.integrate(q_full, motion)
+        return self._k.tree.integrate(sized("q_full", q_full, self.nq), sized("motion", motion, self.nv))
 
     def from_mujoco(self, qpos: npt.ArrayLike) -> Array:
         """The configuration (nq,), loops open or not, of a `qpos` of MuJoCo for the MJCF that this robot was read from

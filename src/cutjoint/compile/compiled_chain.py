@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, as_vector
+from cutjoint.arrays import Array, as_vector, sized
 from cutjoint.chain import ClosedChain, MobilityReport
 from cutjoint.chain.closing.ways import Near
 from cutjoint.compile.chain_batch import ChainBatch
@@ -150,7 +150,9 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
     def full_acceleration(self, q_full: Array, v_full: Array, effort_full: Array) -> Array:
         """Acceleration of all joints at a closed configuration, for any actuation, shape (nv,); see
         `ClosedChain.full_acceleration`."""
-        parts = self._library["full_forward"](q_full, v_full, effort_full, self._values)
+        q, v = sized("q_full", q_full, self.chain.nq), sized("v_full", v_full, self.chain.nv)
+        effort = sized("effort_full", effort_full, self.chain.nv)
+        parts = self._library["full_forward"](q, v, effort, self._values)
         if parts is not None:
             return parts["a_full"]
         return self.plain.full_acceleration(q_full, v_full, effort_full)

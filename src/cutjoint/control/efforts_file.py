@@ -66,7 +66,8 @@ def _rows(source: Path) -> Iterator[tuple[int, list[str]]]:
             if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#"):
                 yield reader.line_num, cells
     except FileError as error:
-        raise InputError(f"there is no file {source}" if error.missing else str(error)) from error
+        why = f"there is no file {source}" if error.missing else f"{source} cannot be read: {error.why}"
+        raise InputError(why) from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{source} cannot be read as CSV text in UTF-8: {error}") from error
 

@@ -43,7 +43,15 @@ class Findings:
         tolerable: bool = False,
     ) -> None:
         place = at if isinstance(at, Place) else Place(self.file, at)
-        problem = Problem(found, expected, mend, place.file or self.file, place.line, severity, tolerable)
+        problem = Problem(
+            _bounded(found),
+            _bounded(expected),
+            _bounded(mend),
+            place.file or self.file,
+            place.line,
+            severity,
+            tolerable,
+        )
         if problem not in self.problems:
             self.problems.append(problem)
 
@@ -51,6 +59,14 @@ class Findings:
     def failed(self) -> bool:
         """Whether there is an error among them."""
         return any(problem.severity == "error" for problem in self.problems)
+
+
+LONGEST = 1500
+"""Characters of a part of a problem: names in files may be of any length."""
+
+
+def _bounded(text: str) -> str:
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 4 :]}"
 
 
 class Harmless(Findings):

@@ -48,9 +48,10 @@ class Pose(Frozen):
             return given
         matrix = getattr(given, "homogeneous", given)
         try:
-            array = np.asarray(matrix, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"a pose is {FORMS}; found {given!r}") from error
+            array = np.asarray(matrix)
+            array = array.astype(np.float64, casting="same_kind" if array.dtype.kind in "cmM" else "unsafe")
+        except (TypeError, ValueError, OverflowError) as error:
+            raise InputError(f"a pose is {FORMS}; found {repr(given)[:200]}") from error
         if array.shape == (7,):
             values = as_vector("pose", array, 7)
             return cls(values[:3], rotation_from(values[3:]))

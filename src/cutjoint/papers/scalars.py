@@ -14,7 +14,7 @@ from typing import Any, Protocol, TypeAlias, cast
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import as_vector
+from cutjoint.arrays import LARGEST, as_vector
 from cutjoint.errors import InputError
 
 Scalar: TypeAlias = Any
@@ -142,7 +142,7 @@ def three(name: str, values: npt.ArrayLike, unit: str) -> tuple[float, float, fl
     """
     if isinstance(values, np.ndarray) and values.shape == (3,) and values.dtype is _FLOAT:
         x, y, z = values.tolist()
-        if math.isfinite(x) and math.isfinite(y) and math.isfinite(z):
+        if abs(x) + abs(y) + abs(z) <= LARGEST:
             return x, y, z
     x, y, z = as_vector(name, values, 3, unit).tolist()
     return x, y, z

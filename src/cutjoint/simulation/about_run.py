@@ -88,6 +88,10 @@ def _is_actuator(value: object) -> bool:
     return _is_list(_is_text)(value) and len(cast("list[str]", value)) == 2
 
 
+def _is_limits(value: object) -> bool:
+    return value is None or _is_number(value) or _is_list(_is_number)(value)
+
+
 def _is_object(value: object) -> bool:
     return isinstance(value, dict)
 
@@ -100,7 +104,7 @@ _KINDS: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "gains": (_is_object, "gains by name"),
     "rate": (lambda value: value is None or _is_number(value), "a number or null"),
     "strayed": (_is_number, "a number"),
-    "limits": (lambda value: value is None or _is_list(_is_number)(value), "a number an actuator, or null"),
+    "limits": (_is_limits, "a number, one an actuator, or null"),
     "actuators": (_is_list(_is_actuator), "a name and a kind an actuator"),
     "locked": (_is_list(_is_text), "names of actuators"),
     "hardware": (_is_object, "the parts of the hardware"),

@@ -111,7 +111,7 @@ class ArrayArchive:
             return "none"
         heading = self._headings[name]
         if heading.shape == () and heading.dtype.kind in "iu":
-            return int(self.array(name))  # type: ignore[arg-type]
+            return int(self.array(name))
         if heading.shape == () and heading.dtype.kind == "U":
             return self.text(name)[:60]
         return f"of {heading.dtype} with shape {heading.shape}"

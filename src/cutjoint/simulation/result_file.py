@@ -70,7 +70,9 @@ def load(path: str | Path) -> Result:
                 raise refused(f" has result schema {schema}, this version reads {SCHEMA}; {mend}")
             words = json_words(archive.text("about"))
             names = _columns(archive, words.pop(COLUMNS, None))
-            return result_of({name: archive.array(name) for name in names}, about_of(words))
+            return result_of(
+                {name: np.asarray(archive.array(name), dtype=np.float64) for name in names}, about_of(words)
+            )
     except FileError as error:
         raise refused(f": {error.why}{error.mend and f' ({error.mend})'}") from error
     except ArchiveError as error:

@@ -123,7 +123,8 @@ class MinimalCoordinates(Sealed):
 
     def change(self, at: Posture, to: Posture) -> Array:
         """The motion of the independent joints from one posture to another, shape (n,) [m] or [rad]."""
-        return np.asarray(self._k.tree.difference(at.q_full, to.q_full)[self.v_index])
+        here, there = self._postures.placed(at), self._postures.placed(to)
+        return np.asarray(self._k.tree.difference(here.q, there.q)[self.v_index])
 
     def moved(self, at: Posture, change: npt.ArrayLike) -> Posture:
         """The posture after a motion of the independent joints, shape (n,) [m] or [rad], on the branch of `at`.
