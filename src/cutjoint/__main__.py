@@ -1,0 +1,19 @@
+"""The program `cutjoint`, also as `python -m cutjoint`: signals are watched before anything else is loaded."""
+
+from __future__ import annotations
+
+import sys
+
+from cutjoint import interrupts
+
+
+def main() -> None:
+    """Entry point of `cutjoint`; see `cutjoint.cli.main`."""
+    interrupts.watch(starting=True)
+    from cutjoint.cli import main as command_line
+
+    command_line()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
