@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from cutjoint.chain.minimal import MinimalCoordinates
     from cutjoint.compile import CompiledChain, CompiledPaper, compiled_plant
     from cutjoint.compile.compiler import compiled
-    from cutjoint.description import RobotDescription, check, load_description
+    from cutjoint.description import RobotDescription, load_description
+    from cutjoint.description.check import check
     from cutjoint.errors import CutjointError
     from cutjoint.mechanism import Actuator, Load, Mechanism, Pose, Posture, Task, Terms, Tool, kinetic_energy
     from cutjoint.robots import load, published
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _LAZY = {
-    **dict.fromkeys(("Actuator", "Load", "Mechanism", "Pose", "Posture", "Task", "Terms", "Tool"), "cutjoint.mechanism"),
+    **dict.fromkeys(
+        ("Actuator", "Load", "Mechanism", "Pose", "Posture", "Task", "Terms", "Tool"), "cutjoint.mechanism"
+    ),
     "ClosedChain": "cutjoint.chain",
     "CompiledChain": "cutjoint.compile",
     "CompiledPaper": "cutjoint.compile",
@@ -40,7 +43,7 @@ _LAZY = {
     "load": "cutjoint.robots",
     "published": "cutjoint.robots",
 }
-_ROOMS = ("errors", "mechanism")
+_ROOMS = {"errors": "cutjoint.errors", "mechanism": "cutjoint.mechanism"}
 """At hand without an import of their own."""
 
 __all__ = [
@@ -75,5 +78,5 @@ def __getattr__(name: str) -> Any:
     if name in _LAZY:
         return getattr(import_module(_LAZY[name]), name)
     if name in _ROOMS:
-        return import_module(f"cutjoint.{name}")
+        return import_module(_ROOMS[name])
     raise AttributeError(f"module 'cutjoint' has no attribute '{name}'")

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from cutjoint import interrupts
 from cutjoint.commands import options
 
 
@@ -33,7 +34,8 @@ def command(
         raise UnknownNameError("format", to, tuple(WRITERS))
     description = load_description(robot, variant, lenient)
     path = WRITERS[to].place(description.name) if out is None else out
-    for written in write(description, path, to):
-        typer.echo(str(written))
+    with interrupts.keeping():
+        for written in write(description, path, to):
+            typer.echo(str(written))
     for lost in unsaid(description, to):
         typer.echo(f"warning: {WRITERS[to].name} has no word for {lost}; only cutjoint reads it back", err=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeVar, cast
 
 import typer
 
@@ -167,20 +167,17 @@ def command(
 def _done(save: Path | None, go: Callable[[], Result]) -> tuple[Result, str]:
     """The result of a run; where it was interrupted also the words for that, and the result goes until then."""
     from cutjoint.errors import Interrupted, SimulationError
-    from cutjoint.simulation import Result
     from cutjoint.simulation import save as write
 
     try:
         return go(), ""
     except SimulationError as error:
         if save is not None:
-            assert isinstance(error.result, Result)
-            beside = write(error.result, stopped_name(save))
+            beside = write(cast("Result", error.result), stopped_name(save))
             console().print(f"what was simulated until then: {beside}", soft_wrap=True)
         raise
     except Interrupted as error:
-        assert isinstance(error.result, Result)
-        return error.result, str(error)
+        return cast("Result", error.result), str(error)
 
 
 def _tell(
@@ -204,8 +201,8 @@ def _tell(
             with interrupts.asking():
                 carried = written(reactions, result, robot)
         except KeyboardInterrupt:
-            kept = "nothing was kept" if saved is None else f"the run is kept in {saved}, its reactions are not"
-            raise stopped(kept) from None
+            told = "nothing was written" if saved is None else f"the run is kept in {saved}, its reactions are not"
+            raise stopped(told) from None
         figures |= {"reactions": str(reactions), "reaction_peaks": peaks_of(carried)}
     if json:
         print_json(figures)

@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 import traceback
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Generator, Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from multiprocessing import connection, get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection
@@ -53,14 +53,14 @@ def run_all(tasks: Mapping[K, Task], done: Callable[[int], None] | None = None) 
     return {key: found[key] for key in tasks}
 
 
-def _here(tasks: Mapping[K, Task]) -> Iterator[tuple[K, Outcome]]:
+def _here(tasks: Mapping[K, Task]) -> Generator[tuple[K, Outcome], None, None]:
     """One after another, in this process."""
     for key, (function, arguments) in tasks.items():
         yield key, function(*arguments)
         interrupts.check()
 
 
-def _beside(tasks: Mapping[K, Task], count: int) -> Iterator[tuple[K, Outcome]]:
+def _beside(tasks: Mapping[K, Task], count: int) -> Generator[tuple[K, Outcome], None, None]:
     """In `count` processes, in the order in which they are done."""
     left = list(tasks.items())[::-1]
     with _workers(count) as workers:
@@ -70,8 +70,8 @@ def _beside(tasks: Mapping[K, Task], count: int) -> Iterator[tuple[K, Outcome]]:
                 busy[pipe], task = left.pop()
                 pipe.send(task)
         while busy:
-            for pipe in connection.wait(list(busy), OFTEN):
-                assert isinstance(pipe, Connection)
+            ready = connection.wait(list(busy), OFTEN)
+            for pipe in [one for one in busy if one in ready]:
                 key = busy.pop(pipe)
                 yield key, _answer(pipe, key)
                 if left and not interrupts.waiting():

@@ -4,6 +4,7 @@ next one goes on from there."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import cast
 
 from cutjoint.errors import Interrupted, UnknownNameError
 from cutjoint.experiments import cpm_report, omega3_report, unfinished
@@ -58,8 +59,7 @@ def reproduce(robots: Sequence[str], done: Callable[[int], None] | None = None) 
     try:
         found |= run_all({key: task for key, task in wanted.items() if key not in found}, told)
     except Interrupted as error:
-        assert isinstance(error.result, dict)
-        found |= error.result
+        found |= cast("Found", error.result)
         kept = [unfinished.keep(robot, _of(robot, found)) for robot in robots]
         told_kept = "the next reproduction goes on from there" if all(kept) else "the cache folder cannot be written"
         words = f"{len(found)} of {len(wanted)} runs are done, {told_kept}"
