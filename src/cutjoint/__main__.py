@@ -7,7 +7,7 @@ from cutjoint import interrupts
 
 def main() -> None:
     """Entry point of `cutjoint`; see `cutjoint.cli.main`."""
-    interrupts.watch(starting=True)
+    interrupts.watch()
     from cutjoint.cli import main as command_line
 
     command_line()

@@ -1,10 +1,10 @@
 """Ctrl-C (SIGINT) and SIGTERM of the command line: what is being written gets written, what was computed is kept.
 
-The command line watches both signals from its first moment on (`watch`).  The first one raises `KeyboardInterrupt`
-where that does no harm: after a write (`held`), after what was computed is kept (`keeping`), not amid an import, and of
-a computation that asks (`asking`) at its next `check`.  The next one ends the program at once, but for a write.
-Nothing here does anything in a program that does not watch: the library leaves the signals of its users alone, and all
-of this may be called in any thread.
+The command line watches both signals from its first moment on (`watch`).  Until something is computed that can be kept,
+they end the program.  From then on the first one raises `KeyboardInterrupt` where that does no harm: after a write
+(`held`), after what was computed is kept (`keeping`), not amid an import, and of a computation that asks (`asking`) at
+its next `check`.  The next one ends the program at once, but for a write.  Nothing here does anything in a program that
+does not watch: the library leaves the signals of its users alone, and all of this may be called in any thread.
 """
 
 from __future__ import annotations
@@ -68,9 +68,7 @@ class _Watch:
             self.hurry = True
         elif not self.ending:
             return
-        if self.starting:
-            _say(f"interrupted ({name()}) before anything was computed\n")
-        if self.starting or self.ending or (self.hurry and not self.held):
+        if self.ending or ((self.starting or self.hurry) and not self.held):
             self.leave()
         if self.patience:
             _later(self.patience)
@@ -79,6 +77,8 @@ class _Watch:
 
     def leave(self) -> None:
         """End the program at once."""
+        if self.starting:
+            _say(f"interrupted ({name()}): nothing was written\n")
         if sys.stderr.isatty():
             _say(SHOW_CURSOR)
         os._exit(status())
@@ -100,7 +100,7 @@ class _Watch:
 
     def released(self) -> None:
         """A block is left in which signals waited."""
-        if self.hurry and not self.held:
+        if (self.hurry or (self.starting and self.waiting)) and not self.held:
             self.leave()
         if self.waiting:
             _later(self.patience or SOON)
@@ -109,12 +109,11 @@ class _Watch:
 _WATCH = _Watch()
 
 
-def watch(*, starting: bool = False) -> None:
-    """Watch the signals from now on; while `starting`, when nothing has been computed, they end the program at once."""
-    _WATCH.starting, _WATCH.ending = starting, False
+def watch() -> None:
+    """Watch the signals from now on; until the first block of `keeping` or `asking` they end the program at once."""
     if _WATCH.watching:
         return
-    _WATCH.watching = True
+    _WATCH.watching = _WATCH.starting = True
     for number in SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:  # nohup, and what a script runs in the background
             signal.signal(number, _WATCH.came)
@@ -177,6 +176,7 @@ def _block(patience: float) -> Iterator[None]:
     if not _main():
         yield
         return
+    _WATCH.starting = _WATCH.starting and patience == NEVER
     _WATCH.blocks.append(patience)
     try:
         yield

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cutjoint import interrupts
 from cutjoint.commands import options
 from cutjoint.commands.output import TerminalTable, console, print_json
 from cutjoint.commands.stopping import stopped
@@ -48,11 +49,12 @@ def command(
     usual = tuple(name for name in known if name in USUAL)
     chosen = _names(functions) or usual or known
     try:
-        for name in known if chosen == ("all",) else chosen:
-            mechanism.kernel(name)
-            if not json:
-                _say(made[-1])
-        times = {one.what: _measured(mechanism, one.what) for one in made} if measure else {}
+        with interrupts.asking():
+            for name in known if chosen == ("all",) else chosen:
+                mechanism.kernel(name)
+                if not json:
+                    _say(made[-1])
+            times = {one.what: _measured(mechanism, one.what) for one in made} if measure else {}
     except KeyboardInterrupt:
         names = ", ".join(one.what for one in made) or "nothing"
         raise stopped(f"compiled until then: {names}" + (", kept in the cache" if cache and made else "")) from None

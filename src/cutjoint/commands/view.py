@@ -56,13 +56,14 @@ def write(document: Document, html: Path | None, png: Path | None, time: float, 
     width, height = pixels(size)
     done = []
     try:
-        if html is not None:
-            with interrupts.keeping():
-                console().print(f"wrote {html}: {document.save(html) / 1e6:.2f} MB, one file, no network needed")
-                done.append(str(html))
-        if png is not None:
-            written = document.picture(png, time=time, width=width, height=height)
-            console().print(f"wrote {png}: {width} x {height} pixels, {written / 1e6:.2f} MB")
+        with interrupts.asking():
+            if html is not None:
+                with interrupts.keeping():
+                    console().print(f"wrote {html}: {document.save(html) / 1e6:.2f} MB, one file, no network needed")
+                    done.append(str(html))
+            if png is not None:
+                written = document.picture(png, time=time, width=width, height=height)
+                console().print(f"wrote {png}: {width} x {height} pixels, {written / 1e6:.2f} MB")
     except KeyboardInterrupt:
         raise stopped(f"only {done[0]} was written" if done else "nothing was written") from None
 
@@ -74,7 +75,8 @@ def served(wait: Callable[[], None]) -> None:
         typer.Exit: it was SIGTERM.
     """
     try:
-        wait()
+        with interrupts.asking():
+            wait()
     except KeyboardInterrupt:
         console().print("closed")
         if interrupts.name() == "SIGTERM":
