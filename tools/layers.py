@@ -31,7 +31,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "files": frozenset({"errors", "interrupts"}),
     "interrupts": frozenset(),
     "tolerances": frozenset(),
-    "plugins": frozenset({"errors"}),
+    "plugins": frozenset({"errors", "files"}),
     "mechanism": BASE,
     "description": MODEL,
     "chain": MODEL | {"description", PACKAGE},  # chain.compile() asks the package for the compiler, at call time

@@ -18,6 +18,8 @@ from cutjoint.errors import InputError
 Array = npt.NDArray[np.float64]
 T = TypeVar("T")
 _FLOAT = np.dtype(np.float64)
+LARGEST = 1e100
+"""A quantity beyond it, or below its reciprocal, is a slip of the pen; squares and ratios of others are finite."""
 
 
 def readonly(values: npt.ArrayLike) -> Array:
@@ -117,8 +119,10 @@ def as_vector(name: str, values: npt.ArrayLike, size: int, unit: str = "") -> Ar
         array = np.asarray(values)
         if array.dtype != np.float64:
             array = array.astype(np.float64, casting="same_kind" if array.dtype.kind in "cmM" else "unsafe")
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be {size} numbers{unit and f' [{unit}]'}, found {values!r}") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        found = repr(values)
+        found = found if len(found) <= 200 else f"{found[:200]}..."
+        raise InputError(f"{name} must be {size} numbers{unit and f' [{unit}]'}, found {found}") from error
     if array.shape == (size,) and all(map(isfinite, array.tolist())):  # the quick way through for what is right
         return array
     if array.shape != (size,):
@@ -136,8 +140,11 @@ def positive(name: str, value: float, unit: str = "") -> float:
     """
     try:
         number = float(value)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name} must be a number > 0{unit and f' [{unit}]'}, found {value!r}") from error
     if not (np.isfinite(number) and number > 0.0):
         raise InputError(f"{name} must be finite and > 0{unit and f' [{unit}]'}, found {number!r}")
+    if not 1.0 / LARGEST <= number <= LARGEST:
+        least = f"between {1.0 / LARGEST:g} and {LARGEST:g}"
+        raise InputError(f"{name} must be {least}{unit and f' [{unit}]'}, found {number!r}")
     return number

@@ -49,6 +49,12 @@ def _still(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
     return array
 
 
+def shown(path: str, longest: int = 200) -> str:
+    """A path as messages show it: one that is very long is cut in the middle, what cannot be printed is escaped."""
+    text = "".join(one if one.isprintable() else ascii(one)[1:-1] for one in path)
+    return text if len(text) <= longest else f"{text[: longest // 2]}...{text[-longest // 4 :]}"
+
+
 class RoundingWarning(UserWarning):
     """Loops that close only up to the rounding of their lengths; the message names the rows and what stays open."""
 
@@ -99,9 +105,9 @@ class UnknownNameError(CutjointError, KeyError):
         import difflib
 
         self.kind, self.name, self.known = kind, name, tuple(known)
-        near = difflib.get_close_matches(name, self.known, n=1)
+        near = difflib.get_close_matches(name[:200], self.known, n=1)
         hint = f"; did you mean '{near[0]}'?" if near else "."
-        self.message = f"unknown {kind} '{name}'{hint} Known: {', '.join(self.known) or 'none'}"
+        self.message = f"unknown {kind} '{shown(name)}'{hint} Known: {', '.join(self.known) or 'none'}"
         super().__init__(self.message)
 
     def __str__(self) -> str:
@@ -285,6 +291,21 @@ class Interrupted(_Whole, KeyboardInterrupt):
     def __init__(self, message: str, *, done: float, result: object) -> None:
         self.done, self.result = done, result
         super().__init__(message)
+
+
+class FileError(InputError):
+    """A path at which there is no file that could be read.
+
+    Attributes:
+        path: as it was given.
+        why: what is wrong with it, without the path.
+        mend: what to do; empty where that is plain.
+        missing: whether nothing is there at all.
+    """
+
+    def __init__(self, path: str, why: str, mend: str = "", *, missing: bool = False) -> None:
+        self.path, self.why, self.mend, self.missing = path, why, mend, missing
+        super().__init__(f"{shown(path)}: {why}{mend and f' ({mend})'}")
 
 
 class ResultFileError(CutjointError):

@@ -19,9 +19,13 @@ from inspect import Parameter, signature
 from pathlib import Path
 from types import ModuleType
 
-from cutjoint.errors import CutjointError, InputError, UnknownNameError
+from cutjoint.errors import CutjointError, FileError, InputError, UnknownNameError
+from cutjoint.files import check_file, is_file, read_file
 
 FORM = re.compile(r"(?P<place>.+\.py|[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)(?::(?P<rest>.*))?")
+
+LARGEST = 16 * 2**20
+"""Bytes of a Python file."""
 
 
 @dataclass(frozen=True)
@@ -143,9 +147,13 @@ def _offered(module: ModuleType) -> list[str]:
 
 
 def _of_file(path: Path) -> ModuleType:
-    if not path.is_file():
+    try:
+        check_file(path, LARGEST)
+    except FileError as error:
+        if not error.missing:
+            raise
         here = sorted(one.name for one in path.parent.glob("*.py")) if path.parent.is_dir() else []
-        raise UnknownNameError(f"Python file in {path.parent.resolve()},", path.name, here[:20])
+        raise UnknownNameError(f"Python file in {path.parent.resolve()},", path.name, here[:20]) from error
     state = path.stat()
     return _executed(path.resolve(), state.st_mtime_ns, state.st_size)
 
@@ -159,7 +167,7 @@ def _executed(path: Path, time: int, size: int) -> ModuleType:
         sys.path.append(str(path.parent))  # behind all others, so that nothing is hidden by its neighbours
     sys.modules[module.__name__] = module  # dataclasses look there
     try:
-        exec(compile(path.read_bytes(), path, "exec", dont_inherit=True), vars(module))
+        exec(compile(read_file(path, LARGEST), path, "exec", dont_inherit=True), vars(module))
     except (Exception, SystemExit) as error:
         del sys.modules[module.__name__]
         raise InputError(f"{path.name} cannot be imported: {raised(error, str(path))}") from error
@@ -173,7 +181,7 @@ def _of_module(place: str, name: str) -> ModuleType:
         if error.name is None or not f"{place}.".startswith(f"{error.name}."):
             raise InputError(f"{place} cannot be imported: {raised(error)}") from error
         file = f"{place.replace('.', '/')}.py"
-        hint = f"; for the file here write {file}:{name}" if Path(file).is_file() else ""
+        hint = f"; for the file here write {file}:{name}" if is_file(file) else ""
         raise InputError(f"there is no module {error.name} to import{hint}") from error
     except (Exception, SystemExit) as error:
         raise InputError(f"{place} cannot be imported: {raised(error)}") from error

@@ -23,6 +23,7 @@ CLASSES = ("", "soft", "inner", "stiff")
 def attributes(rng: Rng, scale: float, kind: str, share: float = 0.5) -> str:
     """Attributes of a joint, each there or not."""
     values = {key: scale * rng.uniform(0.1, 10.0) for key in ("damping", "frictionloss", "stiffness", "armature")}
+    values["springdamper"] = f"{rng.uniform(0.1, 1.0)} {rng.uniform(0.1, 2.0)}" if rng.uniform() < 0.3 else "0 0"
     if kind != "ball":
         values |= {key: rng.normal() for key in ("ref", "springref")}
     return " ".join(f'{key}="{value}"' for key, value in values.items() if rng.uniform() < share)
@@ -77,7 +78,7 @@ def passive(robot: RobotDescription, compiled, data) -> tuple[np.ndarray, np.nda
         elif joint.type is JointType.FLOATING:
             stretched = np.zeros(6)
         else:
-            stretched = data.qpos[q] - compiled.qpos0[q] - (physics.rest or 0.0)
+            stretched = data.qpos[q] - (physics.rest or 0.0)
         force[rates] = -physics.damping * data.qvel[rates] - physics.stiffness * stretched
         friction[rates], armature[rates] = physics.friction, physics.armature
     return force, friction, armature
@@ -214,18 +215,12 @@ def test_a_free_joint_has_dampers(text) -> None:
 
 WARNINGS = {
     "solreflimit of joint 'j' not used": slide('range="-1 1" solreflimit="0.1 1"'),
-    "springdamper of joint 'j' is not used": slide('springdamper="0.5 1"'),
     "actuatorfrcrange of joint 'j' is -3 4: not used": slide('actuatorfrcrange="-3 4"'),
-    "unknown attribute 'bogus' of joint 'j'": slide('bogus="1"'),
     "density of <option> not used": slide("", '<option density="1.2"/>'),
     "damper switched off by <flag>": slide("", '<option><flag damper="disable"/></option>'),
     "gravcomp of body 'b' not used": slide("").replace('name="b"', 'name="b" gravcomp="1"'),
-    "stiffness, damping of <fixed> not used": slide("").replace(
-        "</mujoco>",
-        '<tendon><fixed name="t" stiffness="2" damping="1"><joint joint="j" coef="1"/></fixed></tendon></mujoco>',
-    ),
-    "armature of <spatial> not used": slide("", '<default><tendon armature="2"/></default>').replace(
-        "</mujoco>", '<tendon><spatial name="t"/></tendon></mujoco>'
+    "range of <fixed> 't' not used": slide("").replace(
+        "</mujoco>", '<tendon><fixed name="t" range="-1 1"><joint joint="j" coef="1"/></fixed></tendon></mujoco>'
     ),
 }
 
@@ -246,12 +241,13 @@ ERRORS = {
     "stiffness 3 of the free joint 'j'": slide('type="free" stiffness="3"'),
     "frictionloss 1 of the free joint 'j'": slide('type="free"', '<default><joint frictionloss="1"/></default>'),
     "armature 1 of the free joint 'j'": slide('type="free" armature="1"'),
-    "unknown attribute 'dampin' of joint 'j'": slide('dampin="1"'),
+    "unknown attribute 'dampin' of <joint>": slide('dampin="1"'),
+    "unknown attribute 'bogus' of <joint>": slide('bogus="1"'),
     "damping of joint 'j' is -1": slide('damping="-1"'),
     "friction of joint 'j' is -1": slide('frictionloss="-1"'),
     "rotor of joint 'j' is -1": slide('armature="-1"'),
     "stiffness of joint 'j' is -1": slide('stiffness="-1"'),
-    "stiffness of joint 'j': 3 numbers": slide('stiffness="3 1 2"'),
+    "stiffness of joint 'j' is 3 1 2": slide('stiffness="3 1 2"'),
     "damping of joint 'j' is nan": slide('damping="nan"'),
 }
 

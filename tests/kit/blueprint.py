@@ -20,11 +20,20 @@ from typing import Any
 import numpy as np
 from kit.writing import Mounting, loops_text, urdf_text
 from oracles.connections import Pose, turn
+from oracles.curves import natural_spline, power_series
 from oracles.reading import COORDINATES, rpy_rotation
 
 Array = np.ndarray
 
+Curve = tuple[float, ...] | list[tuple[float, float]]
+"""Of a coupling: coefficients of a polynomial, or points of a table."""
+
 WITHOUT_AXIS = ("fixed", "spherical", "floating")
+
+
+def value_on(curve: Curve, x: float) -> float:
+    """A curve of a coupling at a number."""
+    return (natural_spline(curve) if isinstance(curve, list) else power_series(*curve))(x)[0]
 
 
 def unit(vector: Any) -> Array:
@@ -82,6 +91,17 @@ class PlacedCut:
     kind: str
     a: tuple[str, Array, Array]
     b: tuple[str, Array, Array]
+    length: float = 0.0
+
+
+@dataclass
+class PlacedCoupling:
+    """A coupling, engaged as its joints stand at home: a curve of every driver."""
+
+    name: str
+    joint: str
+    curves: dict[str, Curve]
+    offset: float
 
 
 @dataclass
@@ -96,7 +116,7 @@ class Blueprint:
     inertias: dict[str, Inertia | None] = field(default_factory=lambda: {"base": None})
     joints: list[PlacedJoint] = field(default_factory=list)
     cuts: list[PlacedCut] = field(default_factory=list)
-    couplings: list[tuple[str, str, str, float, float]] = field(default_factory=list)
+    couplings: list[PlacedCoupling] = field(default_factory=list)
     actuators: list[str] = field(default_factory=list)
     tool: tuple[str, Array] | None = None
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
@@ -164,8 +184,22 @@ class Blueprint:
 
     def couple(self, name: str, joint: str, driver: str, ratio: float) -> None:
         """A gear between two joints of one coordinate, engaged as they stand at home."""
+        self.curved(name, joint, {driver: (0.0, ratio)})
+
+    def curved(self, name: str, joint: str, curves: dict[str, Curve]) -> None:
+        """A coupling along curves: coefficients of a polynomial, or a list of points; none holds the joint."""
         start = {one.name: one.start for one in self.joints}
-        self.couplings.append((name, joint, driver, ratio, float(start[joint] - ratio * start[driver])))
+        driven = sum(value_on(curve, start[driver]) for driver, curve in curves.items())
+        self.couplings.append(PlacedCoupling(name, joint, curves, float(start[joint] - driven)))
+
+    def rod(self, name: str, a: str, b: str, at: Any, to: Any) -> None:
+        """A distance between a point of link a and one of link b."""
+        ends = []
+        for link, point in ((a, np.array(at, dtype=float)), (b, np.array(to, dtype=float))):
+            pose = self.poses[link]
+            ends.append((link, random_rotation(self.rng), pose.rotation.T @ (point - pose.position)))
+        length = float(np.linalg.norm(np.array(to, dtype=float) - np.array(at, dtype=float)))
+        self.cuts.append(PlacedCut(name, "distance", *ends, length))
 
     def random_inertia(self) -> Inertia:
         """Of a body that can exist: eight random points of equal mass."""
@@ -190,7 +224,7 @@ class Blueprint:
     @property
     def scalars(self) -> list[str]:
         """Joints of one coordinate that no gear drives: what can be an actuator."""
-        driven = {joint for _, joint, *_ in self.couplings}
+        driven = {one.joint for one in self.couplings}
         return [one.name for one in self.joints if COORDINATES[one.kind] == 1 and one.name not in driven]
 
     def write(self, folder: Path, mounting: Mounting | None = None, scale: float = 1.0, density: float = 1.0) -> Path:

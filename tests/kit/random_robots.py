@@ -82,7 +82,7 @@ def random_robot(rng: Rng, joints: int, closures: int, folder: Path) -> Blueprin
 def _gear(plan: Blueprint, name: str, rng: Rng) -> bool:
     """A gear between two joints of one coordinate, if there are two left that make no ring of gears."""
     free = plan.scalars
-    drivers = {driver for _, _, driver, *_ in plan.couplings}
+    drivers = {driver for one in plan.couplings for driver in one.curves}
     driven = [joint for joint in free if joint not in drivers]
     if len(free) < 2 or not driven:
         return False

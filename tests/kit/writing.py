@@ -47,6 +47,13 @@ def _list(values: Any) -> str:
     return "[" + ", ".join(repr(float(value)) for value in np.atleast_1d(values)) + "]"
 
 
+def _curve(curve: Any, unit_x: float, unit_y: float) -> str:
+    """A curve of a coupling in other units."""
+    if isinstance(curve, list):
+        return f"table = [{', '.join(_list([unit_x * x, unit_y * y]) for x, y in curve)}]"
+    return f"polynomial = {_list([unit_y * c / unit_x**k for k, c in enumerate(curve)])}"
+
+
 def urdf_text(plan: Blueprint, mounting: Mounting, scale: float, density: float) -> str:
     """The tree, with a link `world` that carries `base` where the mounting says."""
     lines = [
@@ -105,12 +112,18 @@ def loops_text(plan: Blueprint, mounting: Mounting, scale: float) -> str:
             for link, rotation, position in (cut.a, cut.b)
         )
         lines += ["[[cut]]", f'name = "{cut.name}"', f'type = "{cut.kind}"', f"frames = [{frames}]"]
+        if cut.kind == "distance":
+            lines.append(f"length = {scale * cut.length!r}")
     kinds = {joint.name: joint.kind for joint in plan.joints}
-    for name, joint, driver, ratio, offset in plan.couplings:
-        here, there = (kinds[one] == "prismatic" for one in (joint, driver))
-        lines += ["[[coupling]]", f'name = "{name}"', f'joint = "{joint}"', f'driver = "{driver}"']
-        lines.append(f"ratio = {ratio * (scale if here else 1.0) / (scale if there else 1.0)!r}")
-        lines.append(f"offset = {offset * (scale if here else 1.0)!r}")
+    units = {joint.name: scale if joint.kind == "prismatic" else 1.0 for joint in plan.joints}
+    for one in plan.couplings:
+        own = units[one.joint]
+        lines += ["[[coupling]]", f'name = "{one.name}"', f'joint = "{one.joint}"', f"offset = {own * one.offset!r}"]
+        drives = [
+            f'{{ driver = "{driver}", {_curve(curve, units[driver], own)} }}' for driver, curve in one.curves.items()
+        ]
+        if drives:
+            lines.append(f"drives = [{', '.join(drives)}]")
     lines.append("[home.default]")
     for table, chosen in (("actuated", True), ("passive", False)):
         lines.append(f"[home.default.{table}]")

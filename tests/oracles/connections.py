@@ -69,19 +69,23 @@ class Rows:
     matrix: Array
     carrier: tuple[str, ...]
     axes: tuple[Array, Array] | None = None
+    length: float = 0.0
 
     @property
     def is_length(self) -> Array:
         """Which rows are lengths, shape (k,)."""
         return np.abs(self.matrix[:, :3]).max(axis=1, initial=0.0) > 0.0
 
-    def rates(self, w_a: Array, w_b: Array) -> Array:
-        """Time derivative of the rows where the bodies turn with w_a and w_b, shape (k, 6)."""
+    def rates(self, w_a: Array, w_b: Array, relative: Array) -> Array:
+        """Time derivative of the rows where the bodies turn with w_a and w_b and have a relative twist, shape (k, 6)."""
         rates = np.zeros_like(self.matrix)
         for row, (values, carrier) in enumerate(zip(self.matrix, self.carrier, strict=True)):
             if carrier == "ab":
                 first, second = self.axes
                 rates[row, 3:] = np.cross(np.cross(w_a, first), second) + np.cross(first, np.cross(w_b, second))
+            elif carrier == "line":
+                along, speed = values[:3], relative[:3]
+                rates[row, :3] = np.cross(w_a, along) + (speed - (along @ speed) * along) / self.length
             else:
                 w = w_a if carrier == "a" else w_b
                 rates[row] = np.r_[np.cross(w, values[:3]), np.cross(w, values[3:])]
@@ -173,6 +177,10 @@ def cut_rows(cut: Cut, a: Pose, b: Pose) -> Rows:
             return _rows(*names, x, a.rotation[:, :2].T, everything, "a")
         case "universal":
             return _universal(*names, x, a.rotation[:, 0], b.rotation[:, 1])
+        case "distance":
+            apart = x - a.position
+            length = float(np.linalg.norm(apart))
+            return Rows(*names, x, np.r_[apart / length, np.zeros(3)][None], ("line",), length=length)
     assert cut.kind == "spherical", cut.kind
     return _rows(*names, x, everything, NONE, "a")
 
@@ -189,7 +197,10 @@ def cut_gap(cut: Cut, a: Pose, b: Pose) -> tuple[float, float]:
         "revolute": np.arctan2(lean, a.rotation[:, 2] @ b.rotation[:, 2]),
         "universal": abs(np.arcsin(np.clip(a.rotation[:, 0] @ b.rotation[:, 1], -1.0, 1.0))),
         "spherical": 0.0,
+        "distance": 0.0,
     }[cut.kind]
+    if cut.kind == "distance":
+        return abs(float(np.linalg.norm(apart)) - cut.length), 0.0
     if cut.kind == "prismatic":
         apart = a.rotation[:, :2].T @ apart
     return float(np.linalg.norm(apart)), float(angle)

@@ -72,7 +72,7 @@ class State:
         point = v_b + np.cross(w_b, r_b)
         relative = np.r_[point - v_a - np.cross(w_a, r_a), w_b - w_a]
         bias = np.cross(w_b, np.cross(w_b, r_b)) - np.cross(w_a, point - v_a)
-        return rows.matrix[:, :3] @ bias + rows.rates(w_a, w_b) @ relative
+        return rows.matrix[:, :3] @ bias + rows.rates(w_a, w_b, relative) @ relative
 
     @cached_property
     def joint_drift(self) -> Array:
@@ -87,8 +87,16 @@ class State:
             self.drift(rows) / np.where(rows.is_length, p.oracle.length, 1.0)
             for rows in (*p._forbidden, *p._cuts.values())
         ]
-        gears = [p._gear(gear, self.joint_drift) / p._unit(gear.joint) for gear in p.oracle.robot.couplings]
+        gears = [
+            (p._gear(gear, self.joint_drift) - self._curving(gear.name)) / p._unit(gear.joint)
+            for gear in p.oracle.robot.couplings
+        ]
         return np.concatenate([np.zeros(0), *scaled, *gears])
+
+    def _curving(self, gear: str) -> float:
+        """What the curves of a coupling add to the acceleration of its joint at these velocities."""
+        p, speeds = self.placed, self.placed.speeds @ self.twists
+        return sum(bend * float(speeds[p.oracle.velocity[name]][0]) ** 2 for name, bend in p.bends[gear].items())
 
     @cached_property
     def gyroscopic(self) -> Array:

@@ -30,6 +30,8 @@ class Placed:
         poses: link -> its pose in the world, from the oracle's origin.
         gaps: cut or coupling -> by how much it is open, ([m], [rad]).
         points: cut -> origin of its frame b.
+        shares: coupling -> joint -> derivative of what the coupling says is zero by its coordinate.
+        bends: coupling -> driver -> second derivative of its curve.
         acting, cushions: laws and bushings there (`oracles.physics`).
     """
 
@@ -62,8 +64,14 @@ class Placed:
                 continue
             self._cuts[cut.name] = cut_rows(cut, a, b)
             self.gaps[cut.name] = cut_gap(cut, a, b)
+        self.shares: dict[str, dict[str, float]] = {}
+        self.bends: dict[str, dict[str, float]] = {}
         for gear in robot.couplings:
-            apart = abs(float(coordinates[gear.joint]) - gear.gear[1] * float(coordinates[gear.gear[0]]) - gear.offset)
+            curves = {name: curve(float(coordinates[name])) for name, curve in gear.curves.items()}
+            self.shares[gear.name] = {gear.joint: 1.0, **{name: -slope for name, (_, slope, _) in curves.items()}}
+            self.bends[gear.name] = {name: bend for name, (_, _, bend) in curves.items()}
+            sum_of_all = sum(value for value, _, _ in curves.values()) + gear.offset
+            apart = abs(float(coordinates[gear.joint]) - sum_of_all)
             self.gaps[gear.name] = (apart, 0.0) if self._slides(gear.joint) else (0.0, apart)
 
     @property
@@ -111,7 +119,7 @@ class Placed:
     def _gear(self, gear: Coupling, of: Array) -> Array:
         """The row of a coupling out of the rows (or accelerations) of all joint velocities, shape (1, ...)."""
         velocity = self.oracle.velocity
-        return of[velocity[gear.joint]] - gear.gear[1] * of[velocity[gear.gear[0]]]
+        return sum(share * of[velocity[name]] for name, share in self.shares[gear.name].items())
 
     def _slides(self, joint: str) -> bool:
         return next(one.kind for one in self.oracle.robot.joints if one.name == joint) == "prismatic"

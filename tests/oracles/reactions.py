@@ -116,8 +116,8 @@ class Reactions:
         p, found, efforts = self.p, {}, self.motion.efforts.copy()
         for gear in p.oracle.robot.couplings:
             force = self.multipliers[self.own[gear.name]] / p._unit(gear.joint)
-            efforts[p.oracle.velocity[gear.joint]] += force
-            efforts[p.oracle.velocity[gear.gear[0]]] -= gear.gear[1] * force
+            for joint, share in p.shares[gear.name].items():
+                efforts[p.oracle.velocity[joint]] += share * force
         for name in (*p._measured, *p.points):
             both = self._matrix(name).T @ self.multipliers[self.own[name]] if name in self.rows else np.zeros(6)
             if name in p._measured:
@@ -137,7 +137,7 @@ class Reactions:
         )
         for gear in p.oracle.robot.couplings:
             force = self.null[self.own[gear.name]] / p._unit(gear.joint)
-            for joint, weight in ((gear.joint, 1.0), (gear.gear[0], -gear.gear[1])):
+            for joint, weight in p.shares[gear.name].items():
                 if joint == name:
                     both = both + p._measured[name].matrix.T @ (weight * force)
         return both * np.r_[[p.oracle.length] * 3, [1.0] * 3][:, None]

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from oracles.curves import Curve, natural_spline, power_series
 
 Array = np.ndarray
 
@@ -64,22 +65,22 @@ class Joint:
 
 @dataclass(frozen=True)
 class Cut:
-    """A cut joint between frames a and b."""
+    """A cut joint between frames a and b; `length` [m] is that of a distance."""
 
     name: str
     kind: str
     a: Frame
     b: Frame
+    length: float = 0.0
 
 
 @dataclass(frozen=True)
 class Coupling:
-    """coordinate of `joint` = ratio * coordinate of `driver` + offset."""
+    """coordinate of `joint` = sum of curves of the drivers' coordinates + offset."""
 
     name: str
     joint: str
-    driver: str
-    ratio: float
+    curves: dict[str, Curve]
     offset: float
 
 
@@ -125,10 +126,7 @@ def read(path: Path | str, variant: str | None = None) -> Robot:
     joints = [_joint(element, changes.get(element.get("name"), {})) for element in tree.findall("joint")]
     assert set(changes) <= {joint.name for joint in joints}
     mimics = [one for element in tree.findall("joint") if (one := _mimic(element)) is not None]
-    gears = [
-        Coupling.geared(c["name"], c["joint"], c["driver"], float(c.get("ratio", 1.0)), float(c.get("offset", 0.0)))
-        for c in loops.get("coupling", [])
-    ]
+    gears = [_coupling(one) for one in loops.get("coupling", [])]
     driven = {one.joint for one in (*mimics, *gears)}
     plain = [j.name for j in joints if COORDINATES[j.kind] == 1 and j.name not in driven]
     root, ordered = _outwards(bodies, joints)
@@ -137,7 +135,10 @@ def read(path: Path | str, variant: str | None = None) -> Robot:
         root=root,
         bodies=bodies,
         joints=ordered,
-        cuts=tuple(Cut(c["name"], c["type"], *map(_frame, c["frames"])) for c in loops.get("cut", [])),
+        cuts=tuple(
+            Cut(c["name"], c["type"], *map(_frame, c["frames"]), float(c.get("length", 0.0)))
+            for c in loops.get("cut", [])
+        ),
         couplings=(*mimics, *gears),
         actuators=tuple(loops.get("actuators", plain)),
         gravity=np.array(loops.get("gravity", [0.0, 0.0, -9.81]), dtype=float),
@@ -201,7 +202,26 @@ def _mimic(element: ET.Element) -> Coupling | None:
         return None
     name = element.get("name")
     ratio, offset = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
-    return Coupling.geared(f"{name}_mimic", name, mimic.get("joint"), ratio, offset)
+    return Coupling(f"{name}_mimic", name, {mimic.get("joint"): power_series(0.0, ratio)}, offset)
+
+
+def _coupling(given: dict[str, Any]) -> Coupling:
+    """A [[coupling]]: one driver with a ratio, a polynomial or a table; several with a ratio each; `drives`; or none."""
+    drivers = given.get("driver", [])
+    if "drives" in given:
+        curves = {one["driver"]: _curve(one) for one in given["drives"]}
+    elif isinstance(drivers, list):
+        ratios = given.get("ratio", [1.0] * len(drivers))
+        curves = {name: power_series(0.0, ratio) for name, ratio in zip(drivers, ratios, strict=True)}
+    else:
+        curves = {drivers: _curve(given)}
+    return Coupling(given["name"], given["joint"], curves, float(given.get("offset", 0.0)))
+
+
+def _curve(given: dict[str, Any]) -> Curve:
+    if "table" in given:
+        return natural_spline(given["table"])
+    return power_series(*given.get("polynomial", (0.0, given.get("ratio", 1.0))))
 
 
 def _frame(value: Any) -> Frame:

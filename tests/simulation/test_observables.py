@@ -78,7 +78,7 @@ def test_files_from_before_a_row_can_be_read(monkeypatch, simulated, tmp_path):
 def test_a_column_that_is_in_the_file_and_in_no_row_is_told(monkeypatch, with_power, tmp_path):
     file = save(with_power, tmp_path / "run.npz")
     monkeypatch.delitem(OBSERVABLES, "power")
-    with pytest.warns(UserWarning, match=r"run\.npz also holds power, for which OBSERVABLES has no row"):
+    with pytest.warns(UserWarning, match=r"result file also holds power, for which OBSERVABLES has no row"):
         assert np.array_equal(load(file).effort, with_power.effort)
 
 

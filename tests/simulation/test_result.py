@@ -199,7 +199,7 @@ def test_files_of_another_kind_are_refused(tmp_path, changes, about):
 def test_files_that_are_no_results(tmp_path):
     with pytest.raises(ResultFileError, match="no such file"):
         load(tmp_path / "none.npz")
-    with pytest.raises(ResultFileError, match="folder"):
+    with pytest.raises(ResultFileError, match="directory"):
         load(tmp_path)
     text = tmp_path / "text.npz"
     text.write_text("time,q\n")

@@ -28,6 +28,7 @@ from cutjoint.chain.loads import ChainLoads
 from cutjoint.chain.mobility import Mobility, MobilityReport
 from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
 from cutjoint.chain.postures import Actuated, Postures
+from cutjoint.chain.qpos import MujocoOrder
 from cutjoint.chain.reactions import ReactionFinder, Reactions, Stiffness
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.checks.physics import require_possible
@@ -516,6 +517,26 @@ class ClosedChain(Sealed):
     def integrate(self, q_full: Array, motion: Array) -> Array:
         """Configuration after the tangent motion (nv,), on the manifold, shape (nq,)."""
         return self._k.tree.integrate(q_full, motion)
+
+    def from_mujoco(self, qpos: npt.ArrayLike) -> Array:
+        """The configuration (nq,), loops open or not, of a `qpos` of MuJoCo for the MJCF that this robot was read from
+        (or written to): `robot.assemble(robot.from_mujoco(data.qpos))` closes it.
+
+        Quaternions of any length are taken, as MuJoCo takes them.  Lengths of tendons that are joints here are no part
+        of a qpos.
+
+        Raises:
+            InputError: wrong shape, not finite, or a quaternion of zeros.
+        """
+        return self._mujoco.configuration(qpos)
+
+    def to_mujoco(self, at: Posture | npt.ArrayLike) -> Array:
+        """The `qpos` of a posture or of any configuration (nq,), for MuJoCo (see `from_mujoco`)."""
+        return self._mujoco.qpos(self._configuration(at))
+
+    @cached_property
+    def _mujoco(self) -> MujocoOrder:
+        return MujocoOrder(self.model, self.description)
 
     # Of the open tree: a posture, or any configuration (nq,) with the loops open.
 

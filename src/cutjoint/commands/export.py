@@ -28,14 +28,20 @@ def command(
     """
     from cutjoint.description import load_description
     from cutjoint.description.formats import WRITERS, unsaid, write
-    from cutjoint.errors import UnknownNameError
+    from cutjoint.errors import InputError, UnknownNameError, shown
+    from cutjoint.files import path_name
 
     if to not in WRITERS:
         raise UnknownNameError("format", to, tuple(WRITERS))
     description = load_description(robot, variant, lenient)
     path = WRITERS[to].place(description.name) if out is None else out
+    path_name(path)
     with interrupts.keeping():
-        for written in write(description, path, to):
+        try:
+            files = write(description, path, to)
+        except OSError as error:
+            raise InputError(f"cannot write {shown(str(path))}: {error.strerror or error}") from error
+        for written in files:
             typer.echo(str(written))
     for lost in unsaid(description, to):
         typer.echo(f"warning: {WRITERS[to].name} has no word for {lost}; only cutjoint reads it back", err=True)

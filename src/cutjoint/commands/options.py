@@ -16,7 +16,7 @@ import typer
 from cutjoint.control.catalogue import LAWS, law_row
 from cutjoint.control.law import GainHelp
 from cutjoint.control.outside import GROUP as LAW_GROUP
-from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.errors import InputError, UnknownNameError, shown
 from cutjoint.motion.catalogue import TRAJECTORIES, describe, trajectory
 from cutjoint.motion.outside import GROUP as PATH_GROUP
 from cutjoint.plugins import installed
@@ -145,8 +145,9 @@ def numbers(option: str, text: str) -> npt.ArrayLike:
         if text.lstrip().startswith("["):
             return cast(npt.ArrayLike, json.loads(text))
         found = [float(one) for one in text.split(",")]
-    except ValueError as error:
-        raise InputError(f"{option} must be a number, numbers with commas, or [[..],[..]]; found '{text}'") from error
+    except (ValueError, RecursionError) as error:
+        told = f"{option} must be a number, numbers with commas, or [[..],[..]]; found '{shown(text)}'"
+        raise InputError(told) from error
     return found[0] if len(found) == 1 else found
 
 

@@ -127,7 +127,7 @@ def command(
     is kept beside it as FILE's name with `.stopped` in it.
     """
     from cutjoint.simulation import save as write
-    from cutjoint.simulation.result import check_target
+    from cutjoint.simulation.result_file import check_target
 
     if save is not None:
         check_target(save)

@@ -8,6 +8,7 @@ passed over.
 from __future__ import annotations
 
 import csv
+import io
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -15,7 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.control.given import EffortTable, GivenEfforts
-from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.errors import FileError, InputError, UnknownNameError
+from cutjoint.files import read_file
 from cutjoint.mechanism import Actuator
 
 LARGEST = 200_000_000
@@ -58,17 +60,14 @@ def efforts_from_csv(path: str | Path, actuators: Sequence[Actuator], locked: Se
 def _rows(source: Path) -> Iterator[tuple[int, list[str]]]:
     """Line number and cells of every line that is neither empty nor a remark."""
     try:
-        size = source.stat().st_size
-        if size > LARGEST:
-            raise InputError(f"{source} has {size / 1e6:.0f} MB, more than {LARGEST / 1e6:.0f}; sample it less often")
-        with source.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file, strict=True)
-            for cells in reader:
-                if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#"):
-                    yield reader.line_num, cells
-    except FileNotFoundError as error:
-        raise InputError(f"there is no file {source}") from error
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = read_file(source, LARGEST).decode("utf-8-sig")
+        reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+        for cells in reader:
+            if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#"):
+                yield reader.line_num, cells
+    except FileError as error:
+        raise InputError(f"there is no file {source}" if error.missing else str(error)) from error
+    except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{source} cannot be read as CSV text in UTF-8: {error}") from error
 
 

@@ -91,7 +91,7 @@ def resolve(name_or_path: str | os.PathLike[str]) -> Path:
         return Path(name)
     if name in names():
         return path(name)
-    if Path(name).exists():
+    if os.path.exists(name):
         return Path(name)
     examples = _example_files()
     if name in examples:

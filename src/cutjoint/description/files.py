@@ -9,10 +9,13 @@ from __future__ import annotations
 import os
 import sys
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from urllib.parse import unquote
 
 from cutjoint.description.findings import Findings, nearest
+from cutjoint.errors import FileError, shown
+from cutjoint.files import is_file, read_file
 
 LARGEST_FILE = 32 * 2**20
 """Bytes.  The largest robot descriptions in use have about 1 MB."""
@@ -20,21 +23,13 @@ LARGEST_FILE = 32 * 2**20
 
 def read_text_file(path: Path, findings: Findings, kind: str) -> bytes | None:
     """The bytes of a text file, or None after noting why not.  `kind` names the format for messages."""
-    findings.file = findings.file or str(path)
+    findings.file = findings.file or shown(str(path))
     try:
-        if path.is_dir():
-            findings.error("a directory", f"a {kind} file", "name the file inside it, or add a loops.toml to it")
-            return None
-        if not path.exists():
-            findings.error("file not found", f"a {kind} file", nearest(path.name, _neighbours(path)))
-            return None
-        if path.stat().st_size > LARGEST_FILE:
-            size = path.stat().st_size / 2**20
-            findings.error(f"a file of {size:.0f} MB", f"at most {LARGEST_FILE / 2**20:.0f} MB of {kind}")
-            return None
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        findings.error(f"the file cannot be read: {error}", f"a readable {kind} file")
+        data = read_file(path, LARGEST_FILE)
+    except FileError as error:
+        mend = nearest(path.name, _neighbours(path)) if error.missing else error.mend
+        found = "file not found" if error.missing else error.why.removesuffix(", expected a file")
+        findings.error(found, f"a {kind} file", mend)
         return None
     if not data.strip():
         findings.error("an empty file", f"a {kind} file", "the copy or download may have failed")
@@ -48,12 +43,14 @@ def read_text_file(path: Path, findings: Findings, kind: str) -> bytes | None:
 def _neighbours(path: Path) -> list[str]:
     """Names of the files beside `path`."""
     try:
-        return [one.name for one in path.parent.iterdir() if one.is_file()]
-    except OSError:
+        return [one.name for one in islice(path.parent.iterdir(), MOST_NAMES) if one.is_file()]
+    except (OSError, ValueError):
         return []
 
 
 _ABOVE = 5
+MOST_NAMES = 2000
+"""Of a folder that are looked through for what may have been meant."""
 
 
 @cache
@@ -110,11 +107,4 @@ def find_mesh(name: str, near: Path) -> tuple[Path | None, list[Path]]:
 
 def _first(candidates: list[Path]) -> tuple[Path | None, list[Path]]:
     candidates = [Path(os.path.normpath(path)) for path in candidates]
-    return next((path for path in candidates if _is_file(path)), None), candidates
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
+    return next((path for path in candidates if is_file(path)), None), candidates

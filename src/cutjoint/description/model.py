@@ -20,7 +20,7 @@ from cutjoint.description.curves import Curve, Polynomial
 from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
 from cutjoint.errors import InputError, UnknownNameError
-from cutjoint.mechanism.physics import NO_PHYSICS
+from cutjoint.mechanism.physics import LARGEST_PAYLOAD, NO_PHYSICS
 from cutjoint.mechanism.physics import Bushing as Bushing
 from cutjoint.mechanism.physics import JointPhysics as JointPhysics
 
@@ -330,12 +330,12 @@ class RobotDescription(Frozen):
         """A copy that carries a point mass [kg] at the tool point.
 
         Raises:
-            InputError: there is no tool, or the mass is not a number >= 0.
+            InputError: there is no tool, or the mass is not from 0 to `LARGEST_PAYLOAD`.
         """
         if self.tool is None:
             raise InputError(f"{self.name} has no tool frame to carry a payload; name one under [tool]")
-        if not (np.isfinite(mass) and mass >= 0.0):
-            raise InputError(f"payload must be a finite mass >= 0 kg, found {mass!r}")
+        if not 0.0 <= mass <= LARGEST_PAYLOAD:
+            raise InputError(f"payload must be a mass from 0 to {LARGEST_PAYLOAD:g} kg, found {mass!r}")
         if mass == 0.0:
             return self
         old = self.link(self.tool.link).inertial or Inertial(0.0)

@@ -17,6 +17,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+LARGEST_PAYLOAD = 1e9
+"""kg.  Nothing that moves carries more."""
 FRICTION_SPEED = 0.01
 """Speed [m/s] or [rad/s] from which dry friction acts fully, where nobody says: small against the speeds of a robot,
 and large enough for steps of a millisecond."""

@@ -18,6 +18,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, Frozen
 from cutjoint.errors import WaypointError
+from cutjoint.files import is_file
 from cutjoint.mechanism import Mechanism, Task
 from cutjoint.mechanism.rotations import NOT_QUITE, quaternion_of
 from cutjoint.motion.headings import FIXED_AXES, POINT, QUATERNION, VECTOR, meaning_of
@@ -34,7 +35,7 @@ SEAM = np.deg2rad(30.0)
 
 def is_motion_file(spec: str) -> bool:
     """Whether a word where a trajectory is named is a file with a motion."""
-    return spec.casefold().endswith(SUFFIXES) or Path(spec).is_file()
+    return spec.casefold().endswith(SUFFIXES) or is_file(spec)
 
 
 def motion_from_file(path: str | os.PathLike[str], mechanism: Mechanism) -> PointSpline | PoseSpline | JointSpline:

@@ -7,14 +7,14 @@ passed over.  Whatever is wrong is told with file, line and column.
 from __future__ import annotations
 
 import os
-import stat
 from array import array
 from dataclasses import dataclass
 
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen
-from cutjoint.errors import MotionFileError
+from cutjoint.errors import FileError, MotionFileError
+from cutjoint.files import read_file
 
 LARGEST = 200_000_000
 """Bytes; a file that is larger is refused before it is read."""
@@ -86,19 +86,9 @@ def read_table(path: str | os.PathLike[str]) -> NumberTable:
 def _text(path: str) -> str:
     """The text of a file, with \\n as ends of lines."""
     try:
-        state = os.stat(path)
-        if not stat.S_ISREG(state.st_mode):
-            what = "a folder" if stat.S_ISDIR(state.st_mode) else "a device or pipe"
-            raise _fault(path, f"it is {what}; expected a file with a table")
-        if state.st_size > LARGEST:
-            size = f"{state.st_size / 1e6:.6g} MB large; {LARGEST / 1e6:g} MB are the most"
-            raise _fault(path, f"it is {size}: leave out rows, a spline goes through those that stay")
-        with open(path, "rb") as file:
-            content = file.read(LARGEST + 1)
-    except (OSError, ValueError) as error:
-        if isinstance(error, MotionFileError):
-            raise
-        raise _fault(path, f"it cannot be read: {getattr(error, 'strerror', None) or error}") from error
+        content = read_file(path, LARGEST)
+    except FileError as error:
+        raise _fault(path, f"{error.why}{error.mend and f' ({error.mend})'}") from error
     if b"\0" in content:
         line = content.count(b"\n", 0, content.index(b"\0")) + 1
         raise _fault(path, "found a zero byte, so it is no text in UTF-8; expected comma-separated values", line)

@@ -35,6 +35,7 @@ from cutjoint.mechanism import (
 )
 from cutjoint.mechanism.interface import are_respected
 from cutjoint.mechanism.loads import as_loads, tool_wrench
+from cutjoint.mechanism.physics import LARGEST_PAYLOAD
 from cutjoint.papers import motors
 from cutjoint.papers.scalars import NUMBERS, Functions, Matrix3, Scalar, Vector, Vector3
 from cutjoint.tolerances import REACHED
@@ -261,10 +262,10 @@ class ReducedModel(ABC, Generic[P]):
         """The same robot with `mass` [kg] more at the tool.
 
         Raises:
-            InputError: the mass is negative or not finite.
+            InputError: the mass is not from 0 to `LARGEST_PAYLOAD`.
         """
-        if not (math.isfinite(mass) and mass >= 0.0):
-            raise InputError(f"a payload must be a finite mass of at least 0 kg, found {mass!r}")
+        if not 0.0 <= mass <= LARGEST_PAYLOAD:
+            raise InputError(f"a payload must be a mass from 0 to {LARGEST_PAYLOAD:g} kg, found {mass!r}")
         carried = getattr(self.parameters, self.payload)
         return self.with_parameters(replace(self.parameters, **{self.payload: carried + float(mass)}))
 

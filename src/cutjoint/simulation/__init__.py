@@ -6,7 +6,8 @@ from cutjoint.simulation.loop import run
 from cutjoint.simulation.minimal import MinimalPlant
 from cutjoint.simulation.plant import Observation, Plant, ReducedPlant, State
 from cutjoint.simulation.reactions import ReactionHistory, reactions_of
-from cutjoint.simulation.result import Result, Rmse, load, save
+from cutjoint.simulation.result import Result, Rmse
+from cutjoint.simulation.result_file import load, save
 
 __all__ = [
     "Adaptive",

@@ -16,6 +16,7 @@ from cutjoint.motion import Reference
 from cutjoint.simulation.asking import Asking
 from cutjoint.simulation.choice import plant_of
 from cutjoint.simulation.coupled import Coupled
+from cutjoint.simulation.extent import check_extent
 from cutjoint.simulation.hardware import Hardware
 from cutjoint.simulation.hardware.checks import check_robot, check_span
 from cutjoint.simulation.hardware.control import control_of, limits_of
@@ -99,6 +100,7 @@ def run(
     first = start if isinstance(start, State) else plant.start(_posture(plant, reference, start), v)
     locks.check_rest(first)
     method = Adaptive() if integrator is None else integrator
+    check_extent(span, spacing, method)
     about: About = {
         "robot": plant.mechanism.name,
         "plant": plant.name,
@@ -131,7 +133,8 @@ def run(
     if itself is not None:
         about["integrator"] = itself.method
     running = Running(coupled, method, itself, guard, Span(span, spacing, every is None), about)
-    return running.go(progress)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # a run that diverges is told as such
+        return running.go(progress)
 
 
 def _law(law: Law | Callable[..., npt.ArrayLike] | None, reference: Reference | None) -> Law:

@@ -65,11 +65,11 @@ class Observable:
         units = " or ".join(f"[{unit}]" for unit in self.units)
         return f"{self.about}, shape {shape}{units and f', {units}'}"
 
-    def fits(self, array: Array, m: int, n: int) -> bool:
-        """Whether `array` may be this column in a result of m samples and n actuators."""
+    def fits(self, shape: tuple[int, ...], m: int, n: int) -> bool:
+        """Whether an array of that shape may be this column in a result of m samples and n actuators."""
         if self.size == "nq":
-            return array.ndim == 2 and len(array) == m
-        return array.shape == (m, *{1: (), 2: (2,), 3: (3,), 4: (4,), "n": (n,)}[self.size])
+            return len(shape) == 2 and shape[0] == m
+        return shape == (m, *{1: (), 2: (2,), 3: (3,), 4: (4,), "n": (n,)}[self.size])
 
     def titles(self, actuators: Sequence[Sequence[str]]) -> list[str]:
         """Headings in a CSV file, one an entry; `actuators` are names and kinds."""

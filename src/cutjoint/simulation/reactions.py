@@ -207,7 +207,10 @@ def _loads_of(result: Result, loads: RunLoads | None) -> RunLoads:
         return loads if callable(loads) else as_loads(loads)
     if isinstance(told, str):
         raise InputError(f"this run had {told}; give it again as `loads`, a result does not hold functions")
-    return tuple(Load(**one) for one in told)  # type: ignore[arg-type]  # as `Pushing.about` writes them
+    try:
+        return tuple(Load(**one) for one in told)  # type: ignore[arg-type]  # as `Pushing.about` writes them
+    except TypeError as error:
+        raise InputError(f"the loads that this result tells are none ({error}); give them as `loads`") from error
 
 
 def _observation(result: Result, i: int) -> Observation:

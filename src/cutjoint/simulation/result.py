@@ -1,30 +1,22 @@
-"""What a run leaves behind: samples over time, and the checks that tell whether to believe them.
-
-On disk a result is npz with a schema version (complete), or CSV for plotting tools (one row a sample; written only).
-"""
+"""What a run leaves behind: samples over time, and the checks that tell whether to believe them."""
 
 from __future__ import annotations
 
-import csv
-import io
-import json
-import warnings
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from pathlib import Path
 from typing import NamedTuple, TypedDict
 
 import numpy as np
 
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
-from cutjoint.errors import InputError, ResultFileError
-from cutjoint.files import check_place, write_whole
+from cutjoint.errors import InputError
 from cutjoint.simulation.hardware.parts import Parts
 from cutjoint.simulation.observables import OBSERVABLES
 
 ROUNDING = 16.0 * np.finfo(float).eps
 """Part of an energy that its rounding may be."""
+FREE = "free motion"
+"""What stands for a trajectory where there was none."""
 
 
 class Rmse(NamedTuple):
@@ -97,7 +89,9 @@ class Result(Values):
             raise InputError(f"a result has no further column {', '.join(unknown)}; give OBSERVABLES a row for it")
         m = len(self) if self.time.ndim == 1 and self.time.size else -1
         n = self.q.shape[1] if self.q.ndim == 2 else -1
-        wrong = [f"{name} {one.shape}" for name, one in self.columns.items() if not OBSERVABLES[name].fits(one, m, n)]
+        wrong = [
+            f"{name} {one.shape}" for name, one in self.columns.items() if not OBSERVABLES[name].fits(one.shape, m, n)
+        ]
         if wrong:
             raise InputError(f"a result of {self.time.size} samples has arrays that do not fit: {', '.join(wrong)}")
         if not all(np.isfinite(one).all() for one in self.columns.values()):
@@ -235,85 +229,3 @@ def _from(result: Result, after: float) -> slice:
 
 def _squares(error: Array) -> Array:
     return np.asarray(np.einsum("ij,ij->i", error, error))
-
-
-SCHEMA = 1
-FREE = "free motion"
-"""What stands for a trajectory where there was none."""
-SUFFIXES = (".npz", ".csv")
-
-
-def save(result: Result, path: str | Path) -> Path:
-    """Write `result` to `path`; the suffix picks the format (.npz or .csv).
-
-    Raises:
-        InputError: another suffix, or a folder that does not exist or cannot be written.
-    """
-    target = check_target(path)
-    return write_whole(target, _npz(result) if target.suffix == ".npz" else _csv(result))
-
-
-def check_target(path: str | Path) -> Path:
-    """`path` as a place where a result can be written; worth asking before a long run.
-
-    Raises:
-        InputError: unknown suffix, no such folder, or a folder of that name.
-    """
-    target = Path(path)
-    if target.suffix not in SUFFIXES:
-        raise InputError(f"a result file ends in {' or '.join(SUFFIXES)}; found {str(target)!r}")
-    return check_place(target)
-
-
-def load(path: str | Path) -> Result:
-    """Read a result that `save` wrote as npz.  Columns without a row in `OBSERVABLES` are left out, with a warning.
-
-    Raises:
-        ResultFileError: no such file, cut short, damaged, or of another schema version.
-    """
-    source = Path(path)
-
-    def refused(why: str) -> ResultFileError:
-        return ResultFileError(f"{source}{why}", path=str(source))
-
-    try:
-        with np.load(source, allow_pickle=False) as stored:
-            content = {name: np.asarray(stored[name]) for name in stored.files}
-    except FileNotFoundError as error:
-        raise refused(": no such file") from error
-    except IsADirectoryError as error:
-        raise refused(" is a folder, expected a result file") from error
-    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, KeyError) as error:
-        raise refused(f" is not a whole result file ({error}); run `cutjoint simulate --save` again") from error
-    schema = content["schema"].tolist() if "schema" in content else "none"
-    if schema != SCHEMA:
-        mend = "simulate again or use the version of cutjoint that wrote it"
-        raise refused(f" has result schema {schema}, this version reads {SCHEMA}; {mend}")
-    missing = [name for name in (*ARRAYS, "about") if name not in content]
-    if missing:
-        raise refused(f" lacks {', '.join(missing)}")
-    if unknown := [name for name in content if name not in OBSERVABLES and name not in ("schema", "about")]:
-        told = f"{source} also holds {', '.join(unknown)}, for which OBSERVABLES has no row; left out"
-        warnings.warn(told, stacklevel=2)
-    try:
-        about = json.loads(str(content["about"]))
-        return result_of({name: content[name] for name in OBSERVABLES if name in content}, about)
-    except (ValueError, TypeError) as error:
-        raise refused(f" does not hold a result: {error}") from error
-
-
-def _npz(result: Result) -> bytes:
-    buffer = io.BytesIO()
-    # numpy's stubs take any array for its option allow_pickle.
-    np.savez_compressed(buffer, schema=SCHEMA, about=json.dumps(dict(result.about)), **result.columns)  # type: ignore[arg-type]
-    return buffer.getvalue()
-
-
-def _csv(result: Result) -> str:
-    actuators = result.about.get("actuators") or [[f"q{i + 1}", "rotation"] for i in range(result.q.shape[1])]
-    shown = {name: column for name, column in result.columns.items() if OBSERVABLES[name].size != "nq"}
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow([title for name in shown for title in OBSERVABLES[name].titles(actuators)])
-    writer.writerows(np.column_stack(list(shown.values())).tolist())
-    return buffer.getvalue()

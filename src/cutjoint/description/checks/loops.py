@@ -158,7 +158,6 @@ def _actuators(robot: RobotDescription, findings: Findings) -> None:
     joints = {joint.name: joint for joint in robot.joints}
     place = robot.places.get("actuators", Place())
     counts = Counter(robot.actuators)
-    driven = {coupling.joint: coupling.name for coupling in robot.couplings}
     for name, count in counts.items():
         if not _known(name, joints, "joint", "actuators", findings, place):
             continue
@@ -168,9 +167,6 @@ def _actuators(robot: RobotDescription, findings: Findings) -> None:
         if not joints[name].type.single:
             found = f"actuators name the {joints[name].type.value} joint '{name}'"
             findings.error(found, SINGLE, "", place)
-        if name in driven:
-            found = f"actuators name joint '{name}', which coupling '{driven[name]}' drives already"
-            findings.error(found, "independent joints", "actuate the driver only", place)
 
 
 def _task(robot: RobotDescription, findings: Findings) -> None:

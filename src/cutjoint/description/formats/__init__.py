@@ -10,15 +10,16 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import islice
 from pathlib import Path
 
-from cutjoint.description.files import LARGEST_FILE
+from cutjoint.description.files import LARGEST_FILE, MOST_NAMES
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import Reading
 from cutjoint.description.formats.common.unsaid import unsaid as beyond
 from cutjoint.description.model import RobotDescription
-from cutjoint.errors import UnknownNameError
-from cutjoint.files import write_files
+from cutjoint.errors import FileError, UnknownNameError, shown
+from cutjoint.files import is_file, read_file, write_files
 
 __all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "read", "unsaid", "write"]
 
@@ -111,10 +112,10 @@ WRITERS: Mapping[str, Format] = {one.key: one for one in FORMATS if one.write is
 
 def read(path: Path) -> Reading:
     """Read a robot out of a file, or out of a folder that holds a loops.toml."""
-    if path.is_dir() and (path / "loops.toml").is_file():
+    if os.path.isdir(path) and is_file(path / "loops.toml"):
         path = path / "loops.toml"
-    findings, description = Findings(str(path)), None
-    if path.is_dir():
+    findings, description = Findings(shown(str(path))), None
+    if os.path.isdir(path):
         findings.error("a directory without loops.toml", "a folder with a loops.toml, or a file", _inside(path))
     else:
         description = format_of(path).read(path, findings)
@@ -160,9 +161,8 @@ def unsaid(description: RobotDescription, to: str) -> tuple[str, ...]:
 def format_of(path: Path) -> Format:
     """The format of a file by suffix and content.  A file that cannot be read counts by its suffix alone."""
     try:
-        with path.open("rb") as file:
-            head = file.read(LARGEST_FILE)
-    except (OSError, ValueError):
+        head = read_file(path, LARGEST_FILE)
+    except FileError:
         head = b""
     suffix = path.suffix.lower()
     fitting = [one for one in FORMATS if suffix in one.suffixes] or list(FORMATS)
@@ -173,5 +173,8 @@ def format_of(path: Path) -> Format:
 
 def _inside(path: Path) -> str:
     known = {suffix for one in FORMATS for suffix in one.suffixes}
-    found = sorted(one.name for one in path.iterdir() if one.suffix.lower() in known)
+    try:
+        found = sorted(one.name for one in islice(path.iterdir(), MOST_NAMES) if one.suffix.lower() in known)
+    except OSError:
+        return ""
     return f"name one of its files: {', '.join(found[:5])}" if found else ""

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array, positive
+from cutjoint.arrays import LARGEST, Array, positive
 from cutjoint.errors import InputError
 from cutjoint.simulation.hardware.values import Clock, Drive, Hardware
 
@@ -48,8 +48,8 @@ def limits_of(limits: npt.ArrayLike | None, n: int) -> Array | None:
     wanted = f"limits must be one number > 0 or {n} of them, found {limits!r}"
     try:
         array = np.asarray(limits, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(wanted) from error
-    if array.shape not in ((), (n,)) or not (array > 0.0).all():
+    if array.shape not in ((), (n,)) or not ((array > 0.0) & ((array <= LARGEST) | np.isinf(array))).all():
         raise InputError(wanted)
     return array

@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from cutjoint.arrays import positive
+from cutjoint.arrays import LARGEST, positive
 from cutjoint.errors import InputError
 from cutjoint.simulation.hardware.ticks import Ticks, ticks_of
 
@@ -265,9 +265,9 @@ def _plain(name: str, value: float, unit: str) -> float:
     wanted = f"{name} must be one finite number >= 0 [{unit}], found {value!r}"
     try:
         number = float(value)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(wanted) from error
-    if not (math.isfinite(number) and number >= 0.0):
+    if not 0.0 <= number <= LARGEST:
         raise InputError(wanted)
     return number
 
@@ -279,9 +279,9 @@ def _each(name: str, value: Each, *, least: float = 0.0, above: float | None = N
     told = f"{name} must be one number{wanted} or one an actuator, found {value!r}{mend}"
     try:
         array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(told) from error
-    if array.ndim > 1 or not array.size or not np.isfinite(array).all():
+    if array.ndim > 1 or not array.size or not (np.abs(array) <= LARGEST).all():
         raise InputError(told)
     if not (array >= least if above is None else array > above).all():
         raise InputError(told)

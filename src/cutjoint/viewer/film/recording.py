@@ -9,16 +9,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.chain import ClosedChain
-from cutjoint.errors import InputError
+from cutjoint.errors import ClosureError, CutjointError, InputError
 from cutjoint.mechanism import Posture
 from cutjoint.motion import Reference, Trajectory
 from cutjoint.simulation import Result
 
 FRAMES_PER_SECOND = 30.0
 FRAMES = 1500
+SAME = 1e-6
+"""Part of a robot's length that its tool may be away from where a result has it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,26 +57,24 @@ class Recording:
 def from_result(chain: ClosedChain, result: Result) -> Recording:
     """A simulation, shown by `chain`.
 
+    Configurations of the same chain are shown as they are recorded; those of a reduced model are closed by the chain.
+
     Raises:
-        InputError: the result is of a robot with another number of actuators.
-        ClosureError: a posture of it cannot be closed by `chain` (another robot's result).
+        InputError: the result is of another robot.
+        ClosureError: a posture of it cannot be closed by `chain`.
     """
-    if result.q.shape[1] != chain.n:
-        raise InputError(
-            f"the result has {result.q.shape[1]} actuators, {chain.name} has {chain.n}; give the robot it was made with"
-        )
+    _check_actuators(chain, result)
     time = frame_times(float(result.time[-1] - result.time[0]))
     at = time + result.time[0]
-    full = result.q_full.shape[1] == chain.nq
-    postures: list[Posture] = []
-    near = chain.posture(result.q_full[0]) if full else chain.home
-    for q in _resampled(at, result.time, result.q):
-        near = chain.close(q, near, limits="ignore")
-        postures.append(near)
+    if result.q_full.shape[1] == chain.nq:
+        postures = _recorded(chain, result, at)
+    else:
+        postures = _closed(chain, _resampled(at, result.time, result.q))
+    _check_tool(chain, result, postures)
     about = [f"{key}: {value}" for key, value in result.about.items() if isinstance(value, str | int | float)]
     return Recording(
         readonly(time),
-        tuple(postures),
+        postures,
         _resampled(at, result.time, result.tool),
         _resampled(at, result.time, result.desired_tool) if result.followed else None,
         _resampled(at, result.time, result.effort),
@@ -112,6 +113,86 @@ def frame_times(duration: float) -> Array:
     """Even times from 0 to `duration` [s], at 30 a second or fewer where that would be more than FRAMES."""
     count = int(np.clip(np.ceil(duration * FRAMES_PER_SECOND), 1, FRAMES))
     return np.linspace(0.0, duration, count + 1)
+
+
+def _check_actuators(chain: ClosedChain, result: Result) -> None:
+    """That the actuators of a result are those of `chain`, as far as the result tells.
+
+    Raises:
+        InputError: they are not.
+    """
+    own = [[one.name, one.kind] for one in chain.actuators]
+    made_with = result.about.get("actuators", own)
+    if result.q.shape[1] != chain.n or list(map(list, made_with)) != own:
+        named = f" ({', '.join(name for name, _ in made_with)})" if made_with != own else ""
+        raise InputError(
+            f"the result has {result.q.shape[1]} actuators{named}; {chain.name} has {len(own)} "
+            f"({', '.join(name for name, _ in own)}); give the robot it was made with"
+        )
+
+
+def _check_tool(chain: ClosedChain, result: Result, postures: tuple[Posture, ...]) -> None:
+    """That the tool of `chain` is where the tool of the run was, at its start and its end, which are samples.
+
+    Raises:
+        InputError: it is not, so the result is of a robot with other lengths, or of another branch.
+    """
+    tool = chain.description.tool
+    if tool is None:
+        return
+    for row in (0, -1):
+        place = (chain.link_placements(postures[row])[tool.link] @ np.asarray(tool.placement))[:3, 3]
+        away = float(np.linalg.norm(place - result.tool[row]))
+        if away > SAME * (chain.length + float(np.abs(result.tool[row]).max())) + float(result.gap[row, 0]):
+            raise InputError(
+                f"the tool of {chain.name} would be {away:.3g} m away from where the result has it at "
+                f"{result.time[row]:.6g} s; give the robot it was made with"
+            )
+
+
+def _recorded(chain: ClosedChain, result: Result, at: Array) -> tuple[Posture, ...]:
+    """The configurations of a run at some times.
+
+    Raises:
+        InputError: they are none of `chain`.
+    """
+    after = np.clip(np.searchsorted(result.time, at), 1, max(len(result) - 1, 1))
+    found = []
+    for t, k in zip(at, after, strict=True):
+        i, j = k - 1, min(k, len(result) - 1)
+        span = result.time[j] - result.time[i]
+        part = min(max(float((t - result.time[i]) / span), 0.0), 1.0) if span > 0.0 else 0.0
+        try:
+            found.append(_between(chain, result.q_full[i], result.q_full[j], part))
+        except (InputError, ClosureError) as error:
+            raise InputError(
+                f"the configurations of the result are none of {chain.name} ({error}); give the robot it was made with"
+            ) from error
+    return tuple(found)
+
+
+def _between(chain: ClosedChain, q: Array, later: Array, part: float) -> Posture:
+    """A posture between two samples, closed; the nearer of the two where that fails, as at a singularity.
+
+    Raises:
+        InputError, ClosureError: the samples are none of `chain`.
+    """
+    if 0.0 < part < 1.0:
+        try:
+            closed, _ = chain.project(pin.interpolate(chain.model, q, later, part), np.zeros(chain.nv))
+            return chain.posture(closed)
+        except CutjointError:
+            pass
+    return chain.posture(q if part < 0.5 else later)
+
+
+def _closed(chain: ClosedChain, actuated: Array) -> tuple[Posture, ...]:
+    """Postures with actuated coordinates (k, n) one after the other, from home on."""
+    found, near = [], chain.home
+    for q in actuated:
+        near = chain.close(q, near, limits="ignore")
+        found.append(near)
+    return tuple(found)
 
 
 def _resampled(at: Array, time: Array, values: Array) -> Array:

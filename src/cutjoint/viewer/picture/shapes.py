@@ -16,17 +16,15 @@ import numpy as np
 from meshcat import geometry as g
 
 from cutjoint.arrays import Array
+from cutjoint.description.meshes import read_meshes
 from cutjoint.description.model import IDENTITY, Shape
 from cutjoint.errors import InputError
+from cutjoint.files import is_file
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
 Colour = tuple[float, float, float, float]
-
-MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf", ".3mf")
-MESH_BYTES = 64 * 1024 * 1024
-MESH_FACES = 1_000_000
 
 _UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
 
@@ -124,41 +122,22 @@ def corners(shape: Shape) -> Array:
 def load_mesh(shape: Shape) -> list[Trimesh]:
     """The parts of a mesh file as `trimesh.Trimesh`, scaled.
 
-    The file must be a plain file of a known kind and moderate size; materials and textures that it names are read
-    from its own folder only (trimesh refuses paths that leave it).
-
     Raises:
-        InputError: the file is missing, of another kind, too large, or cannot be read.
+        InputError: the file is missing, none, of another kind, too large, or cannot be read.
     """
-    path = shape.mesh
-    if path is None or not path.is_file():
-        raise InputError(f"mesh file {path} is not there; give the file or remove the shape")
-    if path.suffix.lower() not in MESH_SUFFIXES:
-        raise InputError(f"mesh file {path} is of an unknown kind; known: {', '.join(MESH_SUFFIXES)}")
-    if path.stat().st_size > MESH_BYTES:
-        raise InputError(f"mesh file {path} has {path.stat().st_size} bytes, more than {MESH_BYTES}; simplify it")
-    return list(_read_mesh(path, path.stat().st_mtime_ns, shape.size if len(shape.size) == 3 else (1.0, 1.0, 1.0)))
+    if shape.mesh is None:
+        raise InputError("a shape of kind 'mesh' without a file; give the file or remove the shape")
+    changed = shape.mesh.stat().st_mtime_ns if is_file(shape.mesh) else 0
+    return list(_read_mesh(shape.mesh, changed, shape.size if len(shape.size) == 3 else (1.0, 1.0, 1.0)))
 
 
 @lru_cache(maxsize=64)
 def _read_mesh(path: Path, changed: int, scale: tuple[float, ...]) -> tuple[Trimesh, ...]:
     """Parts of a file as it was when it `changed` [ns], read once though bounds and objects both want it."""
-    import trimesh
-
-    try:
-        loaded = trimesh.load(path, force="scene")
-        meshes = [mesh for mesh in loaded.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
-    except Exception as error:
-        raise InputError(f"mesh file {path} cannot be read: {error}") from error
-    if not meshes:
-        raise InputError(f"mesh file {path} holds no triangles")
-    if (faces := sum(len(mesh.faces) for mesh in meshes)) > MESH_FACES:
-        raise InputError(f"mesh file {path} has {faces} triangles, more than {MESH_FACES}; simplify it")
+    meshes = read_meshes(path)
     for mesh in meshes:
         mesh.apply_scale(np.asarray(scale))
-        if not np.isfinite(mesh.vertices).all():
-            raise InputError(f"mesh file {path} holds vertices that are not finite")
-    return tuple(meshes)
+    return meshes
 
 
 def _mesh_part(mesh: Trimesh, at: Array, colour: Colour, own: bool) -> Part:

@@ -23,6 +23,7 @@ from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.common.physics import with_rest
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Place, RobotDescription
+from cutjoint.files import is_file
 
 if TYPE_CHECKING:
     import yaml
@@ -63,7 +64,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
 
 def _tree(path: Path, findings: Findings) -> OpenTree | None:
     beside = path.with_suffix(".urdf")
-    if not beside.is_file():
+    if not is_file(beside):
         others = sorted(path.parent.glob("*.urdf"))
         if len(others) != 1:
             found = f"{len(others)} URDF files beside robot.yaml, none called {beside.name}"

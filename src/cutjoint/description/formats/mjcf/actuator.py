@@ -1,8 +1,9 @@
 """`<actuator>` in MJCF: which joints are driven, how hard, and what their motors weigh and brake.
 
-The force at a joint is `gear` times that of its actuator, which `forcerange` bounds, or for a motor `ctrlrange`.  The
-gear is a lever of the force: it does not touch the joint's own armature.  An actuator's own `armature` and `damping`
-are those of a rotor that turns `gear` times as fast as the joint.
+The force at a joint is `gear` times that of its actuator, which `forcerange` bounds, or where it is a constant times
+the control, `ctrlrange`.  The gear is a lever of the force: it does not touch the joint's own armature.  An actuator's
+own `armature` and `damping` are those of a rotor that turns `gear` times as fast as the joint.  An actuator of a fixed
+tendon acts on the one joint that all of its joints move with, or else on a joint of the tendon's own.
 """
 
 from __future__ import annotations
@@ -10,12 +11,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from cutjoint.description.findings import Findings, nearest
+from cutjoint.description.findings import Findings
 from cutjoint.description.formats.mjcf.body import Bodies
-from cutjoint.description.formats.mjcf.joint import force_limit
-from cutjoint.description.model import Joint
-from cutjoint.description.numbers import LARGEST_PHYSICS, read_numbers
-from cutjoint.description.xml import Element, children
+from cutjoint.description.formats.mjcf.compiled import ActuatorRow
+from cutjoint.description.formats.mjcf.couplings import Followers
+from cutjoint.description.formats.mjcf.joint import even, linear
+from cutjoint.description.formats.mjcf.tendon import acting, as_joint, lengths_of, place_of
+from cutjoint.description.model import Joint, Place
+from cutjoint.description.numbers import LARGEST_PHYSICS, check_range
 
 
 @dataclass(frozen=True)
@@ -34,38 +37,62 @@ class Motor:
         return None if self.force is None else abs(self.gear) * self.force
 
 
-def read_motors(root: Element, bodies: Bodies, findings: Findings) -> list[Motor]:
-    """The actuators of joints."""
+def actuated_joints(bodies: Bodies) -> set[str]:
+    """Joints that have an actuator of their own."""
+    return {bodies.joints[row.target] for row in bodies.model.actuators if row.on == "joint"}
+
+
+def read_motors(bodies: Bodies, followers: Followers, findings: Findings) -> list[Motor]:
+    """The actuators of joints and of fixed tendons."""
     motors = []
-    for section in children(root, "actuator"):
-        for element in children(section):
-            get = bodies.defaults.attributes(element, "")
-            joint = get.get("joint") or get.get("jointinparent") or ""
-            if not joint:
-                found = f"<{element.tag}> without joint is not read"
-                findings.warn(found, "actuators of joints", "", element.sourceline)
-            elif joint not in bodies.joint_names:
-                remedy = nearest(joint, bodies.joint_names)
-                found = f"<{element.tag}> names the unknown joint '{joint}'"
-                findings.error(found, "a joint", remedy, element.sourceline)
-            else:
-                motors.append(_motor(element, get, joint, findings))
+    for row in bodies.model.actuators:
+        element = bodies.source.element(row.line)
+        tag = "general" if element is None else str(element.tag)
+        place = bodies.source.place(row.line) or Place(findings.file)
+        what = f"<{tag}> '{row.name}'" if row.name else f"<{tag}>"
+        if row.on == "joint":
+            joint = bodies.joints[row.target]
+            motors.append(_motor(row, joint, 1.0, f"<{tag}> of joint '{joint}'", findings, place))
+            continue
+        on_tendon = row.on == "tendon" and lengths_of(bodies.model.tendons[row.target], bodies) is not None
+        if not on_tendon:
+            findings.warn(f"{what} on a {row.on} is not read", "actuators of joints and fixed tendons", "", place)
+            continue
+        joint, rate, most = _pulled(row, bodies, followers, findings)
+        motors.append(_motor(row, joint, rate, f"{what} of joint '{joint}'", findings, place, most))
     return motors
 
 
-def _motor(element: Element, get: dict[str, str], joint: str, findings: Findings) -> Motor:
-    what, line = f"<{element.tag}> of joint '{joint}'", element.sourceline
-    words = get.get("gear", "1").split() or [""]
-    numbers = {}
-    for key, text in (("gear", words[0]), ("armature", get.get("armature", "0")), ("damping", get.get("damping", "0"))):
-        value = read_numbers(text, 1, f"{key} of {what}", findings, line, LARGEST_PHYSICS)
-        numbers[key] = value[0] if value else 0.0
-    force = force_limit(get, "force", what, findings, line)
-    if element.tag == "motor":
-        control = force_limit(get, "ctrl", what, findings, line)
-        known = [one for one in (force, control) if one is not None]
-        force = min(known, default=None)
-    return Motor(joint, numbers["gear"], force, numbers["armature"], numbers["damping"])
+def _pulled(
+    row: ActuatorRow, bodies: Bodies, followers: Followers, findings: Findings
+) -> tuple[str, float, float | None]:
+    """The joint that an actuator of a fixed tendon acts on, what a unit of its coordinate adds to the length, and the
+    force that the tendon has at most."""
+    tendon = bodies.model.tendons[row.target]
+    terms, _ = followers.reduced(lengths_of(tendon, bodies) or {}, 0.0)
+    kinds = {joint.name: joint.type for joint in bodies.tree.joints}
+    if len(terms) == 1 and not acting(tendon):
+        ((joint, rate),) = terms.items()
+        if kinds[joint].single and joint not in followers.couplings:
+            what = f"actuatorfrcrange of <fixed> '{tendon.name}'"
+            return joint, rate, even(tendon.force, what, findings, place_of(tendon, bodies))
+    return as_joint(tendon, bodies, followers, findings), 1.0, None
+
+
+def _motor(
+    row: ActuatorRow, joint: str, rate: float, what: str, findings: Findings, place: Place, most: float | None = None
+) -> Motor:
+    """A motor of a joint; `rate` is what a unit of the joint's coordinate moves what the actuator pulls, with at most
+    the force `most`."""
+    check_range((row.gear, row.gain, row.armature), what, findings, place, LARGEST_PHYSICS)
+    force, control = even(row.force, f"forcerange of {what}", findings, place), None
+    if row.control is not None:
+        control = even(row.control, f"ctrlrange of {what}", findings, place)
+    bounds = [force, None if control is None else abs(row.gain) * control]
+    bounds += [None if most is None or row.gear == 0.0 else most / abs(row.gear)]
+    known = [one for one in bounds if one is not None]
+    damping = linear(row.damping, f"damping of {what}", findings, place)
+    return Motor(joint, row.gear * rate, min(known, default=None), row.armature, damping)
 
 
 def driven(joints: Sequence[Joint], motors: Sequence[Motor]) -> list[Joint]:

@@ -7,23 +7,22 @@ a hinge called X, X/2 and X/3 a planar one; slides along x, y, z and a ball call
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree
-from cutjoint.description.formats.mjcf.geom import Geom, Mesh, inertia_of_geoms, read_geom
-from cutjoint.description.formats.mjcf.joint import read_free_joint, read_joint
-from cutjoint.description.formats.mjcf.pose import AngleUnits, Defaults, read_placement
-from cutjoint.description.formats.mjcf.types import MADE_OF
+from cutjoint.description.formats.mjcf.compiled import BodyRow, JointRow, Model
+from cutjoint.description.formats.mjcf.geom import shape_of
+from cutjoint.description.formats.mjcf.joint import joint_of, motion_back
+from cutjoint.description.formats.mjcf.source import Source
+from cutjoint.description.formats.mjcf.types import MADE_OF, parts
 from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointPhysics, JointType, Limits, Link, Place
-from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
-from cutjoint.description.transforms import inverse
-from cutjoint.description.xml import Element, children, only_child
+from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, check_range
+from cutjoint.description.transforms import from_rotation, inverse, rotation_from_quaternion
 
 
 def merged(joints: list[Joint]) -> list[Joint]:
@@ -45,10 +44,12 @@ def merged(joints: list[Joint]) -> list[Joint]:
     slides, hinges = ([one.axis for one in joints if MADE_OF[one.type] == (kind,)] for kind in ("slide", "hinge"))
     askew = len(hinges) == 2 and abs(hinges[0] @ hinges[1]) >= 1e-9
     rolls = bool(slides and first.physics != JointPhysics(damping=first.physics.damping))
-    if together is None or askew or rolls or (len(slides) == 3 and not np.array_equal(slides, np.eye(3))):
+    if together is None or askew or rolls:
         return joints
     axis, axis2 = (*hinges, *(first.axis, first.axis2)[len(hinges) :])
-    return [replace(first, type=together, axis=axis, axis2=axis2, limits=Limits())]
+    whole = replace(first, type=together, axis=axis, axis2=axis2, limits=Limits())
+    usual = [direction for kind, direction in parts(whole) if kind == "slide" and direction is not None]
+    return [whole] if np.allclose(slides, usual, rtol=0.0, atol=1e-12) else joints
 
 
 WORLD = "world"
@@ -56,43 +57,35 @@ OWN = "cutjoint:"
 """Names of what cutjoint's writer adds to close loops; the cuts themselves are among the extras."""
 
 
-@dataclass(frozen=True)
-class Compiler:
-    """What `<compiler>` says."""
-
-    units: AngleUnits = field(default_factory=AngleUnits)
-    inertia_from_geoms: str = "auto"
-    meshes: str = ""
-
-
 class Bodies:
-    """Everything under `<worldbody>`: the tree, the world placements at zero, the sites, the joints' names."""
+    """The bodies of a compiled model as a tree, and the names that its joints, bodies and sites have there.
 
-    def __init__(
-        self, root: Element, compiler: Compiler, meshes: Mapping[str, Mesh | None], path: Path, findings: Findings
-    ) -> None:
-        self.compiler, self.meshes, self.findings = compiler, meshes, findings
-        self.defaults = Defaults(root, findings)
-        self.tree = OpenTree(str(root.get("model") or path.stem))
-        self.world: dict[str, Array] = {WORLD: IDENTITY}
-        self.sites: dict[str, Frame] = {}
-        self.joint_names: list[str] = []
-        self.references: dict[str, float] = {}
+    Attributes:
+        tree: links and joints; the world is the root.
+        names: of bodies, by their index.
+        joints: the name of the joint that each joint of MuJoCo is (part of), by its index; empty for the writer's own.
+        addresses: where the coordinates of a joint of the tree begin in a qpos.
+        references: their coordinates where the bodies are as they are written.
+        tendons: joints that stand for lengths of tendons, with what each joint adds to them.
+    """
+
+    def __init__(self, model: Model, source: Source, own: bool, findings: Findings) -> None:
+        self.model, self.source, self.own, self.findings = model, source, own, findings
+        self.tree = OpenTree(str(source.root.get("model") or source.path.stem))
+        self.names: list[str] = []
+        self.joints: list[str] = []
+        self.addresses: dict[str, int] = {}
+        self._meshes = {mesh.name: mesh for mesh in model.meshes}
         self._unnamed = 0
-        bases = list(children(root, "worldbody"))
-        shapes = [geom for base in bases for geom in self._geoms(base, WORLD, "")]
-        self._link(WORLD, None, shapes, Place(findings.file, bases[0].sourceline if bases else None))
-        if not bases or not any(len(list(children(base, "body"))) for base in bases):
-            findings.error("no body under <worldbody>", "<worldbody><body>...", "", root.sourceline)
-        stack = [(body, WORLD, "") for base in reversed(bases) for body in reversed(list(children(base, "body")))]
-        for base in bases:
-            self._sites(base, WORLD, "")
-        while stack:
-            element, parent, childclass = stack.pop()
-            if str(element.get("name") or "").startswith(OWN):
-                continue
-            name, inner = self._body(element, parent, childclass)
-            stack += [(body, name, inner) for body in reversed(list(children(element, "body")))]
+        self.references: dict[str, float] = {}
+        self.tendons: dict[str, dict[str, float]] = {}
+        for row in model.bodies:
+            self._body(row)
+
+    def frame(self, site: int) -> Frame:
+        """The frame of a site."""
+        row = self.model.sites[site]
+        return Frame(self.names[row.body], _pose(row.position, row.quaternion))
 
     def name_fixed_joints(self, names: Mapping[str, str]) -> None:
         """Give fixed joints the names that the extras hold for them, by the link that they carry."""
@@ -110,52 +103,63 @@ class Bodies:
             self.tree.links.remove(world)
             self.tree.joints.remove(below[0])
 
-    def _body(self, element: Element, parent: str, childclass: str) -> tuple[str, str]:
-        childclass = str(element.get("childclass") or childclass)
-        name = str(element.get("name") or "").strip()
+    def _body(self, row: BodyRow) -> None:
+        name = WORLD if not self.names else row.name.strip()
         if not name:
             self._unnamed += 1
             name = f"body_{self._unnamed}"
-        what = f"body '{name}'"
-        own = {str(key): str(value) for key, value in element.attrib.items()}
-        local = read_placement(element, own, self.compiler.units, what, self.findings)
-        place = Place(self.findings.file, element.sourceline)
-        joints = self._joints(element, name, childclass)
-        self.world[name] = readonly(self.world.get(parent, IDENTITY) @ local)
-        geoms = self._geoms(element, name, childclass)
-        self._link(name, self._inertial(element, name, geoms), geoms, place)
-        self._sites(element, name, childclass)
-        self._chain(name, parent, local, joints, place)
-        return name, childclass
+        self.names.append(name)
+        if name.startswith(OWN):
+            self.joints += ["" for _ in row.joints]
+            return
+        place = self.source.place(row.line, "body") or Place(self.findings.file)
+        local = _pose(row.position, row.quaternion)
+        check_range(row.position, f"pos of body '{name}'", self.findings, place)
+        if row.mocap:
+            self.findings.warn(f"mocap body '{name}' stands still", "", "", place)
+        if row.gravcomp:
+            found = f"gravcomp of body '{name}' not used"
+            self.findings.warn(found, "forces of joints, cuts and gravity", "", place)
+        if name == WORLD:
+            first = next(self.source.all("worldbody"), None)
+            self._link(row, name, place if first is None else first[1])
+            return
+        joints = self._joints(row, name, place)
+        self._link(row, name, place)
+        self._chain(name, self.names[row.parent], local, joints, row.joints, place)
 
-    def _joints(self, element: Element, body: str, childclass: str) -> list[Joint]:
+    def _joints(self, row: BodyRow, body: str, at: Place) -> list[Joint]:
         found: list[Joint] = []
-        for child in children(element):
-            get = self.defaults.attributes(child, childclass) if child.tag == "joint" else {}
-            if child.tag == "freejoint" or get.get("type") == "free":
-                found.append(read_free_joint(child, get, body, self.findings))
-            elif child.tag == "joint":
-                one = read_joint(child, get, self.compiler.units, body, len(found), self.findings)
-                if one is not None:
-                    found.append(one[0])
-                    self.references[one[0].name] = one[1]
-        self.joint_names += [joint.name for joint in found]
-        if len(found) > 1 and any(joint.type is JointType.FLOATING for joint in found):
-            problem = f"body '{body}' has a free joint and others"
-            self.findings.error(problem, "a free joint alone", "", element.sourceline)
-        return merged(found)
+        for number, one in enumerate(row.joints):
+            other = "_free" if one.kind == "free" else "_joint" if number == 0 else f"_joint_{number + 1}"
+            name = one.name or f"{body}{other}"
+            place = self.source.place(one.line, "joint", "freejoint") or at
+            found.append(joint_of(one, name, body, place, self.findings))
+            self.references[name] = one.ref
+        together = found if any(one.ref for one in row.joints) else merged(found)
+        whole = len(together) < len(found)
+        for joint, one in zip(found, row.joints, strict=True):
+            self.joints.append(found[0].name if whole else joint.name)
+            self.addresses.setdefault(self.joints[-1], one.address)
+        return together
 
-    def _chain(self, name: str, parent: str, local: Array, joints: list[Joint], place: Place) -> None:
+    def _chain(
+        self, name: str, parent: str, local: Array, joints: list[Joint], rows: Sequence[JointRow], place: Place
+    ) -> None:
         """The joints of a body from its parent on, each at its own point."""
         if not joints:
             self.tree.joints.append(Joint(f"{name}_fixed", JointType.FIXED, parent, name, local, place=place))
             return
-        link, reach = parent, local  # `reach`: the body's frame at zero, seen from `link`
-        for number, one in enumerate(joints):
+        link, reach = parent, local  # `reach`: the body's frame as it is written, seen from `link`
+        for number, (one, row) in enumerate(zip(joints, rows, strict=False)):
             centred = not one.placement[:3, 3].any()
             moves_body = number == len(joints) - 1 and centred
             child = name if moves_body else f"{name}_at_{one.name}"
             placed = reach if centred else reach @ one.placement
+            if row.ref != 0.0:
+                placed = placed @ motion_back(row)
+            if row.kind == "free" and not self.own:
+                placed = IDENTITY  # the coordinates are the body's own in the world
             self.tree.joints.append(replace(one, parent=link, child=child, placement=placed))
             if not moves_body:
                 self.tree.links.append(Link(child, place=place))
@@ -163,42 +167,22 @@ class Bodies:
         if link != name:
             self.tree.joints.append(Joint(f"{link}_fixed", JointType.FIXED, link, name, reach, place=place))
 
-    def _geoms(self, element: Element, body: str, childclass: str) -> list[Geom]:
-        geoms = []
-        for child in children(element, "geom"):
-            get = self.defaults.attributes(child, childclass)
-            geoms.append(read_geom(child, get, self.meshes, self.compiler.units, body, self.findings))
-        return [geom for geom in geoms if geom is not None]
+    def _link(self, row: BodyRow, name: str, place: Place) -> None:
+        shapes = [(geom, shape_of(geom, self._meshes, self.source)) for geom in row.geoms]
+        visuals = tuple(shape for geom, shape in shapes if shape is not None and geom.visual)
+        collisions = tuple(shape for geom, shape in shapes if shape is not None and not geom.visual)
+        self.tree.links.append(Link(name, self._inertial(row, name, place), visuals, collisions, place))
 
-    def _sites(self, element: Element, body: str, childclass: str) -> None:
-        for child in children(element, "site"):
-            get = self.defaults.attributes(child, childclass)
-            if "name" in get and not get["name"].startswith(OWN):
-                at = read_placement(child, get, self.compiler.units, f"site '{get['name']}'", self.findings)
-                self.sites[get["name"]] = Frame(body, at)
-
-    def _link(self, name: str, inertial: Inertial | None, geoms: list[Geom], place: Place) -> None:
-        drawn = [geom for geom in geoms if geom.shape.kind != "ellipsoid"]
-        visuals = tuple(geom.shape for geom in drawn if geom.visual)
-        collisions = tuple(geom.shape for geom in drawn if not geom.visual)
-        self.tree.links.append(Link(name, inertial, visuals, collisions, place))
-
-    def _inertial(self, body: Element, name: str, geoms: list[Geom]) -> Inertial | None:
-        element = only_child(body, "inertial", self.findings)
-        mode = self.compiler.inertia_from_geoms
-        if mode == "true" or (mode == "auto" and element is None):
-            return inertia_of_geoms(geoms, name, self.findings, body.sourceline)
-        if element is None:
+    def _inertial(self, row: BodyRow, name: str, place: Place) -> Inertial | None:
+        if row.inertia is None or name == WORLD:
             return None
-        get = {str(key): str(value) for key, value in element.attrib.items()}
-        what, line = f"the inertia of body '{name}'", element.sourceline
-        at = read_placement(element, get, self.compiler.units, what, self.findings)
-        mass = read_numbers(get.get("mass"), 1, f"mass of body '{name}'", self.findings, line, LARGEST_MASS)
-        key = "fullinertia" if "fullinertia" in get else "diaginertia"
-        values = read_numbers(
-            get.get(key), 6 if key == "fullinertia" else 3, f"{key} of body '{name}'", self.findings, line,
-            LARGEST_INERTIA,
-        )  # fmt: skip
-        if mass is None or values is None:
-            return None
-        return Inertial.of(mass[0], at[:3, 3], values, at[:3, :3] if key == "diaginertia" else np.eye(3))
+        mass, com, entries = row.inertia
+        fine = check_range((mass,), f"mass of body '{name}'", self.findings, place, LARGEST_MASS)
+        fine &= check_range(com, f"centre of mass of body '{name}'", self.findings, place)
+        fine &= check_range(entries, f"inertia of body '{name}'", self.findings, place, LARGEST_INERTIA)
+        return Inertial.of(mass, com, entries) if fine else None
+
+
+def _pose(position: Sequence[float], quaternion: Sequence[float]) -> Array:
+    """A placement (4, 4) of MuJoCo's numbers."""
+    return readonly(from_rotation(rotation_from_quaternion(quaternion), position))

@@ -1,134 +1,154 @@
 """`<equality>` in MJCF as cut joints and couplings.
 
-`connect` by body1, body2 and anchor joins the two points that coincide at zero; by sites it joins the sites.  `weld`
-keeps the relative placement at zero, or joins the frame relpose of body1 to the anchor of body2.  `joint` with a linear
-polycoef is a coupling.
+`connect` joins two points, `weld` two frames (with a `torquescale` of 0 two points), both as MuJoCo has them: those of
+sites, or of bodies where they are at `qpos0`.  `joint` and `tendon` tie coordinates, with polynomials about `qpos0`.  A
+spatial tendon between two sites that is held is a distance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
+from numpy.polynomial import Polynomial as Series
 
-from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings, nearest
-from cutjoint.description.formats.mjcf.body import WORLD, Bodies
+from cutjoint.description.curves import Polynomial
+from cutjoint.description.findings import Findings
+from cutjoint.description.formats.mjcf.body import Bodies
+from cutjoint.description.formats.mjcf.compiled import EqualityRow, Numbers
+from cutjoint.description.formats.mjcf.couplings import Followers, Relation
+from cutjoint.description.formats.mjcf.tendon import lengths_of, quoted
 from cutjoint.description.formats.mjcf.types import EQUALITIES
-from cutjoint.description.model import Coupling, CutJoint, Frame, Place
-from cutjoint.description.numbers import read_numbers
-from cutjoint.description.transforms import from_rotation, inverse, rotation_from_quaternion
-from cutjoint.description.xml import Element, children
+from cutjoint.description.model import Coupling, CutJoint, CutType, Drive, Frame, Place
+from cutjoint.description.transforms import from_rotation, rotation_from_quaternion
 
 
 def read_equalities(
-    root: Element, bodies: Bodies, known: Collection[str], findings: Findings
-) -> tuple[list[CutJoint], list[Coupling]]:
-    """All active equalities but those of cuts that are `known` already (named NAME or NAME/1, NAME/2, ...)."""
+    bodies: Bodies, known: Collection[str], actuated: Collection[str], findings: Findings
+) -> tuple[list[CutJoint], Followers]:
+    """All active equalities but those of cuts that are `known` already (named NAME or NAME/1, NAME/2, ...).
+
+    What is `actuated` follows others only where nothing else can.
+    """
     cuts: list[CutJoint] = []
-    couplings: list[Coupling] = []
-    number = 0
-    for section in children(root, "equality"):
-        for element in children(section):
-            get = bodies.defaults.attributes(element, "")
-            number += 1
-            name = get.get("name") or f"{element.tag}_{number}"
-            if get.get("active") == "false" or name.split("/")[0] in known:
-                continue
-            if element.tag == "joint":
-                coupling = _coupling(element, get, name, bodies, findings)
-                couplings += [] if coupling is None else [coupling]
-            elif element.tag in EQUALITIES:
-                cut = _cut(element, get, name, bodies, findings)
-                cuts += [] if cut is None else [cut]
-            else:
-                found = f"<{element.tag}> in <equality>"
-                findings.error(found, "connect, weld or joint", 'remove it, or set active="false"', element.sourceline)
-    return cuts, couplings
+    followers = Followers(findings)
+    for number, row in enumerate(bodies.model.equalities, 1):
+        name = row.name or f"{row.kind}_{number}"
+        place = bodies.source.place(row.line, row.kind) or Place(findings.file)
+        if not row.active or name.split("/")[0] in known:
+            continue
+        if row.kind in EQUALITIES:
+            cuts.append(_cut(row, name, bodies, place))
+        elif row.kind == "joint":
+            _joints(row, name, bodies, followers, place)
+        elif row.kind == "tendon":
+            cuts += _tendons(row, name, bodies, followers, actuated, place)
+        else:
+            found = f"<{row.kind}> in <equality>"
+            findings.error(found, "connect, weld, joint or tendon", 'remove it, or set active="false"', place)
+    return cuts, followers
 
 
-def _cut(element: Element, get: dict[str, str], name: str, bodies: Bodies, findings: Findings) -> CutJoint | None:
-    kind = EQUALITIES[str(element.tag)]
-    frames = _site_frames(element, get, name, bodies, findings)
-    if "site1" not in get and "site2" not in get:
-        frames = _body_frames(element, get, name, bodies, findings)
-    if frames is None:
-        return None
-    return CutJoint(name, kind, frames[0], frames[1], Place(findings.file, element.sourceline))
+def _cut(row: EqualityRow, name: str, bodies: Bodies, place: Place) -> CutJoint:
+    kind, data = EQUALITIES[row.kind], row.data
+    if row.kind == "weld" and data[10] == 0.0:
+        kind = CutType.SPHERICAL
+    if row.by_sites:
+        return CutJoint(name, kind, bodies.frame(row.first), bodies.frame(row.second), place)
+    first, second = bodies.names[row.first], bodies.names[row.second]
+    if row.kind == "connect":
+        a, b = from_rotation(np.eye(3), data[:3]), from_rotation(np.eye(3), data[3:6])
+    else:
+        a, b = from_rotation(rotation_from_quaternion(data[6:10]), data[3:6]), from_rotation(np.eye(3), data[:3])
+    return CutJoint(name, kind, Frame(first, a), Frame(second, b), place)
 
 
-def _site_frames(
-    element: Element, get: dict[str, str], name: str, bodies: Bodies, findings: Findings
-) -> tuple[Frame, Frame] | None:
-    found = []
-    for key in ("site1", "site2"):
-        site = get.get(key, "")
-        if key in get and site not in bodies.sites:
-            remedy = nearest(site, bodies.sites)
-            found_text = f"<{element.tag}> '{name}' names the unknown site '{site}'"
-            findings.error(found_text, "a <site>", remedy, element.sourceline)
-        if site in bodies.sites:
-            found.append(bodies.sites[site])
-    if len(found) == 1 and ("site1" in get) != ("site2" in get):
-        findings.error(f"<{element.tag}> '{name}' with one site", "site1 and site2", "", element.sourceline)
-    return (found[0], found[1]) if len(found) == 2 else None
+def _joints(row: EqualityRow, name: str, bodies: Bodies, followers: Followers, place: Place) -> None:
+    """y - y0 = a0 + a1 (x - x0) + ..., or y - y0 = a0 where there is one joint."""
+    joint, driver = bodies.joints[row.first], bodies.joints[row.second] if row.second >= 0 else ""
+    what = f"<joint> '{name}' in <equality>"
+    from_zero = bodies.references[joint]
+    if not driver:
+        relation = Relation(name, {joint: 1.0}, from_zero + row.data[0], [joint], what, place)
+        followers.relate(relation)
+        return
+    constant, *slopes = about(row.data[:5], bodies.references[driver])
+    if any(slopes[1:]):
+        drive = Drive(driver, Polynomial(_trimmed((0.0, *slopes))))
+        followers.follow(Coupling(name, joint, (drive,), from_zero + constant, place), what)
+    else:
+        terms = {joint: 1.0, driver: -slopes[0]}
+        followers.relate(Relation(name, terms, from_zero + constant, [joint, driver], what, place))
 
 
-def _body_frames(
-    element: Element, get: dict[str, str], name: str, bodies: Bodies, findings: Findings
-) -> tuple[Frame, Frame] | None:
-    what, line = f"<{element.tag}> '{name}'", element.sourceline
-    first, second = get.get("body1", ""), get.get("body2", WORLD)
-    for body in (first, second):
-        if body not in bodies.world:
-            remedy = nearest(body, bodies.world)
-            findings.error(f"{what} names the unknown body '{body}'", "a <body>", remedy, line)
-    if first not in bodies.world or second not in bodies.world:
-        return None
-    relative = inverse(bodies.world[second]) @ bodies.world[first]
-    if element.tag == "connect":
-        anchor = read_numbers(get.get("anchor"), 3, f"anchor of {what}", findings, line)
-        if anchor is None:
-            return None
-        at = from_rotation(np.eye(3), anchor)
-        point = from_rotation(np.eye(3), (relative @ [*anchor, 1.0])[:3])
-        return Frame(first, at), Frame(second, point)
-    anchor = read_numbers(get.get("anchor", "0 0 0"), 3, f"anchor of {what}", findings, line)
-    pose = _relpose(get, what, findings, line)
-    if anchor is None:
-        return None
-    at = from_rotation(np.eye(3), anchor)
-    placed = readonly(inverse(relative) @ at) if pose is None else pose
-    return Frame(first, placed), Frame(second, at)
+def _tendons(
+    row: EqualityRow, name: str, bodies: Bodies, followers: Followers, actuated: Collection[str], place: Place
+) -> list[CutJoint]:
+    """The same of the lengths of tendons; a held distance between two sites is a cut."""
+    tendons = bodies.model.tendons
+    first, second = tendons[row.first], tendons[row.second] if row.second >= 0 else None
+    what = f"<tendon> '{name}' in <equality>"
+    sites = [index for kind, index, _ in first.path if kind == "site"]
+    if len(first.path) == len(sites) == 2 and second is None:
+        length = first.length + row.data[0]
+        a, b = (bodies.frame(site) for site in sites)
+        return [CutJoint(name, CutType.DISTANCE, a, b, place, length=length)]
+    terms = lengths_of(first, bodies)
+    others = {} if second is None else lengths_of(second, bodies)
+    if terms is None or others is None:
+        spatial = first if terms is None else second
+        found = f"{what} holds the spatial tendon {quoted(spatial)}" if spatial else what
+        expected = "a fixed tendon, or one between two sites alone, held at a length"
+        followers.findings.error(found, expected, 'remove it, or set active="false"', place)
+        return []
+    wished = sorted(terms, key=lambda joint: joint in actuated)
+    if second is None:
+        followers.relate(Relation(name, terms, first.length + row.data[0], wished, what, place))
+        return []
+    constant, *slopes = about(row.data[:5], second.length)
+    if not any(slopes[1:]):
+        both = {joint: terms.get(joint, 0.0) - slopes[0] * others.get(joint, 0.0) for joint in {**terms, **others}}
+        wished += [joint for joint in others if joint not in terms]
+        followers.relate(Relation(name, both, first.length + constant, wished, what, place))
+        return []
+    _curved(name, terms, first.length + constant, others, slopes, followers, wished, what, place)
+    return []
 
 
-def _relpose(get: dict[str, str], what: str, findings: Findings, line: int | None) -> Array | None:
-    """The frame on body1 that meets the anchor on body2, or None where that is the one at zero."""
-    if "relpose" not in get:
-        return None
-    values = read_numbers(get["relpose"], 7, f"relpose of {what}", findings, line)
-    if values is None or np.linalg.norm(values[3:]) < 1e-9:
-        return None
-    return from_rotation(rotation_from_quaternion(values[3:]), values[:3])
+def _curved(
+    name: str, terms: dict[str, float], constant: float, others: dict[str, float], slopes: list[float],
+    followers: Followers, wished: list[str], what: str, place: Place,
+) -> None:  # fmt: skip
+    """sum of terms = constant + the polynomial of one other joint."""
+    able = [joint for joint in wished if joint not in others]
+    follower = followers.free({**terms, **others}, able)
+    if len(others) != 1 or follower is None:
+        found, expected = f"{what} has a polynomial of {len(others)} joints", "a polynomial of one other joint"
+        followers.findings.error(found, expected, "give the polynomial of each joint by itself", place)
+        return
+    ((driver, by),) = others.items()
+    scale = terms[follower]
+    powers = (0.0, *(slope * by**power / scale for power, slope in enumerate(slopes, 1)))
+    drives = [Drive(driver, Polynomial(_trimmed(powers)))]
+    for joint, value in terms.items():
+        if joint == driver:
+            drives[0] = replace(drives[0], curve=Polynomial((0.0, powers[1] - value / scale, *powers[2:])))
+        elif joint != follower:
+            drives.append(Drive(joint, Polynomial((0.0, -value / scale))))
+    followers.follow(Coupling(name, follower, tuple(drives), constant / scale, place), what)
 
 
-def _coupling(element: Element, get: dict[str, str], name: str, bodies: Bodies, findings: Findings) -> Coupling | None:
-    what, line = f"<joint> '{name}' in <equality>", element.sourceline
-    joint, driver = get.get("joint1", ""), get.get("joint2", "")
-    for one in (joint, driver):
-        if one and one not in bodies.joint_names:
-            remedy = nearest(one, bodies.joint_names)
-            findings.error(f"{what} names the unknown joint '{one}'", "a joint", remedy, line)
-            return None
-    words = get.get("polycoef", "0 1 0 0 0").split()
-    values = read_numbers(" ".join(words), len(words), f"polycoef of {what}", findings, line)
-    if values is None:
-        return None
-    offset, ratio, *higher = (*values, *([0.0] * (2 - len(values))))
-    if any(higher):
-        findings.error(f"{what} has a polynomial of higher degree", "polycoef with two numbers", "", line)
-        return None
-    if not joint or not driver:
-        findings.error(f"{what} with one joint", "joint1 and joint2", "a joint held still is a fixed joint", line)
-        return None
-    return Coupling.geared(name, joint, driver, ratio, offset, Place(findings.file, line))
+def about(coefficients: Numbers, centre: float) -> list[float]:
+    """The coefficients, about 0, of a polynomial that is given about `centre`."""
+    if centre == 0.0:
+        return list(coefficients)
+    expanded = Series(coefficients)(Series([-centre, 1.0]))
+    values = [float(value) for value in expanded.coef] if isinstance(expanded, Series) else [float(expanded)]
+    return (values + [0.0] * len(coefficients))[: len(coefficients)]
+
+
+def _trimmed(powers: Numbers) -> Numbers:
+    """Without zeros at its end."""
+    last = max((power for power, value in enumerate(powers) if value != 0.0), default=1)
+    return powers[: max(last, 1) + 1]

@@ -29,6 +29,9 @@ NUMBERS: Mapping[str, int] = {"hinge": 1, "slide": 1, "ball": 4}
 
 EQUALITIES: Mapping[str, CutType] = {"connect": CutType.SPHERICAL, "weld": CutType.FIXED}
 
+TENDON = "tendon:"
+"""Names of the links without mass that stand for lengths of tendons begin so."""
+
 Part = tuple[str, Array | None]
 """A joint of MuJoCo and its axis, None for a ball."""
 

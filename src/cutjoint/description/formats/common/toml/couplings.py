@@ -14,7 +14,7 @@ from cutjoint.description.curves import Curve, Polynomial, Table
 from cutjoint.description.formats.common.toml.scalars import number, numbers, text
 from cutjoint.description.formats.common.toml.table import TomlTable
 from cutjoint.description.model import Coupling, Drive
-from cutjoint.description.numbers import LARGEST_LENGTH
+from cutjoint.description.numbers import LARGEST_LENGTH, LARGEST_PHYSICS
 
 _FORMS = ("ratio", "polynomial", "table")
 
@@ -81,11 +81,12 @@ def _sum(table: TomlTable) -> list[Drive | None]:
 
 
 def _list(table: TomlTable, key: str, expected: str) -> tuple[float, ...] | None:
-    value = table.values(key)
-    if value is not None and not (isinstance(value, tuple) and value):
+    """A list of numbers; they are derivatives of lengths by lengths, so small robots have large ones."""
+    value = table.take(key)
+    if not isinstance(value, list) or not value:
         table.wrong(key, value, expected)
         return None
-    return value if isinstance(value, tuple) else None
+    return table.numbers(key, value, LARGEST_PHYSICS)
 
 
 def _table(table: TomlTable) -> Table | None:

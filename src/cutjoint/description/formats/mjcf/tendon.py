@@ -1,0 +1,105 @@
+"""`<tendon>` in MJCF: what a fixed tendon, a weighted sum of coordinates, does by itself or under an actuator.
+
+A tendon with a spring, damper, friction, rotor or actuator of its own is a sliding joint called like it, between the
+world and a link without mass, whose coordinate is coupled to be the tendon's length: a force on it is one along the
+tendon.  Where an actuator is all there is and the joints of the tendon move as one, it acts on that one joint instead.
+"""
+
+from __future__ import annotations
+
+from cutjoint.description.findings import Findings
+from cutjoint.description.formats.mjcf.body import WORLD, Bodies
+from cutjoint.description.formats.mjcf.compiled import TendonRow
+from cutjoint.description.formats.mjcf.couplings import Followers
+from cutjoint.description.formats.mjcf.joint import even, linear
+from cutjoint.description.formats.mjcf.types import TENDON
+from cutjoint.description.model import Coupling, Joint, JointPhysics, JointType, Limits, Link, Place
+
+
+def lengths_of(tendon: TendonRow, bodies: Bodies) -> dict[str, float] | None:
+    """Joint -> what a unit of its coordinate adds to the length of a fixed tendon; None for a spatial one."""
+    if any(kind != "joint" for kind, _, _ in tendon.path):
+        return None
+    terms: dict[str, float] = {}
+    for _, index, coefficient in tendon.path:
+        joint = bodies.joints[index]
+        terms[joint] = terms.get(joint, 0.0) + coefficient
+    return terms
+
+
+def quoted(tendon: TendonRow) -> str:
+    """A spatial tendon in words."""
+    return f"'{tendon.name}' ({', '.join(kind for kind, _, _ in tendon.path)})"
+
+
+def place_of(tendon: TendonRow, bodies: Bodies) -> Place:
+    """Where a tendon stands."""
+    return bodies.source.place(tendon.line, "fixed", "spatial") or Place(bodies.findings.file)
+
+
+def acting(tendon: TendonRow) -> dict[str, float]:
+    """What a tendon does by itself, by MuJoCo's names."""
+    given = {"stiffness": tendon.stiffness, "damping": tendon.damping}
+    found = {key: value[0] or max(value, key=abs) for key, value in given.items() if any(value)}
+    found |= {"frictionloss": tendon.friction, "armature": tendon.armature}
+    return {key: value for key, value in found.items() if value != 0.0}
+
+
+def read_tendons(bodies: Bodies, followers: Followers, findings: Findings) -> None:
+    """Joints for the fixed tendons that act; what is left of the others is told."""
+    for tendon in bodies.model.tendons:
+        acts, place = acting(tendon), place_of(tendon, bodies)
+        terms = lengths_of(tendon, bodies)
+        if acts and terms is None:
+            found = f"{', '.join(acts)} of <spatial> {quoted(tendon)} not used"
+            findings.doubt(found, "forces of fixed tendons, joints and cuts", "", place)
+        elif acts:
+            as_joint(tendon, bodies, followers, findings)
+        elif tendon.range is not None and _joint(tendon, bodies) is None:
+            kind = "spatial" if terms is None else "fixed"
+            findings.warn(f"range of <{kind}> '{tendon.name}' not used", "limits of joints", "", place)
+
+
+def _link(tendon: TendonRow) -> str:
+    return f"{TENDON}{tendon.name or tendon.line}"
+
+
+def _joint(tendon: TendonRow, bodies: Bodies) -> str | None:
+    """The joint that stands for a tendon, if there is one."""
+    return next((joint.name for joint in bodies.tree.joints if joint.child == _link(tendon)), None)
+
+
+def as_joint(tendon: TendonRow, bodies: Bodies, followers: Followers, findings: Findings) -> str:
+    """The joint that stands for a fixed tendon, made where it is not there yet; its name."""
+    terms, place = lengths_of(tendon, bodies) or {}, place_of(tendon, bodies)
+    taken = {joint.name for joint in bodies.tree.joints}
+    there, link = _joint(tendon, bodies), _link(tendon)
+    if there is not None:
+        return there
+    plain = link.removeprefix(TENDON)
+    name = link if plain in taken else plain
+    what = f"<fixed> '{plain}'"
+    stiffness = linear(tendon.stiffness, f"stiffness of {what}", findings, place)
+    rest = None
+    if stiffness != 0.0:
+        rest = tendon.rest[0]
+        if tendon.rest[0] != tendon.rest[1]:
+            found = f"springlength of {what} is {tendon.rest[0]:g} {tendon.rest[1]:g}: a spring that rests between two"
+            findings.doubt(found, "one length", "", place)
+    if tendon.springyield != 0.0:
+        found = f"springyield of {what} is {tendon.springyield:g}"
+        findings.doubt(found, "a spring that does not yield", "", place)
+    damping = linear(tendon.damping, f"damping of {what}", findings, place)
+    physics = JointPhysics(damping, tendon.friction, None, stiffness, rest, tendon.armature)
+    lower, upper = tendon.range or (None, None)
+    effort = even(tendon.force, f"actuatorfrcrange of {what}", findings, place)
+    bodies.tree.links.append(Link(link, place=place))
+    bodies.tree.joints.append(
+        Joint(
+            name, JointType.PRISMATIC, WORLD, link, limits=Limits(lower, upper, None, effort), physics=physics,
+            place=place,
+        )
+    )  # fmt: skip
+    followers.follow(Coupling.summed(f"{name}_length", name, terms, 0.0, place), what)
+    bodies.tendons[name] = terms
+    return name
