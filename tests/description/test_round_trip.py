@@ -86,7 +86,13 @@ def menagerie(mesh: Path, seed: int = 0) -> RobotDescription:
     links[1] = replace(links[1], visuals=shapes, collisions=(Shape("capsule", (0.05, 0.4)),))
     ends = [link.name for link in links if link.name != "link plain"]
     cuts = [
-        CutJoint(f"cut {kind}", kind, Frame(ends[n + 1], somewhere()), Frame(ends[n - 2], somewhere()))
+        CutJoint(
+            f"cut {kind}",
+            kind,
+            Frame(ends[n + 1], somewhere()),
+            Frame(ends[n - 2], somewhere()),
+            length=1.3 * kind.has_length,
+        )
         for n, kind in enumerate(CutType)
     ]
     names_of = {joint.type: joint.name for joint in joints}

@@ -52,7 +52,9 @@ def robot(kind: JointType, cut: CutType = CutType.SPHERICAL) -> RobotDescription
             Joint("second", JointType.REVOLUTE, "base", "b", at),
             Joint("third", JointType.CONTINUOUS, "a", "c", at),
         ),
-        cuts=(CutJoint("tie", cut, Frame("c", at), Frame("b", placement((0.0, 0.0, 1.0)))),),
+        cuts=(
+            CutJoint("tie", cut, Frame("c", at), Frame("b", placement((0.0, 0.0, 1.0))), length=0.7 * cut.has_length),
+        ),
         homes=(Home("default", passive=homes),),
     )
 
