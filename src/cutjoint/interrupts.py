@@ -123,7 +123,15 @@ def watch() -> None:
 
 def done() -> None:
     """All is done: a signal now only makes the program's end quicker."""
-    _WATCH.ending, _WATCH.waiting = _WATCH.watching, False
+    answered()
+    _WATCH.ending = _WATCH.watching
+
+
+def answered() -> None:
+    """The signal that waits has been seen to; no exception comes of it any more."""
+    if _WATCH.watching:
+        _WATCH.waiting = False
+        _later(0.0)
 
 
 def name() -> str:

@@ -39,5 +39,6 @@ def stopped_name(path: Path) -> Path:
 def stopped(what: str) -> typer.Exit:
     """What ends a command that was interrupted: `what` says what was kept and where.  On stderr."""
     with interrupts.held():
+        interrupts.answered()
         typer.echo(f"interrupted ({interrupts.name()}): {what}", err=True)
     return typer.Exit(interrupts.status())

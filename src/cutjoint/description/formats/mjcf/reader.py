@@ -63,6 +63,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     bodies.tree.couplings.extend(followers.couplings.values())
     named = {frame.link for cut in [*cuts, *extras.cuts] for frame in (cut.a, cut.b)}
     named |= set() if extras.tool is None else {extras.tool.link}
+    named |= {joint.parent for joint in bodies.tree.joints if joint.child in extras.fixed}
     bodies.drop_empty_world(named)
     bodies.name_fixed_joints(extras.fixed)
     bodies.tree.joints = driven(bodies.tree.joints, motors)

@@ -27,6 +27,7 @@ from cutjoint.description.formats.mjcf.types import EQUALITIES, carrier_parts, p
 from cutjoint.description.model import CutJoint, Inertial, Joint, JointPhysics, JointType, Link, RobotDescription, Shape
 from cutjoint.description.transforms import quaternion_from_rotation
 from cutjoint.description.xml import Element
+from cutjoint.errors import InputError
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 FLOOR = 1e-12
@@ -132,6 +133,8 @@ def _bodies(worldbody: Element, robot: RobotDescription, meshes: Meshes) -> dict
     for joint in robot.joints:
         below.setdefault(joint.parent, []).append(joint)
     base = robot.link(robot.root)
+    if any(link.name == WORLD and (link is not base or link.inertial is not None) for link in robot.links):
+        raise InputError(f"MJCF calls the ground '{WORLD}', so no body of a robot may have that name; rename the link")
     if base.name == WORLD and base.inertial is None:
         root = worldbody
     else:
