@@ -57,8 +57,8 @@ def sayable(robot: RobotDescription) -> RobotDescription:
     return replace(robot, couplings=couplings)
 
 
-@pytest.mark.parametrize("seed", few(range(12), 0, 1))
-@pytest.mark.parametrize("name", CURVED)
+@pytest.mark.parametrize("seed", few(range(12), 0))
+@pytest.mark.parametrize("name", few(list(CURVED), "rover", "rssr", "summed_arm"))
 def test_what_mjcf_can_say_is_the_same_robot_in_mujoco(name: str, seed: int, tmp_path: Path) -> None:
     rng = np.random.default_rng([seed, len(name)])
     chain = built(CURVED[name](rng).plan, tmp_path)[0]
@@ -82,7 +82,7 @@ def test_what_mjcf_can_say_is_the_same_robot_in_mujoco(name: str, seed: int, tmp
 
 @pytest.mark.parametrize("form", ["mjcf", "urdf", "loops"])
 @pytest.mark.parametrize("seed", few(range(12), 0))
-@pytest.mark.parametrize("name", CURVED)
+@pytest.mark.parametrize("name", few(list(CURVED), "summed_arm"))
 def test_every_curve_comes_back_or_is_refused(name: str, seed: int, form: str, tmp_path: Path) -> None:
     robot = built(CURVED[name](np.random.default_rng([seed, len(name)])).plan, tmp_path)[0].description
     target = tmp_path / "again" / {"mjcf": "robot.xml", "urdf": "robot.urdf", "loops": "loops.toml"}[form]
