@@ -202,7 +202,8 @@ def _answer(command: Long, number: signal.Signals, end: Ended, faults: list[str]
         faults.append(f"traceback: {end.err[-600:]}")
     serving = command.serves and "closed" in end.out
     right = {128 + number, *({0} if serving and number is signal.SIGINT else ())}
-    if end.status == 0 and not command.serves and end.whole <= set(end.files):
+    # a signal that comes amid Python's own end is that of any program
+    if end.status in (0, -number) and not command.serves and end.whole <= set(end.files):
         return Outcome("done by then", faults)
     if end.status not in right:
         faults.append(f"exit status {end.status}: {end.err[-300:]}")

@@ -5,6 +5,8 @@ offending numbers as attributes so that a program can act on them.  Every error 
 worker process can hand it over; arrays in it are read-only.
 """
 
+# long: every error of the package, a class per cause
+
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
