@@ -20,7 +20,7 @@ PACKAGE = "cutjoint"
 SOURCE = Path(__file__).resolve().parents[1] / "src" / PACKAGE
 
 # Room -> the rooms it may import, besides itself.  `cutjoint` is the package's own __init__.
-BASE = frozenset({"errors", "arrays", "files", "tolerances"})
+BASE = frozenset({"errors", "arrays", "files", "interrupts", "tolerances"})
 MODEL = BASE | {"mechanism"}
 CHAIN = MODEL | {"description", "chain"}
 RUN = CHAIN | {"motion", "control", "simulation"}
@@ -28,7 +28,8 @@ ROBOTS = RUN | {"papers", "crosscheck", "compile", "robots"}
 ALLOWED: Mapping[str, frozenset[str]] = {
     "errors": frozenset(),
     "arrays": frozenset({"errors"}),
-    "files": frozenset({"errors"}),
+    "files": frozenset({"errors", "interrupts"}),
+    "interrupts": frozenset(),
     "tolerances": frozenset(),
     "plugins": frozenset({"errors", "files"}),
     "mechanism": BASE,
@@ -47,7 +48,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "report": ROBOTS,
     "commands": ROBOTS | {"engines", "experiments", "viewer", "report", "plugins", PACKAGE},
     "cli": BASE | {"commands", PACKAGE},
-    "__main__": frozenset({"cli"}),
+    "__main__": frozenset({"cli", "interrupts"}),
     PACKAGE: ROBOTS,
 }
 
@@ -56,6 +57,7 @@ OUTSIDE: Mapping[str, frozenset[str]] = {
     "errors": frozenset({"numpy"}),
     "arrays": frozenset({"numpy"}),
     "files": frozenset(),
+    "interrupts": frozenset(),
     "tolerances": frozenset(),
     "plugins": frozenset(),
     "mechanism": frozenset({"numpy"}),

@@ -3,6 +3,7 @@ which imports what is heavy only when it runs, so that `cutjoint --help` is quic
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import sys
 import warnings
@@ -11,6 +12,8 @@ from typing import Annotated
 
 import typer
 
+from cutjoint import interrupts
+from cutjoint.commands.stopping import told
 from cutjoint.errors import CutjointError
 
 COMMANDS = ("list", "info", "check", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
@@ -20,7 +23,7 @@ RARELY = 50_000
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, context_settings={"help_option_names": ["-h", "--help"]})
 for _name in COMMANDS:
-    app.command(_name)(import_module(f"cutjoint.commands.{_name}").command)
+    app.command(_name)(told(import_module(f"cutjoint.commands.{_name}").command))
 
 
 def _version(wanted: bool) -> None:
@@ -46,7 +49,9 @@ def _say(message: Warning | str, *_: object, **__: object) -> None:
 
 
 def main() -> None:
-    """Entry point of `cutjoint`.  Exit status: 0 done, 1 a check did not hold, 2 bad input."""
+    """The command line.  Exit status: 0 done, 1 a check did not hold, 2 bad input, 130 and 143 interrupted (SIGINT,
+    SIGTERM)."""
+    interrupts.watch()
     warnings.showwarning = _say
     gc.set_threshold(RARELY, 20, 50)
     try:
@@ -56,3 +61,9 @@ def main() -> None:
         sys.exit(2)
     except BrokenPipeError:
         sys.exit(0)
+    except KeyboardInterrupt:
+        sys.exit(interrupts.status())
+    finally:
+        with contextlib.suppress(OSError, ValueError):
+            sys.stdout.flush()
+        interrupts.done()

@@ -5,6 +5,8 @@ offending numbers as attributes so that a program can act on them.  Every error 
 worker process can hand it over; arrays in it are read-only.
 """
 
+# long: every error of the package, a class per cause
+
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -15,8 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 
-class CutjointError(Exception):
-    """Root of all errors of cutjoint.
+class _Whole(BaseException):
+    """What is raised with its attributes, in another process too.
 
     Python would pickle an error by calling its class with `args`, which no class with further arguments survives: a
     pool of workers then waits for ever.  Here the error is made anew without its constructor, and gets back its
@@ -33,7 +35,11 @@ class CutjointError(Exception):
         self.__dict__.update(state or {})
 
 
-def _bare(kind: type[CutjointError], args: tuple[object, ...]) -> CutjointError:
+class CutjointError(_Whole, Exception):
+    """Root of all errors of cutjoint."""
+
+
+def _bare(kind: type[_Whole], args: tuple[object, ...]) -> _Whole:
     """An error with its arguments and without attributes."""
     return kind.__new__(kind, *args)
 
@@ -278,6 +284,22 @@ class SimulationError(CutjointError):
         result: object,
     ) -> None:
         self.t, self.q, self.v, self.result = t, _still(q), _still(v), result
+        super().__init__(message)
+
+
+class Interrupted(_Whole, KeyboardInterrupt):
+    """Ctrl-C, or a `KeyboardInterrupt` from elsewhere, in a simulation.  Nothing is lost: what was done is in `result`.
+
+    It is a `KeyboardInterrupt` and no `CutjointError`, so that what catches errors does not go on.
+
+    Attributes:
+        done: how much was done, 0 to 1.
+        result: of `simulation.run` the `Result` until then; of `compile.simulate_many` the `Many` of the first runs
+            that were done to their ends, or where they go elsewhere (`into`) their `Summary`; None if there is none.
+    """
+
+    def __init__(self, message: str, *, done: float, result: object) -> None:
+        self.done, self.result = done, result
         super().__init__(message)
 
 

@@ -112,8 +112,11 @@ def test_without_samples_a_file_has_only_errors(settings: dict[str, Any], tmp_pa
     assert not [name for name in names if name.startswith(("q_", "positions", "measured"))]
 
 
-@pytest.mark.parametrize("stopped", [KeyboardInterrupt, RuntimeError])
-def test_what_was_done_is_kept(settings: dict[str, Any], tmp_path: Path, stopped: type[BaseException]) -> None:
+@pytest.mark.parametrize(("stopped", "runs"), [(KeyboardInterrupt, 30), (RuntimeError, 20)])
+def test_what_was_done_is_kept(
+    settings: dict[str, Any], tmp_path: Path, stopped: type[BaseException], runs: int
+) -> None:
+    """Of an interrupt the runs of the chunk too that were done; other errors may be those of a run."""
     parquet = pytest.importorskip("pyarrow.parquet")
     path = tmp_path / "runs.parquet"
     path.write_bytes(b"an older file")
@@ -122,17 +125,17 @@ def test_what_was_done_is_kept(settings: dict[str, Any], tmp_path: Path, stopped
         if part > 0.7:
             raise stopped("enough")
 
-    with pytest.raises(stopped, match="enough") as caught:
+    with pytest.raises(stopped) as caught:
         simulate_many(into=path, chunk=10, progress=stop, threads=1, **settings)
     assert path.read_bytes() == b"an older file"
     assert sorted(one.name for one in tmp_path.iterdir()) == ["runs.parquet", "runs.parquet.stopped"]
     table = parquet.read_table(tmp_path / "runs.parquet.stopped")
-    assert table["run"].to_pylist() == list(range(20))
+    assert table["run"].to_pylist() == list(range(runs))
     whole = simulate_many(**settings)
     np.testing.assert_allclose(
-        table[f"error_rms_{settings['plant'].actuators[0].name}"], whole.error_rms[:20, 0], rtol=1e-12
+        table[f"error_rms_{settings['plant'].actuators[0].name}"], whole.error_rms[:runs, 0], rtol=1e-12
     )
-    assert "runs 0 to 19" in "".join(caught.value.__notes__)
+    assert f"runs 0 to {runs - 1}" in "".join(caught.value.__notes__)
 
 
 def test_nothing_is_left_of_a_start_that_fails(settings: dict[str, Any], tmp_path: Path) -> None:

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cutjoint import interrupts
 from cutjoint.commands import options
 from cutjoint.commands.output import TerminalTable, console, print_json
+from cutjoint.commands.stopping import stopped
 
 if TYPE_CHECKING:
     from cutjoint.compile import Compiled, Made
@@ -47,11 +49,16 @@ def command(
     known = functions_of(mechanism)
     usual = tuple(name for name in known if name in USUAL)
     chosen = _names(functions) or usual or known
-    for name in known if chosen == ("all",) else chosen:
-        mechanism.kernel(name)
-        if not json:
-            _say(made[-1])
-    times = {one.what: _measured(mechanism, one.what) for one in made} if measure else {}
+    try:
+        with interrupts.asking():
+            for name in known if chosen == ("all",) else chosen:
+                mechanism.kernel(name)
+                if not json:
+                    _say(made[-1])
+            times = {one.what: _measured(mechanism, one.what) for one in made} if measure else {}
+    except KeyboardInterrupt:
+        names = ", ".join(one.what for one in made) or "nothing"
+        raise stopped(f"compiled until then: {names}" + (", kept in the cache" if cache and made else "")) from None
     if json:
         print_json([_data(one, times.get(one.what)) for one in made])
     else:

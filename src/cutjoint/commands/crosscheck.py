@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json as json_module
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cutjoint import interrupts
 from cutjoint.commands import options
 from cutjoint.commands.output import TerminalTable, console, plain, print_json
+from cutjoint.commands.stopping import stopped, stopped_name
 from cutjoint.files import write_whole
 
 if TYPE_CHECKING:
-    from cutjoint.crosscheck import Comparison, Cost
+    from cutjoint.crosscheck import Comparison, Cost, SampledState
 
 
 class Engine(StrEnum):
@@ -54,7 +56,8 @@ def command(
     mass matrix, Coriolis vector, gravity, inverse and forward dynamics of both.  The two share no code and no data, so
     agreement is evidence.
     With `--variant distributed` the rods are uniform, which the papers' models are not: what their hypothesis costs
-    along the paper's own trajectory is shown instead.  Exit status 1 where a tolerance is exceeded.
+    along the paper's own trajectory is shown instead.  Exit status 1 where a tolerance is exceeded.  Interrupted
+    (Ctrl-C), it tells what came of the states until then; the JSON is then in FILE's name with `.stopped` in it.
     """
     from cutjoint.robots import PUBLISHED, hypothesis_cost_of, published
 
@@ -69,11 +72,22 @@ def command(
                     _show_cost(name, cost)
             _emit(json, {name: _cost_data(cost) for name, cost in costs.items()})
             return
-    comparisons = {name: _compare(name, engine, variant, samples, seed, lenient) for name in names}
-    for comparison in comparisons.values():
-        if not _quiet(json):
-            _show(comparison)
-    _emit(json, {name: _comparison_data(comparison, seed) for name, comparison in comparisons.items()})
+    comparisons: dict[str, Comparison] = {}
+    with interrupts.keeping():
+        try:
+            for name in names:
+                comparisons[name] = _compare(name, engine, variant, samples, seed, lenient)
+        except KeyboardInterrupt:
+            if not comparisons:
+                raise
+        for comparison in comparisons.values():
+            if not _quiet(json):
+                _show(comparison)
+        file = json if json is None or _quiet(json) or not interrupts.came() else stopped_name(json)
+        _emit(file, {name: _comparison_data(comparison, seed) for name, comparison in comparisons.items()})
+        if interrupts.came():
+            count = ", ".join(f"{one.samples} of {samples} states of {name}" for name, one in comparisons.items())
+            raise stopped(f"compared {count}" + ("" if file is None or _quiet(file) else f"; kept in {file}"))
     raise typer.Exit(0 if all(comparison.passes for comparison in comparisons.values()) else 1)
 
 
@@ -101,10 +115,13 @@ def _compare(name: str, engine: Engine, variant: str | None, samples: int, seed:
     from cutjoint.robots import PUBLISHED, Dynamics, load, published
 
     hypothesis = PUBLISHED[name].variant if name in PUBLISHED else None
-    # the papers' joints move freely
-    dynamics: Dynamics = "ideal" if engine is Engine.PAPER else "real"
-    chain = load(name, variant or hypothesis, dynamics=dynamics, lenient=lenient)
-    reference = published(name) if name in PUBLISHED else chain
+    with interrupts.asking():
+        # the papers' joints move freely
+        dynamics: Dynamics = "ideal" if engine is Engine.PAPER else "real"
+        chain = load(name, variant or hypothesis, dynamics=dynamics, lenient=lenient)
+        reference = published(name) if name in PUBLISHED else chain
+        states = sample_states(reference, samples, seed)
+        first = next(states)
     against: dict[Engine, Callable[..., Comparison]] = {
         Engine.PAPER: partial(compare, chain, reference),
         Engine.MUJOCO: partial(compare_with_mujoco, chain),
@@ -112,8 +129,17 @@ def _compare(name: str, engine: Engine, variant: str | None, samples: int, seed:
     }
     with Progress(transient=True, console=Console(stderr=True)) as bar:
         task = bar.add_task(f"{chain.name}: {samples} states", total=samples)
-        states = sample_states(reference, samples, seed)
-        return against[engine](states, lambda done: bar.update(task, completed=done))
+        return against[engine](_until_interrupted(first, states), lambda done: bar.update(task, completed=done))
+
+
+def _until_interrupted(first: SampledState, more: Iterator[SampledState]) -> Iterator[SampledState]:
+    """The states, no further ones after an interrupt."""
+    yield first
+    while not interrupts.waiting():
+        try:
+            yield next(more)
+        except StopIteration:
+            return
 
 
 def _show(comparison: Comparison) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from cutjoint import interrupts
 from cutjoint.commands import options
 
 
@@ -35,11 +36,12 @@ def command(
     description = load_description(robot, variant, lenient)
     path = WRITERS[to].place(description.name) if out is None else out
     path_name(path)
-    try:
-        files = write(description, path, to)
-    except OSError as error:
-        raise InputError(f"cannot write {shown(str(path))}: {error.strerror or error}") from error
-    for written in files:
-        typer.echo(str(written))
+    with interrupts.keeping():
+        try:
+            files = write(description, path, to)
+        except OSError as error:
+            raise InputError(f"cannot write {shown(str(path))}: {error.strerror or error}") from error
+        for written in files:
+            typer.echo(str(written))
     for lost in unsaid(description, to):
         typer.echo(f"warning: {WRITERS[to].name} has no word for {lost}; only cutjoint reads it back", err=True)

@@ -8,8 +8,7 @@ import typer
 
 from cutjoint.commands import options
 from cutjoint.commands.options import HELP, trajectory_of
-from cutjoint.commands.output import console
-from cutjoint.commands.view import announce, write
+from cutjoint.commands.view import announce, served, write
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
@@ -51,12 +50,9 @@ def command(
     if html is not None or png is not None:
         write(document, html, png, time, size)
         return
-    try:
-        with Bridge(document.files(), host=host, port=port) as bridge:
-            announce(bridge.url, bridge.open_to_others, host, open_browser)
-            bridge.wait()
-    except KeyboardInterrupt:
-        console().print("closed")
+    with Bridge(document.files(), host=host, port=port) as bridge:
+        announce(bridge.url, bridge.open_to_others, host, open_browser)
+        served(bridge.wait)
 
 
 def _document(source: str, trajectory: str | None, robot: str | None, variant: str | None, lenient: bool) -> Document:

@@ -7,10 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cutjoint import interrupts
 from cutjoint.commands.output import TerminalTable, console
+from cutjoint.commands.stopping import stopped, stopped_name
 
 if TYPE_CHECKING:
-    from cutjoint.report import ReportTable
+    from collections.abc import Sequence
+
+    from cutjoint.report import ReportTable, Section
 
 COLOURS = {"good": "green", "half": "yellow", "bad": "red"}
 
@@ -25,36 +29,51 @@ def command(
 
     Table 3 of the Cartesian Parallel Manipulator by four models, its figures 9 to 22, the rule for its gains, the
     claims of both papers with a verdict each, the Omega-3's curve with other plants and a heavier payload, the cost of
-    the papers' hypotheses, and every erratum.
+    the papers' hypotheses, and every erratum.  Interrupted (Ctrl-C), it writes what there is under FILE's name with
+    `.stopped` in it, and keeps the runs that are done: the next reproduction goes on from there.
     """
     import time
 
     from rich.progress import Progress
 
-    from cutjoint import __version__
+    from cutjoint.errors import Interrupted
     from cutjoint.experiments.study import PARTS, reproduce, tasks
-    from cutjoint.files import check_place, write_whole
-    from cutjoint.report import ReportTable, page
+    from cutjoint.files import check_place
+    from cutjoint.report import ReportTable
     from cutjoint.report.figures import plotting
 
     check_place(output)
     plotting()
     robots = list(PARTS) if robot == "all" else [robot]
     began = time.perf_counter()
-    with Progress(transient=True) as bar:
-        task = bar.add_task("simulating", total=len(tasks(robots)))
-        sections = reproduce(robots, lambda count: bar.update(task, completed=count))
+    with interrupts.keeping():
+        try:
+            with Progress(transient=True) as bar:
+                task = bar.add_task("simulating", total=len(tasks(robots)))
+                sections = reproduce(robots, lambda count: bar.update(task, completed=count))
+        except Interrupted as error:
+            written = _write(stopped_name(output), error.result)  # type: ignore[arg-type]
+            raise stopped(f"{error}; what can be shown of them is in {written}") from None
+        _write(output, sections)
     for section in sections:
         for part in section.parts:
             if isinstance(part, ReportTable) and not part.wide:
                 _print(part)
+    console().print(f"{output}: {output.stat().st_size / 1e6:.1f} MB, {time.perf_counter() - began:.0f} s")
+
+
+def _write(output: Path, sections: Sequence[Section]) -> Path:
+    """Write the page."""
+    from cutjoint import __version__
+    from cutjoint.files import write_whole
+    from cutjoint.report import page
+
     title = "Two parallel robots: their papers' experiments, reproduced"
     lead = (
         f"Made by cutjoint {__version__}. Every number was computed for this page; what could not be "
         "reproduced is said so. SI units."
     )
-    write_whole(output, page(title, lead, sections))
-    console().print(f"{output}: {output.stat().st_size / 1e6:.1f} MB, {time.perf_counter() - began:.0f} s")
+    return write_whole(output, page(title, lead, sections))
 
 
 def _print(part: ReportTable) -> None:

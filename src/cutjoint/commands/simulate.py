@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeVar, cast
 
 import typer
 
+from cutjoint import interrupts
 from cutjoint.commands import built, options
 from cutjoint.commands.loads import loads_of
 from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, named_gains, numbers, trajectory_of, with_gains
 from cutjoint.commands.output import console, print_json
 from cutjoint.commands.reaction_peaks import check_reactions, peaks_of, show_peaks, written
 from cutjoint.commands.run_figures import figures_of, show
+from cutjoint.commands.stopping import stopped, stopped_name
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from cutjoint.chain import ClosedChain
     from cutjoint.control import Law
@@ -122,10 +124,9 @@ def command(
     """Simulate a robot under a controller and say how well it followed, and whether the simulation can be believed.
 
     The robot starts at rest in the first desired posture, or at home where it follows nothing.  A run that cannot go on
-    ends with exit status 2; with `--save FILE` what was simulated until then is kept beside it as FILE's name with
-    `.stopped` in it.
+    ends with exit status 2, one that is interrupted (Ctrl-C) with 130; with `--save FILE` what was simulated until then
+    is kept beside it as FILE's name with `.stopped` in it.
     """
-    from cutjoint.errors import SimulationError
     from cutjoint.simulation import save as write
     from cutjoint.simulation.result_file import check_target
 
@@ -146,27 +147,63 @@ def command(
         reference = _reference(robots, trajectory or "paper", duration, joints)
     if duration is None and efforts is None:
         duration = 1.0 if reference is None else reference.duration
-    try:
-        result = _run(
-            (robots.moving, law, reference),
-            duration,
-            machine or (rate, limit),
-            every,
-            step,
-            lock=lock or (),
-            joint_limits=joints,
-            loads=loads_of(load) if load else None,
+    with interrupts.keeping():
+        result, early = _done(
+            save,
+            lambda: _run(
+                (robots.moving, law, reference),
+                duration,
+                machine or (rate, limit),
+                every,
+                step,
+                lock=lock or (),
+                joint_limits=joints,
+                loads=loads_of(load) if load else None,
+            ),
         )
+        saved = None if save is None else write(result, stopped_name(save) if early else save)
+        _tell(result, saved, reactions, robots.robot, json=json, early=early)
+
+
+def _done(save: Path | None, go: Callable[[], Result]) -> tuple[Result, str]:
+    """The result of a run; where it was interrupted also the words for that, and the result goes until then."""
+    from cutjoint.errors import Interrupted, SimulationError
+    from cutjoint.simulation import save as write
+
+    try:
+        return go(), ""
     except SimulationError as error:
         if save is not None:
-            beside = write(error.result, save.with_name(f"{save.stem}.stopped{save.suffix}"))  # type: ignore[arg-type]
+            beside = write(cast("Result", error.result), stopped_name(save))
             console().print(f"what was simulated until then: {beside}", soft_wrap=True)
         raise
+    except Interrupted as error:
+        return cast("Result", error.result), str(error)
+
+
+def _tell(
+    result: Result, saved: Path | None, reactions: Path | None, robot: Mechanism, *, json: bool, early: str
+) -> None:
+    """Print what a run comes to, and write its reactions; of a run that was interrupted only where nothing else is
+    kept.
+
+    Raises:
+        typer.Exit: it was interrupted.
+    """
     figures = figures_of(result)
-    if save is not None:
-        figures["saved"] = str(write(result, save))
-    carried = None if reactions is None else written(reactions, result, robots.robot)
-    if carried is not None:
+    if saved is not None:
+        figures["saved"] = str(saved)
+    if early:
+        figures["interrupted"] = True
+    carried = None
+    if reactions is not None and not (early and saved is not None):
+        reactions = stopped_name(reactions) if early else reactions
+        try:
+            with interrupts.asking():
+                carried = written(reactions, result, robot)
+        except KeyboardInterrupt:
+            told = "nothing was written" if saved is None else f"the run is kept in {saved}, its reactions are not"
+            raise stopped(told) from None
         figures |= {"reactions": str(reactions), "reaction_peaks": peaks_of(carried)}
     if json:
         print_json(figures)
@@ -174,6 +211,9 @@ def command(
         show(result, figures)
         if carried is not None:
             show_peaks(carried)
+    if early:
+        kept = [str(one) for one in (saved, reactions if carried else None) if one is not None]
+        raise stopped(f"{early}; kept in {', '.join(kept)}" if kept else f"{early}; without --save no file is written")
 
 
 class Robots(NamedTuple):
@@ -285,11 +325,12 @@ def _run(
     method: Integrator | None = None if step is None else RungeKutta4(step)
     if method is None and rate is None and hardware is None:
         method = Adaptive(1e-8, 1e-10)
-    with Progress(transient=True) as bar:
+    with interrupts.asking(), Progress(transient=True) as bar:
         task, shown = bar.add_task(f"{moving.name}, {law.name}", total=span), 0.0
 
         def show(t: float) -> None:
             nonlocal shown
+            interrupts.check()
             if span is None or t - shown >= PROGRESS * span:
                 bar.update(task, completed=t)
                 shown = t

@@ -5,10 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
+from cutjoint import interrupts
 from cutjoint.commands import options
 from cutjoint.commands.output import console
+from cutjoint.commands.stopping import stopped
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cutjoint.viewer import Document
 
 HOST_WARNING = (
@@ -41,22 +47,41 @@ def command(
     if html is not None or png is not None:
         write(show(chain), html, png, 0.0, size)
         return
-    try:
-        with LiveView(chain, host=host, port=port) as view:
-            announce(view.url, view.bridge.open_to_others, host, open_browser)
-            view.wait()
-    except KeyboardInterrupt:
-        console().print("closed")
+    with LiveView(chain, host=host, port=port) as view:
+        announce(view.url, view.bridge.open_to_others, host, open_browser)
+        served(view.wait)
 
 
 def write(document: Document, html: Path | None, png: Path | None, time: float, size: str) -> None:
     """Write a page, a picture or both, and say how large they are."""
     width, height = pixels(size)
-    if html is not None:
-        console().print(f"wrote {html}: {document.save(html) / 1e6:.2f} MB, one file, no network needed")
-    if png is not None:
-        written = document.picture(png, time=time, width=width, height=height)
-        console().print(f"wrote {png}: {width} x {height} pixels, {written / 1e6:.2f} MB")
+    done = []
+    try:
+        with interrupts.asking():
+            if html is not None:
+                with interrupts.keeping():
+                    console().print(f"wrote {html}: {document.save(html) / 1e6:.2f} MB, one file, no network needed")
+                    done.append(str(html))
+            if png is not None:
+                written = document.picture(png, time=time, width=width, height=height)
+                console().print(f"wrote {png}: {width} x {height} pixels, {written / 1e6:.2f} MB")
+    except KeyboardInterrupt:
+        raise stopped(f"only {done[0]} was written" if done else "nothing was written") from None
+
+
+def served(wait: Callable[[], None]) -> None:
+    """Wait for Ctrl-C, which is how a viewer ends, or for SIGTERM.
+
+    Raises:
+        typer.Exit: it was SIGTERM.
+    """
+    try:
+        with interrupts.asking():
+            wait()
+    except KeyboardInterrupt:
+        console().print("closed")
+        if interrupts.name() == "SIGTERM":
+            raise typer.Exit(interrupts.status()) from None
 
 
 def pixels(size: str) -> tuple[int, int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from cutjoint.arrays import Array
@@ -36,36 +38,34 @@ def tasks() -> dict[Key, Task]:
     return wanted
 
 
-def sections(found: Found) -> list[Section]:
-    """The part of the page, from what `tasks` gave."""
-    return [
-        Section(
-            "Cartesian Parallel Manipulator",
-            (
-                "Elkady, Elkobrosy, Hanna and Sobh (2008) control the robot along a circle of 0.175 m in four seconds "
-                "with four controllers. Every controller here uses the model of its column and the printed gains; the "
-                "robot starts at rest at the first point of the circle, on the elbow branch (+, -, +).",
-                claims_table("What the paper says of table 3", claims(found)),
-                "Sections 4.2 to 4.6 say what each of the four laws is good for. The runs behind these verdicts use "
-                "equation (39) for robot and controller and the gains of table 3; where the paper speaks of a robot "
-                "that follows its path, it starts on the path and at its speed.",
-                claims_table("What the paper says of the control laws", cpm_law_claims.claims(found)),
-            ),
-            level=2,
+def paper_section(found: Found) -> Section:
+    """What the paper says, with verdicts."""
+    return Section(
+        "Cartesian Parallel Manipulator",
+        (
+            "Elkady, Elkobrosy, Hanna and Sobh (2008) control the robot along a circle of 0.175 m in four seconds "
+            "with four controllers. Every controller here uses the model of its column and the printed gains; the "
+            "robot starts at rest at the first point of the circle, on the elbow branch (+, -, +).",
+            claims_table("What the paper says of table 3", claims(found)),
+            "Sections 4.2 to 4.6 say what each of the four laws is good for. The runs behind these verdicts use "
+            "equation (39) for robot and controller and the gains of table 3; where the paper speaks of a robot "
+            "that follows its path, it starts on the path and at its speed.",
+            claims_table("What the paper says of the control laws", cpm_law_claims.claims(found)),
         ),
-        Section("Table 3", table_3(found)),
-        Section("The rule for the gains", (gain_table(found), force_table())),
-        Section("Figures 9 to 22", figures(found)),
-        Section(
-            "What lumping the second rod costs",
-            (
-                "The paper puts half of each second rod's mass at either of its ends. The same robot with uniform rods "
-                "needs this much other force along the circle.",
-                cost_table("CPM, lumped against uniform second rods, along the circle", found["cost"]),
-            ),
+        level=2,
+    )
+
+
+def cost_section(found: Found) -> Section:
+    """What the paper's hypothesis costs."""
+    return Section(
+        "What lumping the second rod costs",
+        (
+            "The paper puts half of each second rod's mass at either of its ends. The same robot with uniform rods "
+            "needs this much other force along the circle.",
+            cost_table("CPM, lumped against uniform second rods, along the circle", found["cost"]),
         ),
-        Section("Errata of the CPM's paper", (errata_table("CPM: what is printed, and what holds", ERRATA),)),
-    ]
+    )
 
 
 def table_3(found: Found) -> tuple[ReportTable, ...]:
@@ -236,3 +236,14 @@ def _of_law(name: str, row: Table3Row, result: Result) -> Picture:
 
 def _range(values: Array) -> str:
     return f"{values.min():.3f} to {values.max():.3f}"
+
+
+SECTIONS: tuple[Callable[[Found], Section], ...] = (
+    paper_section,
+    lambda found: Section("Table 3", table_3(found)),
+    lambda found: Section("The rule for the gains", (gain_table(found), force_table())),
+    lambda found: Section("Figures 9 to 22", figures(found)),
+    cost_section,
+    lambda _: Section("Errata of the CPM's paper", (errata_table("CPM: what is printed, and what holds", ERRATA),)),
+)
+"""The parts of the page, each from what `tasks` gave."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -32,38 +32,36 @@ def tasks() -> dict[Key, Task]:
     return wanted
 
 
-def sections(found: Found) -> list[Section]:
-    """The part of the page, from what `tasks` gave."""
-    return [
-        Section(
-            "Omega-3",
-            (
-                "Adetu, Moore and Roberts follow the figure of eight (43) with PD feedback and their dynamic model. "
-                "They print neither gains nor the initial state nor where the model enters, so both usual forms are "
-                "run, with gains of this project: computed torque with K_P = {kp:g} 1/s2, K_D = {kd:g} 1/s, and PD + "
-                "feedforward with K_P = {fp:g} N m/rad and K_D = {fd:g} N m s/rad. The robot starts at rest.".format(
-                    **dict(zip(("kp", "kd"), GAINS["omega3"]["computed-torque"].values(), strict=True)),
-                    **dict(zip(("fp", "fd"), GAINS["omega3"]["feedforward"].values(), strict=True)),
-                ),
-                "It claims (section V) a position error below 3 mm after about 0.3 s.",
-                *(runs_table(found, name) for name in omega3.LAWS),
+def paper_section(found: Found) -> Section:
+    """Both controllers along the curve, and the claim."""
+    return Section(
+        "Omega-3",
+        (
+            "Adetu, Moore and Roberts follow the figure of eight (43) with PD feedback and their dynamic model. "
+            "They print neither gains nor the initial state nor where the model enters, so both usual forms are "
+            "run, with gains of this project: computed torque with K_P = {kp:g} 1/s2, K_D = {kd:g} 1/s, and PD + "
+            "feedforward with K_P = {fp:g} N m/rad and K_D = {fd:g} N m s/rad. The robot starts at rest.".format(
+                **dict(zip(("kp", "kd"), GAINS["omega3"]["computed-torque"].values(), strict=True)),
+                **dict(zip(("fp", "fd"), GAINS["omega3"]["feedforward"].values(), strict=True)),
             ),
-            level=2,
+            "It claims (section V) a position error below 3 mm after about 0.3 s.",
+            *(runs_table(found, name) for name in omega3.LAWS),
         ),
-        Section("Figures 4 and 5", figures(found)),
-        Section(
-            "What the hypotheses cost",
-            (
-                "Rods: the paper puts half of each pair's mass at either end. Arm: the paper gives neither the inertia "
-                "nor the centre of mass of the semi-circular arm, which matters more.",
-                cost_table("Omega-3, lumped against uniform rods, along the curve", found["cost"]),
-                arm_table(found),
-            ),
+        level=2,
+    )
+
+
+def cost_section(found: Found) -> Section:
+    """What the paper's hypotheses cost."""
+    return Section(
+        "What the hypotheses cost",
+        (
+            "Rods: the paper puts half of each pair's mass at either end. Arm: the paper gives neither the inertia "
+            "nor the centre of mass of the semi-circular arm, which matters more.",
+            cost_table("Omega-3, lumped against uniform rods, along the curve", found["cost"]),
+            arm_table(found),
         ),
-        Section(
-            "Errata of the Omega-3's paper", (errata_table("Omega-3: what is printed or open, and what holds", ERRATA),)
-        ),
-    ]
+    )
 
 
 def run_of(found: Found, name: str, setup: str) -> Result:
@@ -184,3 +182,14 @@ def figures(found: Found) -> list[str | Picture]:
                 )
             )
     return shown
+
+
+SECTIONS: tuple[Callable[[Found], Section], ...] = (
+    paper_section,
+    lambda found: Section("Figures 4 and 5", figures(found)),
+    cost_section,
+    lambda _: Section(
+        "Errata of the Omega-3's paper", (errata_table("Omega-3: what is printed or open, and what holds", ERRATA),)
+    ),
+)
+"""The parts of the page, each from what `tasks` gave."""

@@ -82,6 +82,7 @@ def run(
         UnreachableError, ClosureError, SingularError: no start.
         SimulationError: the run diverged, met a singularity, or a joint passed its limits; it holds the state and the
             result until then.
+        Interrupted: a `KeyboardInterrupt` (Ctrl-C) came; it is one, and holds the result until then.
     """
     plant, not_compiled = plant_of(robot)
     n = plant.mechanism.n

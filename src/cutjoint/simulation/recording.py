@@ -10,7 +10,7 @@ from cutjoint.arrays import Array
 from cutjoint.motion import Desired
 from cutjoint.simulation.hardware.electronics import Signals
 from cutjoint.simulation.observables import OBSERVABLES, Instant, Works, gathered
-from cutjoint.simulation.plant import Advancing, Plant, State
+from cutjoint.simulation.plant import Advancing, Observation, Plant, State
 
 
 class Kept(NamedTuple):
@@ -25,31 +25,34 @@ class Kept(NamedTuple):
 
 
 class Recorder:
-    """The samples of a run of `plant`."""
+    """The samples of a run of `plant`.  An interrupt leaves whole samples, wherever it comes."""
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
         self._at_once = plant if isinstance(plant, Advancing) else None
-        self._samples: dict[str, list[npt.ArrayLike]] = {name: [] for name in OBSERVABLES}
-        self._kept: list[Kept] = []
+        # looked at, and not yet: one attribute, so that an interrupt never finds a sample in both
+        self._rows: tuple[list[dict[str, npt.ArrayLike]], list[Kept]] = ([], [])
 
     def keep(self, one: Kept) -> None:
         """Take one sample."""
-        self._kept.append(one)
+        rows, kept = self._rows
         if self._at_once is None:
-            self._look()
+            rows.append(_row(one, self._plant.observe(one.state)))
+        else:
+            kept.append(one)
 
     def columns(self) -> dict[str, Array]:
         """All samples until now, by name."""
-        self._look()
-        return gathered({name: samples for name, samples in self._samples.items() if samples})
+        rows, kept = self._rows
+        if self._at_once is not None and kept:
+            seen = self._at_once.observe_all([one.state for one in kept])
+            rows = rows + [_row(one, observation) for one, observation in zip(kept, seen, strict=True)]
+            self._rows = rows, []
+        return gathered({name: [row[name] for row in rows] for name in rows[0]})
 
-    def _look(self) -> None:
-        states = [one.state for one in self._kept]
-        seen = map(self._plant.observe, states) if self._at_once is None else self._at_once.observe_all(states)
-        for one, observation in zip(self._kept, seen, strict=True):
-            now = Instant(one.t, observation, one.desired, one.effort, one.works, one.signals)
-            for name, observable in OBSERVABLES.items():
-                if (taken := observable.take(now)) is not None:
-                    self._samples[name].append(taken)
-        self._kept.clear()
+
+def _row(one: Kept, observation: Observation) -> dict[str, npt.ArrayLike]:
+    """A sample by the names of its columns."""
+    now = Instant(one.t, observation, one.desired, one.effort, one.works, one.signals)
+    taken = {name: observable.take(now) for name, observable in OBSERVABLES.items()}
+    return {name: value for name, value in taken.items() if value is not None}

@@ -14,7 +14,7 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.errors import CutjointError, InputError, LimitError, SimulationError
+from cutjoint.errors import CutjointError, InputError, Interrupted, LimitError, SimulationError
 from cutjoint.simulation.coupled import Coupled
 from cutjoint.simulation.integrators import Integrator, Step, StepError
 from cutjoint.simulation.interpolant import Begin, between
@@ -81,17 +81,30 @@ class Running:
 
         Raises:
             SimulationError: it stopped early.
+            Interrupted: so did a `KeyboardInterrupt`.
         """
         self.sampling.begin()
         self.record(0.0, self.coupled.origin, self.coupled.y)
-        while self.span - self.t > self.same:
-            try:
-                self.advance()
-            except (CutjointError, np.linalg.LinAlgError) as error:
-                raise self.stopped(str(error)) from error
-            if progress is not None:
-                progress(self.t)
-        return self.result()
+        try:
+            while self.span - self.t > self.same:
+                try:
+                    self.advance()
+                except (CutjointError, np.linalg.LinAlgError) as error:
+                    raise self.stopped(str(error)) from error
+                if progress is not None:
+                    self.tell(progress)
+            return self.result()
+        except KeyboardInterrupt as error:
+            raise self.interrupted() from error
+
+    def tell(self, progress: Callable[[float], None]) -> None:
+        """Call `progress`; where it interrupts, the state is whole and becomes the last sample."""
+        try:
+            progress(self.t)
+        except KeyboardInterrupt:
+            if self.t - self.recorded > self.same:
+                self.record(self.t, self.coupled.origin, self.coupled.y)
+            raise
 
     # ---- steps -----------------------------------------------------------------------------------------------------
 
@@ -247,4 +260,14 @@ class Running:
             q=q,
             v=v,
             result=self.result(),
+        )
+
+    def interrupted(self) -> Interrupted:
+        """What is raised on an interrupt, which may come amid a step: everything until the last sample."""
+        result = self.result()
+        end = float(result.time[-1])
+        return Interrupted(
+            f"the simulation was interrupted; its result goes to t = {end:.6g} s of {self.span:g} s",
+            done=end / self.span,
+            result=result,
         )

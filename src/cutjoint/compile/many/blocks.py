@@ -17,6 +17,8 @@ from cutjoint.compile.many.variation import SomeRuns
 
 EVALUATIONS = 250_000
 """Steps of runs in a block: often enough to report, seldom enough not to matter."""
+BRIEF = 100_000
+"""Steps of runs that take no longer than anybody notices: done at once, without a thread."""
 NOISE = 2**20
 """Most bytes of noise of a block, unless a single group has more."""
 
@@ -50,11 +52,16 @@ class Blocks:
         self._chance = np.zeros((2, self.groups, self.lanes), dtype=np.int64)
         self._due = None if chances is None or not chances.alike else chances.due(part.first)
         arrays = (*self._given, self._records, self._sums)
+        self._flag, self._sizes = np.zeros(1, dtype=np.int64), sizes
+        self._sums[:, 2 * sizes.watched] = np.nan
         addresses = [*(x.ctypes.data for x in arrays), len(grid.chosen), *(x.ctypes.data for x in self._chance)]
+        addresses.append(self._flag.ctypes.data)
         self._table = np.array(addresses, dtype=np.int64)
 
     def go(self, threads: int, progress: Callable[[float], None] | None) -> None:
-        """Simulate all runs; `progress` is called with the fraction that is done."""
+        """Simulate all runs; `progress` is called with the fraction that is done.  Whatever is raised meanwhile, such
+        as a `KeyboardInterrupt`, ends them all within a step.
+        """
         workers = min(threads, self.groups)
         size = max(1, min(-(-self.groups // workers), EVALUATIONS // (self.grid.steps * self.lanes) + 1))
         if self.chances is not None and self.chances.channels:
@@ -68,14 +75,26 @@ class Blocks:
             if progress is not None:
                 progress(count / len(edges))
 
-        if workers == 1:
+        if workers == 1 and self.groups * self.lanes * self.grid.steps <= BRIEF:
             for number, begin in enumerate(edges, start=1):
                 work(begin)
                 done(number)
-        else:
-            with ThreadPoolExecutor(workers) as pool:
+            return
+        with ThreadPoolExecutor(workers) as pool:
+            try:
                 for number, _ in enumerate(pool.map(work, edges), start=1):
                     done(number)
+            except BaseException:
+                self._flag[0] = 1
+                pool.shutdown(cancel_futures=True)
+                raise
+
+    @property
+    def whole(self) -> int:
+        """How many of the first runs are done to their ends."""
+        done = ~np.isnan(self._sums[:, 2 * self._sizes.watched, 0])
+        groups = self.groups if done.all() else int(np.argmin(done))
+        return min(groups * self.lanes, self.count)
 
     @property
     def records(self) -> Array:

@@ -25,14 +25,14 @@ from cutjoint.compile.many.blocks import Blocks
 from cutjoint.compile.many.grid import TimeGrid, time_grid
 from cutjoint.compile.many.instants import Chances
 from cutjoint.compile.many.options import ManyOptions, RunOptions
-from cutjoint.compile.many.results import Many, Outcome
+from cutjoint.compile.many.results import INTERRUPTED, Many, Outcome
 from cutjoint.compile.many.sinks import Asked, Into, sink_of
 from cutjoint.compile.many.statistics import Summary
 from cutjoint.compile.many.traced import traced_loop
 from cutjoint.compile.many.variation import Variation, whole
 from cutjoint.compile.once import once
 from cutjoint.control import Law, as_law
-from cutjoint.errors import InputError
+from cutjoint.errors import InputError, Interrupted
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired, Reference
 from cutjoint.simulation.hardware import Hardware
@@ -134,11 +134,21 @@ class ClosedLoop:
             for begin in range(0, count, size):
                 end = min(begin + size, count)
 
-                def told(part: float, begin: int = begin, end: int = end) -> None:
+                def tell(part: float, begin: int = begin, end: int = end) -> None:
                     if progress is not None:
                         progress((begin + part * (end - begin)) / count)
 
-                many = self._chunk(asked, begin, end, options.get("threads"), told)
+                try:
+                    many = self._chunk(asked, begin, end, options.get("threads"), tell)
+                except KeyboardInterrupt as error:
+                    if isinstance(error, Interrupted) and isinstance(error.result, Many):
+                        sink.take(begin, error.result)
+                        summary = summary.extended(error.result)
+                    raise Interrupted(
+                        f"interrupted; {summary.runs} of {count} runs are done",
+                        done=summary.runs / count,
+                        result=summary,
+                    ) from error
                 sink.take(begin, many)
                 summary = summary.extended(many)
         return summary
@@ -185,7 +195,15 @@ class ClosedLoop:
         if loop.hardware is not None:
             chances = Chances(loop.hardware, asked.grid, self.sizes.noise)
         blocks = Blocks(self._runs, self.sizes, part, asked.rows, asked.grid, chances)
-        blocks.go(cores() if threads is None else max(1, threads), progress)
+        try:
+            blocks.go(cores() if threads is None else max(1, threads), progress)
+        except KeyboardInterrupt as error:
+            ready, many = blocks.whole, None
+            if ready:
+                part = asked.variation.part(begin, begin + ready)
+                outcome = Outcome(loop, part, blocks.records[:ready], blocks.sums[:ready], asked.grid)
+                many = outcome.many(asked.reference, again=False)
+            raise Interrupted(INTERRUPTED.format(ready), done=ready / blocks.count, result=many) from error
         return Outcome(loop, part, blocks.records, blocks.sums, asked.grid).many(asked.reference)
 
 
@@ -258,6 +276,8 @@ def simulate_many(
         InputError: shapes do not agree, a gain or parameter does not exist, or the law cannot be traced.
         UnreachableError: the reference leaves the workspace.
         ClosureError, SingularError: a run cannot start.
+        Interrupted: a `KeyboardInterrupt` (Ctrl-C) came; it is one, and holds the first runs that were done.  What
+            goes elsewhere (`into`) has been handed on, the last chunk being shorter.
     """
     loop = ClosedLoop(
         plant,

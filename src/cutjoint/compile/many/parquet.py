@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from cutjoint import interrupts
 from cutjoint.arrays import Array
 from cutjoint.compile.many.grid import TimeGrid
 from cutjoint.compile.many.results import SAMPLED, Many
 from cutjoint.compile.many.traced import TracedLoop
 from cutjoint.compile.many.variation import Variation
 from cutjoint.errors import InputError
-from cutjoint.files import check_place
+from cutjoint.files import Draft, check_place
 from cutjoint.simulation.hardware.parts import parts_of
 
 if TYPE_CHECKING:
@@ -54,7 +55,6 @@ class ParquetSink:
         except ImportError as error:
             raise InputError("a Parquet file needs pyarrow: pip install 'cutjoint[parquet]'") from error
         self.path = check_place(path)
-        self._waiting = self.path.with_name(f".{self.path.name}.{os.getpid()}")
         self._arrow, self._variation = pa, variation
         self._names = [one.name for one in loop.plant.actuators]
         self._samples = SAMPLED if len(grid.chosen) > 2 else ()
@@ -69,6 +69,7 @@ class ParquetSink:
             "hardware": None if hardware is None else parts_of(hardware),
         }
         self._about = {"cutjoint": json.dumps(about)}
+        self._draft: Draft | None = None
         self._writer: ParquetWriter | None = None
         self._taken = 0
 
@@ -78,9 +79,11 @@ class ParquetSink:
 
         table = self._arrow.table(self._columns(first, many)).replace_schema_metadata(self._about)
         if self._writer is None:
-            self._writer = ParquetWriter(self._waiting, table.schema)
-        self._writer.write_table(table, row_group_size=max(1, len(many.q)))
-        self._taken = first + len(many.q)
+            self._draft = Draft(self.path)
+            self._writer = ParquetWriter(self._draft.path, table.schema)
+        with interrupts.held():
+            self._writer.write_table(table, row_group_size=max(1, len(many.q)))
+            self._taken = first + len(many.q)
 
     def __enter__(self) -> Self:
         return self
@@ -89,14 +92,16 @@ class ParquetSink:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Give the file its name, or what there is of it the name of a stopped one."""
-        if self._writer is None:
+        if self._writer is None or self._draft is None:
             return
-        self._writer.close()
-        if error is None:
-            os.replace(self._waiting, self.path)
-            return
-        kept = self.path.with_name(f"{self.path.name}.stopped")
-        os.replace(self._waiting, kept)
+        with interrupts.held(), self._draft as draft:
+            self._writer.close()
+            draft.finish()
+            if error is None:
+                draft.take_place()
+                return
+            kept = self.path.with_name(f"{self.path.name}.stopped")
+            draft.take_place(kept)
         error.add_note(f"runs 0 to {self._taken - 1} are kept in {kept}")
 
     def _columns(self, first: int, many: Many) -> Mapping[str, pa.Array]:

@@ -15,7 +15,7 @@ from cutjoint.compile.many.variation import SomeRuns
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.control import Law
 from cutjoint.control.law import Gain
-from cutjoint.errors import CutjointError, InputError
+from cutjoint.errors import CutjointError, InputError, Interrupted
 from cutjoint.motion import Reference
 from cutjoint.simulation import ReducedPlant
 from cutjoint.simulation import run as simulate
@@ -27,6 +27,8 @@ RESIDUAL_LIMIT = 1e-6
 
 SAMPLED = ("q", "v", "effort", "positions", "measured_q", "measured_v", "asked", "command")
 """The columns of `Many` that have samples."""
+NOT_AGAIN = "it left what is compiled for, and was interrupted before the model had done it again"
+INTERRUPTED = "interrupted; {} runs are done"
 _PER_RUN = (*SAMPLED, "error_rms", "error_max", "effort_max")
 
 
@@ -94,22 +96,34 @@ class Outcome:
         broken = (sums[:, 4 * n] <= steps) | (sums[:, 4 * n + 1] > RESIDUAL_LIMIT) | ~np.isfinite(sums).all(axis=1)
         self.broken = np.flatnonzero(broken | ~np.isfinite(records[:, -1]).all(axis=1)).tolist()
 
-    def many(self, reference: Reference | Array) -> Many:
-        """The result."""
+    def many(self, reference: Reference | Array, *, again: bool = True) -> Many:
+        """The result; without `again` nothing is done again.
+
+        Raises:
+            Interrupted: a `KeyboardInterrupt` came while a run was done again; `result` lacks it and those behind it.
+        """
         arrays = {name: np.array(values, dtype=np.float64) for name, values in self.arrays.items()}
-        failed: dict[int, str] = {}
-        for run in self.broken:
-            for array in arrays.values():
-                array[run] = np.nan
+        for array in arrays.values():
+            array[self.broken] = np.nan
+        failed = dict.fromkeys(self.broken, NOT_AGAIN)
+        interrupt: KeyboardInterrupt | None = None
+        for run in self.broken if again else ():
             try:
                 found = self._by_model(run, reference)
             except CutjointError as error:
                 failed[run] = str(error)
                 continue
+            except KeyboardInterrupt as error:
+                interrupt = error
+                break
+            del failed[run]
             for name, values in found.items():
                 arrays[name][run] = values
         slow = tuple(run for run in self.broken if run not in failed)
-        return Many(time=readonly(self.time), failed=failed, slow=slow, **arrays)
+        made = Many(time=readonly(self.time), failed=failed, slow=slow, **arrays)
+        if interrupt is not None:
+            raise Interrupted(INTERRUPTED.format(len(made.q)), done=1.0, result=made) from interrupt
+        return made
 
     def _by_model(self, run: int, reference: Reference | Array) -> dict[str, Array]:
         """One run by the model that is not compiled, with the same integrator, hardware and chance.

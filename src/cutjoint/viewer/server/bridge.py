@@ -17,6 +17,7 @@ from collections.abc import Callable, Mapping
 from tornado.httpserver import HTTPServer
 from tornado.web import Application
 
+from cutjoint import interrupts
 from cutjoint.errors import ViewerError
 from cutjoint.viewer.picture.scene import Scene, pack
 from cutjoint.viewer.server.addresses import LOOPBACK, PORT, Address, bind
@@ -85,6 +86,7 @@ class Bridge:
         """Block until `stop()`, or an interrupt, in short waits so that signals get through."""
         while self._thread.is_alive():
             self._thread.join(0.2)
+            interrupts.check()
 
     def broadcast(self, message: Message) -> None:
         """Send a JSON message to every tab (from any thread)."""

@@ -22,7 +22,8 @@ class RunLoopText:
     The table holds addresses: states and per-run arguments (group, number, lane), reference rows (steps + 1, or without
     events 2 steps + 1; columns), records (group, record, width, lane), sums (group, totals, lane), the number of
     records, and the addresses of each lane's due bytes (steps + 1; bit K: event K) and of its noise (one row more than
-    is drawn; noise), (group, lane) each.  Sums are the largest |w| and the sum of w^2 of every watched value, the first
+    is drawn; noise), (group, lane) each; and of a flag, an int64: where it is not 0 before a step, the loop ends there.
+    Sums are the largest |w| and the sum of w^2 of every watched value, the first
     step whose strain was beyond the limit (steps + 1: none), and the largest residual.
 
     It is written block by block.
@@ -108,11 +109,11 @@ class RunLoopText:
         self.base, self.total, self.sums = self.a.room(s.state), self.a.room(s.state), self.a.room(s.totals)
         self.settled = self.a.room(s.settled + 2)
         pointers = []
-        for k in range(8):
+        for k in range(9):
             place = out.emit(f"getelementptr i64, ptr %table, i64 {k}")
             value = out.emit(f"load i64, ptr {place}, align 8")
             pointers.append(value if k == 5 else out.emit(f"inttoptr i64 {value} to ptr"))
-        self.states, self.given, self.rows, self.records, self.results, self.count, *others = pointers
+        self.states, self.given, self.rows, self.records, self.results, self.count, *others, self.flag = pointers
         self.events = RunEventsText(self.a, self.parts, self.x, self.y, self.noise, *others)
         self.h = self.a.spread("%h")
         self.half = out.emit(f"fmul {self.a.type} {self.h}, {self.a.spread('5.0e-01')}")
@@ -154,6 +155,9 @@ class RunLoopText:
         out.do("step:")
         out.do("%i = phi i64 [ 0, %start ], [ %i.next, %advanced ]")
         out.do("%taken = phi i64 [ 0, %start ], [ %taken.next, %advanced ]")
+        stop = out.emit(f"icmp ne i64 {out.emit(f'load volatile i64, ptr {self.flag}, align 8')}, 0")
+        out.do(f"br i1 {stop}, label %leave, label %stepping")
+        out.do("stepping:")
         self.copy(s.state, self.base, self.x)
         self.doubled = out.emit("mul i64 %i, 2")
         self.row("%i" if self.parts.events else self.doubled)

@@ -15,7 +15,7 @@ from numpy.polynomial import Polynomial as Series
 
 from cutjoint.description.curves import Polynomial
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.mjcf.body import Bodies
+from cutjoint.description.formats.mjcf.body import OWN, Bodies
 from cutjoint.description.formats.mjcf.compiled import EqualityRow, Numbers
 from cutjoint.description.formats.mjcf.couplings import Followers, Relation
 from cutjoint.description.formats.mjcf.tendon import lengths_of, quoted
@@ -27,7 +27,8 @@ from cutjoint.description.transforms import from_rotation, rotation_from_quatern
 def read_equalities(
     bodies: Bodies, known: Collection[str], actuated: Collection[str], findings: Findings
 ) -> tuple[list[CutJoint], Followers]:
-    """All active equalities but those of cuts that are `known` already (named NAME or NAME/1, NAME/2, ...).
+    """All active equalities but those of cuts and couplings that are `known` already (named NAME or NAME/1, NAME/2,
+    ..., or as this package names what its text tells).
 
     What is `actuated` follows others only where nothing else can.
     """
@@ -36,7 +37,7 @@ def read_equalities(
     for number, row in enumerate(bodies.model.equalities, 1):
         name = row.name or f"{row.kind}_{number}"
         place = bodies.source.place(row.line, row.kind) or Place(findings.file)
-        if not row.active or name.split("/")[0] in known:
+        if not row.active or name in known or name.rpartition("/")[0] in known or (known and name.startswith(OWN)):
             continue
         if row.kind in EQUALITIES:
             cuts.append(_cut(row, name, bodies, place))

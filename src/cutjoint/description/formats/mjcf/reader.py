@@ -56,12 +56,14 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     bodies = Bodies(model, source, extras is not None, findings)
     check_range(model.gravity, "gravity", findings, None)
     extras = extras or Extras(gravity=readonly(model.gravity))
-    cuts, followers = read_equalities(bodies, {cut.name for cut in extras.cuts}, actuated_joints(bodies), findings)
+    known = {cut.name for cut in extras.cuts} | {coupling.name for coupling in extras.couplings}
+    cuts, followers = read_equalities(bodies, known, actuated_joints(bodies), findings)
     motors = read_motors(bodies, followers, findings)
     read_tendons(bodies, followers, findings)
     bodies.tree.couplings.extend(followers.couplings.values())
     named = {frame.link for cut in [*cuts, *extras.cuts] for frame in (cut.a, cut.b)}
     named |= set() if extras.tool is None else {extras.tool.link}
+    named |= {joint.parent for joint in bodies.tree.joints if joint.child in extras.fixed}
     bodies.drop_empty_world(named)
     bodies.name_fixed_joints(extras.fixed)
     bodies.tree.joints = driven(bodies.tree.joints, motors)

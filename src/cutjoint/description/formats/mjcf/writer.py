@@ -1,10 +1,10 @@
 """A description as MJCF for MuJoCo.
 
 Cut joints become equalities between sites, so the file needs no closed posture: fixed a `weld`, spherical a `connect`,
-revolute two `connect`s along the axis.  MuJoCo has no equality for others (universal, prismatic): they get a body with
-next to no mass that has the joint, welded to the other link.  What MJCF cannot say (homes as given, variants, names of
-fixed joints, such cuts, stops, what cuts do by themselves) goes into a custom text that the reader understands.  A cut
-with a bushing is in that text alone: to MuJoCo it is open.
+revolute two `connect`s along the axis, a distance a held tendon.  MuJoCo has no equality for others (universal,
+prismatic): they get a body with next to no mass that has the joint, welded to the other link.  What MJCF cannot say
+(homes as given, variants, names of fixed joints, such cuts, stops, what cuts do by themselves) goes into a custom text
+that the reader understands.  A cut with a bushing is in that text alone: to MuJoCo it is open.
 """
 
 from __future__ import annotations
@@ -22,10 +22,12 @@ from cutjoint.description.formats.common.physics import leftover
 from cutjoint.description.formats.common.toml.text import JointKeys, toml_text
 from cutjoint.description.formats.mjcf.body import OWN, WORLD
 from cutjoint.description.formats.mjcf.geom import plain_name
+from cutjoint.description.formats.mjcf.ties import at_zero, plain_couplings, write_couplings, write_distance
 from cutjoint.description.formats.mjcf.types import EQUALITIES, carrier_parts, parts
 from cutjoint.description.model import CutJoint, Inertial, Joint, JointPhysics, JointType, Link, RobotDescription, Shape
 from cutjoint.description.transforms import quaternion_from_rotation
 from cutjoint.description.xml import Element
+from cutjoint.errors import InputError
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 FLOOR = 1e-12
@@ -56,14 +58,13 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
     equality = etree.SubElement(root, "equality")
     for cut in robot.cuts:
         _cut(cut, bodies, equality)
-    for coupling in robot.couplings:
-        gear = coupling.gear
-        if gear is None:
-            raise NotImplementedError("to be written")
-        coefficients = words((coupling.offset, gear[1], 0.0, 0.0, 0.0))
-        etree.SubElement(
-            equality, "joint", name=coupling.name, joint1=coupling.joint, joint2=gear[0], polycoef=coefficients
-        )
+    tendon = etree.SubElement(root, "tendon")
+    write_couplings(robot, equality, tendon)
+    for cut in robot.cuts:
+        if cut.type.has_length and cut.bushing is None:
+            write_distance(cut, at_zero(robot), equality, tendon)
+    if not len(tendon):
+        root.remove(tendon)
     actuator = etree.SubElement(root, "actuator")
     for name in robot.actuators:
         motor = etree.SubElement(actuator, "motor", name=name, joint=name)
@@ -83,7 +84,8 @@ def _is_equality(cut: CutJoint) -> bool:
 def _extras(robot: RobotDescription) -> str:
     cuts = [cut for cut in robot.cuts if not _is_equality(cut)]
     fixed = {joint.child: joint.name for joint in robot.joints if not joint.type.moves}
-    return toml_text(robot, urdf=None, cuts=cuts, couplings=(), joints=_joint_keys(robot), fixed=fixed)
+    couplings = () if plain_couplings(robot) else robot.couplings
+    return toml_text(robot, urdf=None, cuts=cuts, couplings=couplings, joints=_joint_keys(robot), fixed=fixed)
 
 
 def _bounded(joint: Joint, robot: RobotDescription) -> bool:
@@ -131,6 +133,8 @@ def _bodies(worldbody: Element, robot: RobotDescription, meshes: Meshes) -> dict
     for joint in robot.joints:
         below.setdefault(joint.parent, []).append(joint)
     base = robot.link(robot.root)
+    if any(link.name == WORLD and (link is not base or link.inertial is not None) for link in robot.links):
+        raise InputError(f"MJCF calls the ground '{WORLD}', so no body of a robot may have that name; rename the link")
     if base.name == WORLD and base.inertial is None:
         root = worldbody
     else:
@@ -249,10 +253,13 @@ def _cut(cut: CutJoint, bodies: Mapping[str, Element], equality: Element) -> Non
     a, b = (bodies[frame.link] for frame in (cut.a, cut.b))
     if cut.bushing is not None:
         return
-    if cut.type in _SAID:
+    if cut.type in _SAID or cut.type.has_length:
         sites = f"{cut.name}/a", f"{cut.name}/b"
         _site(a, sites[0], cut.a.placement)
         _site(b, sites[1], cut.b.placement)
+    if cut.type.has_length:
+        return
+    if cut.type in _SAID:
         etree.SubElement(equality, _SAID[cut.type], name=cut.name, site1=sites[0], site2=sites[1])
     elif cut.type.kinds == (Kind.POINT, Kind.HINGE):
         for number_of, along in ((1, -0.5 * APART), (2, 0.5 * APART)):

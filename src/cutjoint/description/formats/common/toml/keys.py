@@ -6,6 +6,7 @@ lacks: types, limits, physics.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -144,7 +145,8 @@ def _joint(name: str, table: TomlTable) -> Change | None:
     place = table.place()
     text = table.string("type")
     axes = [table.vector(key, 3) for key in ("axis", "axis2")]
-    velocity, effort = table.number("velocity", None), table.number("effort", None)
+    # bounds of what is driven may be anything, as in URDF
+    velocity, effort = (table.number(one, None, largest=sys.float_info.max) for one in ("velocity", "effort"))
     physics = take_physics(table, KEYS)
     table.finish()
     if text and text not in kinds:
