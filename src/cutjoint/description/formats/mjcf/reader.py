@@ -59,7 +59,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     known = {cut.name for cut in extras.cuts} | {coupling.name for coupling in extras.couplings}
     cuts, followers = read_equalities(bodies, known, actuated_joints(bodies), findings)
     motors = read_motors(bodies, followers, findings)
-    read_tendons(bodies, followers, findings)
+    cuts += read_tendons(bodies, followers, known | {cut.name for cut in cuts}, findings)
     bodies.tree.couplings.extend(followers.couplings.values())
     named = {frame.link for cut in [*cuts, *extras.cuts] for frame in (cut.a, cut.b)}
     named |= set() if extras.tool is None else {extras.tool.link}
