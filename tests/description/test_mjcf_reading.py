@@ -193,7 +193,8 @@ TOLD = {
     '<tendon><fixed name="t" stiffness="3" springlength="0.1 0.2"><joint joint="a_j" coef="1"/></fixed></tendon>': (
         "springlength of <fixed> 't' is 0.1 0.2", "error"),
     '<actuator><motor site="s" gear="0 0 1 0 0 0"/></actuator>': ("<motor> on a site is not read", "error"),
-    '<actuator><adhesion name="glue" body="a" ctrlrange="0 1"/></actuator>': ("'glue' on a body is not read", "warning"),
+    '<actuator><adhesion name="glue" body="a" ctrlrange="0 1"/></actuator>': (
+        "'glue' on a body is not read", "warning"),
     '<tendon><spatial name="t"><site site="s"/><site site="w"/></spatial></tendon>'
     '<actuator><muscle name="flexor" tendon="t"/></actuator>': (
         "<muscle> 'flexor' on the spatial tendon 't' (site, site)", "error"),

@@ -60,6 +60,13 @@ def acting(tendon: TendonRow) -> dict[str, float]:
     return {key: value for key, value in found.items() if value != 0.0}
 
 
+def restore_tendons(bodies: Bodies, followers: Followers, findings: Findings) -> None:
+    """Joints for all fixed tendons of a file that cutjoint wrote, in their order: it made them of such joints."""
+    for tendon in bodies.model.tendons:
+        if bodies.own and lengths_of(tendon, bodies) is not None and not tendon.name.startswith(OWN):
+            as_joint(tendon, bodies, followers, findings)
+
+
 def read_tendons(bodies: Bodies, followers: Followers, taken: Collection[str], findings: Findings) -> list[CutJoint]:
     """Joints for the fixed tendons that act, and springs between two sites, which are given back, with names that are
     not `taken`; what is left of the others is told."""
@@ -69,7 +76,7 @@ def read_tendons(bodies: Bodies, followers: Followers, taken: Collection[str], f
         terms = lengths_of(tendon, bodies)
         if acts and terms is None:
             springs += _spring(tendon, acts, bodies, taken, findings)
-        elif acts or (bodies.own and terms is not None and not tendon.name.startswith(OWN)):
+        elif acts:
             as_joint(tendon, bodies, followers, findings)
         elif tendon.range is not None and _joint(tendon, bodies) is None:
             kind = "spatial" if terms is None else "fixed"
