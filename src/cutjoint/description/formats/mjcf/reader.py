@@ -74,7 +74,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     every = [*cuts, *extras.cuts]
     if extras.actuators is None:
         driving = tuple(dict.fromkeys(motor.joint for motor in motors))
-        if not driving and not every:
+        if not every and not any(len(one) for one, _ in source.all("actuator")):
             driving = actuated_by_default(bodies.tree.joints, extras.couplings)
         extras = replace(extras, actuators=driving)
     if not extras.homes:
