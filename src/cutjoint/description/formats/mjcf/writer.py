@@ -18,7 +18,7 @@ from cutjoint.arrays import Array
 from cutjoint.description.formats.common.exact import number, relative, serialised, words
 from cutjoint.description.formats.common.physics import leftover
 from cutjoint.description.formats.common.toml.text import JointKeys, toml_text
-from cutjoint.description.formats.mjcf.body import OWN, WORLD
+from cutjoint.description.formats.mjcf.body import WORLD
 from cutjoint.description.formats.mjcf.cut import SAID, at_zero, write_cut, write_distance, write_place, write_site
 from cutjoint.description.formats.mjcf.geom import plain_name
 from cutjoint.description.formats.mjcf.joint import UNLIMITED
@@ -29,7 +29,7 @@ from cutjoint.description.formats.mjcf.ties import (
     write_couplings,
     write_tendons,
 )
-from cutjoint.description.formats.mjcf.types import parts
+from cutjoint.description.formats.mjcf.types import OWN, parts
 from cutjoint.description.model import CutJoint, Inertial, Joint, JointPhysics, JointType, Link, RobotDescription, Shape
 from cutjoint.description.xml import Element
 from cutjoint.errors import InputError
