@@ -17,7 +17,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.description import Coupling, RobotDescription, load_description
 from cutjoint.description.curves import Polynomial, Table
 from cutjoint.description.formats import write
-from cutjoint.description.model import Drive
+from cutjoint.description.model import DriverCurve
 from cutjoint.engines.mujoco import MujocoRobot
 from cutjoint.errors import InputError
 
@@ -41,7 +41,7 @@ def sayable(robot: RobotDescription) -> RobotDescription:
     """The robot with curves that MJCF can say: all of a coupling but one straight, near where the robot stands."""
     standing = {**robot.homes[0].actuated, **robot.homes[0].passive}
 
-    def drive(one: Drive, straight: bool) -> Drive:
+    def drive(one: DriverCurve, straight: bool) -> DriverCurve:
         x = float(standing.get(one.driver, 0.0))  # type: ignore[arg-type]
         value, slope, bend = one.curve.at(x)
         slope = slope if abs(slope) > 0.2 else 0.5  # flat, it would lead nowhere
@@ -104,7 +104,7 @@ def test_every_curve_comes_back_or_is_refused(name: str, seed: int, form: str, t
 )
 def test_what_mjcf_cannot_say_is_refused(curves: tuple[Polynomial | Table, ...], why: str, tmp_path: Path) -> None:
     robot = built(CURVED["rover"](np.random.default_rng(0)).plan, tmp_path)[0].description
-    drives = tuple(Drive(driver, curve) for driver, curve in zip(("left", "right"), curves, strict=False))
+    drives = tuple(DriverCurve(driver, curve) for driver, curve in zip(("left", "right"), curves, strict=False))
     other = replace(robot, couplings=(replace(robot.couplings[0], drives=drives),))
     with pytest.raises(InputError, match=why):
         write(other, tmp_path / "robot.xml", to="mjcf")
