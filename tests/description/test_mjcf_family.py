@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
 import pytest
-from kit.mjcf import accelerations, jacobian, random_model
+from kit.described import differences
+from kit.mjcf import Random, accelerations, jacobian, random_model
 from kit.quickly import few
 
 from cutjoint import ClosedChain
-from cutjoint.description import JointType, load_description, read_checked
+from cutjoint.description import JointType, load_description, read_checked, write
 from cutjoint.description.formats.mjcf.types import TENDON
 from cutjoint.errors import ClosureError, InputError
 
@@ -91,6 +93,40 @@ def test_accelerations_are_those_of_mujocos_matrices(seed: int, tmp_path: Path) 
     assert rank - tendons == (np.linalg.matrix_rank(theirs, 1e-7) if len(theirs) else 0)
     assert np.abs(data.efc_pos[: len(theirs)]).max(initial=0.0) < 1e-9
     assert np.abs(theirs @ qvel).max(initial=0.0) < 1e-9
+
+
+def motors(model: Random) -> str:
+    """The model with a motor of a tendon of its own, where it has two joints for one."""
+    if len(model.single) < 2:
+        return model.text
+    terms = "".join(
+        f'<joint joint="{one}" coef="{coef}"/>' for one, coef in zip(model.single, (2.0, -0.3), strict=False)
+    )
+    pull = f'<fixed name="pull" range="-1 2">{terms}</fixed></tendon><'
+    text = model.text.replace("</tendon><", pull)
+    return text.replace("</actuator>", '<motor tendon="pull" forcerange="-3 3"/></actuator>')
+
+
+@pytest.mark.parametrize("seed", few(range(100), 1))
+def test_what_is_written_is_the_same_robot(seed: int, tmp_path: Path) -> None:
+    """Tendons and all, and to MuJoCo too: a qpos of the written file puts every body where it is."""
+    rng = np.random.default_rng(seed)
+    path = tmp_path / "model.xml"
+    path.write_text(motors(random_model(rng)), encoding="utf-8")
+    robot = load_description(path)
+    (written,) = write(robot, tmp_path / "written.xml", to="mjcf")
+    again = load_description(written)
+    assert differences(robot, again) == []
+    assert not any("moves nothing" in one.found for one in read_checked(written).problems)
+    model, data = compiled(written)
+    mujoco.mj_integratePos(model, data.qpos, rng.normal(size=model.nv), 1.0)
+    mujoco.mj_kinematics(model, data)
+    tree = replace(again, couplings=tuple(one for one in again.couplings if one.name.endswith("_length")), cuts=())
+    chain = ClosedChain(replace(tree, actuators=(), homes=()))
+    placements = chain.link_placements(chain.from_mujoco(data.qpos))
+    for body in range(1, model.nbody):
+        found = placements[mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body)]
+        np.testing.assert_allclose(found[:3, 3], data.xpos[body], rtol=0.0, atol=1e-13)
 
 
 @pytest.mark.parametrize("seed", few(range(100), 0))

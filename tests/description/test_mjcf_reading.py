@@ -190,12 +190,15 @@ def test_actuators_of_tendons(tied: bool, model: Make) -> None:
 
 
 TOLD = {
-    '<tendon><spatial name="t" stiffness="3"><site site="s"/><site site="w"/></spatial></tendon>': (
-        "stiffness of <spatial> 't' (site, site) not used", "error"),
     '<tendon><fixed name="t" stiffness="3" springlength="0.1 0.2"><joint joint="a_j" coef="1"/></fixed></tendon>': (
         "springlength of <fixed> 't' is 0.1 0.2", "error"),
-    '<actuator><motor site="s" gear="0 0 1 0 0 0"/></actuator>': ("<motor> on a site is not read", "warning"),
-    '<actuator><motor joint="ball"/></actuator>': ("<motor> on the spherical joint 'ball'", "warning"),
+    '<actuator><motor site="s" gear="0 0 1 0 0 0"/></actuator>': ("<motor> on a site is not read", "error"),
+    '<actuator><adhesion name="glue" body="a" ctrlrange="0 1"/></actuator>': (
+        "'glue' on a body is not read", "warning"),
+    '<tendon><spatial name="t"><site site="s"/><site site="w"/></spatial></tendon>'
+    '<actuator><muscle name="flexor" tendon="t"/></actuator>': (
+        "<muscle> 'flexor' on the spatial tendon 't' (site, site)", "error"),
+    '<actuator><motor joint="ball"/></actuator>': ("<motor> on the spherical joint 'ball'", "error"),
     '<extension><plugin plugin="nobody.knows"/></extension>': ('<plugin plugin="nobody.knows"> in <ext', "warning"),
     '<actuator><plugin plugin="nobody.knows" joint="a_j"/></actuator>': ("in <actuator> is not used", "error"),
 }  # fmt: skip
@@ -212,7 +215,15 @@ def test_what_acts_and_is_not_read_is_told(more: str, model: Make) -> None:
     load_description(path, lenient=True)
 
 
+SPATIAL = '<tendon><spatial name="t" {}><site site="w"/><site site="{}"/></spatial></tendon>'
+ENDS = '<site name="w" pos="0 0 1"/><site name="v" pos="0 1 1"/><body><joint/><geom size="1"/><site name="s"/></body>'
 REFUSED = {
+    "stiffness of <spatial> 't' (site, site), springlength 0.1 0.2": (
+        ENDS, SPATIAL.format('stiffness="3" springlength="0.1 0.2"', "s")
+    ),
+    "damping of <spatial> 't'": (ENDS, SPATIAL.format('damping="3"', "s")),
+    "stiffness, armature of <spatial> 't'": (ENDS, SPATIAL.format('stiffness="3" armature="1"', "s")),
+    "stiffness of <spatial> 't' (site, site), springlength 1 1": (ENDS, SPATIAL.format('stiffness="3"', "v")),
     "replicas": ('<replicate count="1000"><replicate count="1000"><geom size="1"/></replicate></replicate>', ""),
     "a body that deforms": ('<flexcomp name="f" type="grid" count="99 99 99" spacing="1 1 1" dim="3"/>', ""),
     "holds the spatial tendon 't' (site, sphere, site)": (

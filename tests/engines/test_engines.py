@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from kit.built import built
+from kit.mechanisms import MECHANISMS
 
 import cutjoint
 from cutjoint.chain import ClosedChain
 from cutjoint.crosscheck import Comparison, SampledState, sample_states
 from cutjoint.description import CutJoint, CutType, Frame, Inertial, Joint, JointType, Link, RobotDescription
+from cutjoint.description.transforms import placement
 from cutjoint.engines import compare
 from cutjoint.engines import mujoco as engine
 from cutjoint.engines.compare import compare_with_mujoco
@@ -46,6 +51,27 @@ def test_robots_without_a_paper(name: str) -> None:
     states = list(sample_states(chain, 5, 0))
     compare_with_mujoco(chain, states).require()
     compare_with_yourdfpy(chain, states).require()
+
+
+@pytest.mark.parametrize("root", ["world", "floor"])
+def test_a_body_that_floats_from_anywhere(root: str, tmp_path: Path) -> None:
+    """MuJoCo counts the place of a free body in the world, wherever its joint stands; of slides from there."""
+    rng = np.random.default_rng(5)
+    robot = built(MECHANISMS["floating_fourbar"](rng).plan, tmp_path)[0].description
+    tilt = placement(rng.normal(size=3), rng.uniform(-2.0, 2.0, 3))
+    joints = [replace(one, parent=root) if one.parent == robot.root else one for one in robot.joints]
+    joints = [replace(one, parent=root, placement=tilt) if one.name == "flight" else one for one in joints]
+    links = [replace(one, name=root, inertial=None) if one.name == robot.root else one for one in robot.links]
+    chain = ClosedChain(replace(robot, joints=tuple(joints), links=tuple(links)))
+    theirs, data, energies = engine.MujocoRobot(chain), chain.model.createData(), []
+    for _ in range(2):
+        q, v = chain.integrate(chain.home.q_full, rng.normal(size=chain.nv)), rng.normal(size=chain.nv)
+        opinion = theirs.opinion(q, v, np.zeros(chain.nv))
+        bias = np.array(pin.nonLinearEffects(chain.model, data, q, v))
+        np.testing.assert_allclose(opinion.bias, bias, rtol=0.0, atol=1e-9 * np.abs(bias).max())
+        energies.append([opinion.potential, pin.computePotentialEnergy(chain.model, data, q)])
+    (ours, other), size = np.diff(energies, axis=0)[0], np.abs(energies).max()
+    assert ours == pytest.approx(other, abs=1e-9 * size)
 
 
 SOLVER = "MuJoCo's solver against Pinocchio"

@@ -140,6 +140,11 @@ def _ties(rng: Rng, names: list[str], single: list[str], degrees: bool) -> tuple
         ends = rng.permutation(len(names))[:2]
         tendon += f'<spatial name="rod"><site site="s{ends[0]}"/><site site="s{ends[1]}"/></spatial>'
         equality += '<tendon tendon1="rod" polycoef="0.05 0 0 0 0"/>'
+    if rng.integers(2):
+        acts = f'stiffness="{rng.uniform(1, 9)}" damping="{rng.uniform(0, 1)}"'
+        rest = f'springlength="{rng.uniform(0.1, 0.5)}"' if rng.integers(2) else ""
+        end = rng.choice(["world_site", *(f"s{number}" for number in range(1, len(names)))])
+        tendon += f'<spatial name="elastic" {acts} {rest}><site site="s0"/><site site="{end}"/></spatial>'
     return equality, tendon
 
 

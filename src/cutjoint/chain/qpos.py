@@ -3,7 +3,8 @@
 A robot that was read from MJCF has the coordinates of its file, so nothing is computed but the order of a quaternion
 (MuJoCo has its scalar part first), the angle of what slides and turns in a plane, and the place of a free body, which
 MuJoCo gives in the world.  Joints follow each other depth first in both.  Lengths of tendons, which are joints here,
-are no coordinates in MuJoCo.
+are no coordinates in MuJoCo.  Coordinates of the bodies that an exported file has for universal and prismatic cuts are
+none here.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array, as_vector
 from cutjoint.chain.bound import BoundCoupling
-from cutjoint.description.formats.mjcf.types import TENDON
+from cutjoint.description.formats.mjcf.types import NUMBERS, TENDON, carrier_parts, has_carrier
 from cutjoint.description.model import Joint, JointType, RobotDescription
 from cutjoint.description.transforms import inverse
 from cutjoint.errors import InputError
@@ -42,6 +43,7 @@ class MujocoOrder:
                 self._rows.append((joint, slice(start, start + count), slice(self.size, self.size + there)))
                 self.size += there
         tendons = {joint.name for joint in description.joints if joint.child.startswith(TENDON)}
+        self._carried = [cut for cut in description.cuts if has_carrier(cut)]
         self._lengths = [BoundCoupling.of(model, one) for one in description.couplings if one.joint in tendons]
 
     def configuration(self, qpos: npt.ArrayLike) -> Array:
@@ -50,6 +52,7 @@ class MujocoOrder:
         Raises:
             InputError: wrong shape, not finite, or a quaternion of zeros.
         """
+        self._refuse_carriers(np.size(qpos))
         values, q = as_vector("qpos", qpos, self.size), np.zeros(self._nq)
         for joint, here, there in self._rows:
             part = values[there]
@@ -64,6 +67,17 @@ class MujocoOrder:
         for length in self._lengths:
             q[length.q_index[0]] = -length.residual(q)
         return q
+
+    def _refuse_carriers(self, count: int) -> None:
+        """Raises InputError for the qpos of an exported file with bodies for cuts."""
+        if self._carried and count > self.size:
+            every = [kind for cut in self._carried for kind, _ in carrier_parts(cut)]
+            if count == self.size + sum(NUMBERS[kind] for kind in every):
+                names = ", ".join(f"cutjoint:{cut.name}" for cut in self._carried)
+                raise InputError(
+                    f"qpos has {count} numbers, {self.size} of the robot and {count - self.size} of bodies that the "
+                    f"exported file has for its cuts; leave out those of the joints {names} (and /2, /3 of each)"
+                )
 
     def qpos(self, q: Array) -> Array:
         """The qpos (size,) of a configuration (nq,)."""

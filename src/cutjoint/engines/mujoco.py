@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -26,7 +26,9 @@ import numpy as np
 from cutjoint.arrays import Array, Values
 from cutjoint.chain import ClosedChain
 from cutjoint.description.formats import write
+from cutjoint.description.formats.mjcf.types import TENDON
 from cutjoint.description.model import JointPhysics, JointType, Limits, RobotDescription
+from cutjoint.description.transforms import rotation_from_quaternion
 from cutjoint.engines.cut_motion import CutMotion, smooth_sign
 from cutjoint.engines.natural import natural, units_of
 from cutjoint.errors import InputError
@@ -109,7 +111,7 @@ class MujocoRobot:
         self._mujoco: ModuleType = mujoco
         self._scale = units_of(chain.description, chain.length)
         with tempfile.TemporaryDirectory() as folder:
-            robot = natural(chain.description, self._scale)
+            robot = _without_tendons(natural(chain.description, self._scale))
             path = write(robot, Path(folder) / "robot.xml", "mjcf")[0]
             self._model = mujoco.MjModel.from_xml_path(str(path))
         off = mujoco.mjtDisableBit
@@ -132,6 +134,7 @@ class MujocoRobot:
         self._q_units, self.units = np.ones(chain.nq), np.ones(chain.nv)
         self._single: list[tuple[int, int, int, int]] = []
         self._free: list[tuple[int, int, int, int]] = []
+        self._frames: list[Array] = []  # in which MuJoCo counts the place of each free one, in natural units
         for joint in chain.description.joints:
             if not joint.type.moves:
                 continue
@@ -147,6 +150,11 @@ class MujocoRobot:
                 int(model.jnt_dofadr[index]),
             )
             (self._free if free else self._single).append(row)
+            if free:  # MuJoCo's own free joint counts in the world, three slides and a ball from where they stand
+                in_world = model.jnt_type[index] == self._mujoco.mjtJoint.mjJNT_FREE
+                frame = np.array(joint.placement if in_world else np.eye(4))
+                frame[:3, 3] /= chain.length
+                self._frames.append(frame)
             lengths = sum(joint.type.lengths)
             self._q_units[row[0] : row[0] + lengths] = chain.length
             self.units[row[1] : row[1] + lengths] = chain.length
@@ -217,24 +225,19 @@ class MujocoRobot:
     def _place(self, q_full: Array) -> None:
         for q, _, there, _ in self._single:
             self._data.qpos[there] = q_full[q]
-        for q, _, there, _ in self._free:
-            self._data.qpos[there : there + 3] = q_full[q : q + 3]
-            self._data.qpos[there + 3 : there + 7] = np.roll(q_full[q + 3 : q + 7], 1)
+        for frame, (q, _, there, _) in zip(self._frames, self._free, strict=True):
+            self._data.qpos[there : there + 3] = frame[:3, :3] @ q_full[q : q + 3] + frame[:3, 3]
+            turn = np.zeros(4)
+            self._mujoco.mju_mat2Quat(turn, (frame[:3, :3] @ _rotation(q_full[q + 3 : q + 7])).ravel())
+            self._data.qpos[there + 3 : there + 7] = turn
 
     def _transform(self, q_full: Array, v_full: Array) -> tuple[Array, Array]:
         """Matrix B and vector B_dot v of v_mujoco = B v: order of joints, and linear velocity in world axes there."""
         turn, bend = np.zeros((self._model.nv, self._nv)), np.zeros(self._model.nv)
         for _, v, _, there in self._single:
             turn[there, v] = 1.0
-        for q, v, _, there in self._free:
-            x, y, z, w = q_full[q + 3 : q + 7]
-            rotation = np.array(
-                [
-                    [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                    [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                    [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-                ]
-            )
+        for frame, (q, v, _, there) in zip(self._frames, self._free, strict=True):
+            rotation = frame[:3, :3] @ _rotation(q_full[q + 3 : q + 7])
             turn[there : there + 3, v : v + 3] = rotation
             turn[there + 3 : there + 6, v + 3 : v + 6] = np.eye(3)
             bend[there : there + 3] = rotation @ np.cross(v_full[v + 3 : v + 6], v_full[v : v + 3])
@@ -260,3 +263,16 @@ class MujocoRobot:
             sides.append(self._constraint_jacobian() @ velocity)
         data.qpos[:] = origin
         return np.asarray((sides[0] - sides[1]) / (2.0 * step))
+
+
+def _rotation(quaternion: Array) -> Array:
+    """The rotation (3, 3) of a quaternion x, y, z, w."""
+    x, y, z, w = (float(part) for part in quaternion)
+    return rotation_from_quaternion((w, x, y, z))
+
+
+def _without_tendons(robot: RobotDescription) -> RobotDescription:
+    """The robot with joints that stand for lengths of tendons as plain joints: all of its coordinates are compared."""
+    names = {link.name: link.name.replace(TENDON, "length of ") for link in robot.links}
+    links = tuple(replace(link, name=names[link.name]) for link in robot.links)
+    return replace(robot, links=links, joints=tuple(replace(one, child=names[one.child]) for one in robot.joints))

@@ -73,12 +73,16 @@ def _check(inertial: Inertial, what: str, findings: Findings, place: Place) -> N
 
 
 def check_moved_mass(robot: RobotDescription, findings: Findings) -> None:
-    """Note joints that move nothing with mass: the mass matrix is singular there.  The tree must be sound."""
+    """Note joints that move nothing with mass: the mass matrix is singular there.  The tree must be sound.
+
+    What others drive through a coupling needs no mass of its own.
+    """
+    driven = {coupling.joint for coupling in robot.couplings}
     carries = {link.name: link.inertial is not None and link.inertial.mass > 0.0 for link in robot.links}
     for joint in _leaves_first(robot):
         if carries[joint.child]:
             carries[joint.parent] = True
-        elif joint.type.moves:
+        elif joint.type.moves and joint.name not in driven:
             findings.warn(
                 f"joint '{joint.name}' moves nothing that has mass",
                 "mass somewhere below each moving joint",

@@ -16,7 +16,7 @@ from cutjoint.description.formats.mjcf.body import Bodies
 from cutjoint.description.formats.mjcf.compiled import ActuatorRow
 from cutjoint.description.formats.mjcf.couplings import Followers
 from cutjoint.description.formats.mjcf.joint import even, linear
-from cutjoint.description.formats.mjcf.tendon import acting, as_joint, lengths_of, place_of
+from cutjoint.description.formats.mjcf.tendon import acting, as_joint, lengths_of, place_of, quoted
 from cutjoint.description.model import Joint, Place
 from cutjoint.description.numbers import LARGEST_PHYSICS, check_range
 
@@ -56,13 +56,19 @@ def read_motors(bodies: Bodies, followers: Followers, findings: Findings) -> lis
             kind = kinds[joint]
             if not kind.single:
                 found = f"{what} on the {kind} joint '{joint}' is not read"
-                findings.warn(found, "actuators of joints with one coordinate", "", place)
+                findings.doubt(found, "actuators of joints with one coordinate", "", place)
                 continue
             motors.append(_motor(row, joint, 1.0, f"<{tag}> of joint '{joint}'", findings, place))
             continue
         on_tendon = row.on == "tendon" and lengths_of(bodies.model.tendons[row.target], bodies) is not None
         if not on_tendon:
-            findings.warn(f"{what} on a {row.on} is not read", "actuators of joints and fixed tendons", "", place)
+            target = (
+                f"the spatial tendon {quoted(bodies.model.tendons[row.target])}"
+                if row.on == "tendon"
+                else f"a {row.on}"
+            )
+            note = findings.warn if row.on == "body" else findings.doubt  # it sticks to what it touches
+            note(f"{what} on {target} is not read", "actuators of joints and fixed tendons", "", place)
             continue
         joint, rate, most = _pulled(row, bodies, followers, findings)
         motors.append(_motor(row, joint, rate, f"{what} of joint '{joint}'", findings, place, most))
@@ -77,7 +83,7 @@ def _pulled(
     tendon = bodies.model.tendons[row.target]
     terms, _ = followers.reduced(lengths_of(tendon, bodies) or {}, 0.0)
     kinds = {joint.name: joint.type for joint in bodies.tree.joints}
-    if len(terms) == 1 and not acting(tendon):
+    if len(terms) == 1 and not acting(tendon) and not bodies.own:
         ((joint, rate),) = terms.items()
         if kinds[joint].single and joint not in followers.couplings:
             what = f"actuatorfrcrange of <fixed> '{tendon.name}'"

@@ -48,10 +48,8 @@ def joint_of(row: JointRow, name: str, body: str, place: Place, findings: Findin
                 found = f"{key} {value:g} of the free joint '{name}'"
                 findings.error(found, "damping only", "a <freejoint/> does not take the defaults of joints", place)
         physics = JointPhysics(damping=damping)
-    lower, upper = row.range if single and row.range is not None else (-math.inf, math.inf)
     limits = Limits(
-        lower if abs(lower) < UNLIMITED else None,
-        upper if abs(upper) < UNLIMITED else None,
+        *ends(row.range if single else None),
         None,
         even(row.force, f"actuatorfrcrange of {what}", findings, place) if single else None,
     )
@@ -60,6 +58,12 @@ def joint_of(row: JointRow, name: str, body: str, place: Place, findings: Findin
         name, JointType.CONTINUOUS if endless else TYPES[kind], body, body, from_rotation(np.eye(3), row.position),
         np.array(row.axis) if single else np.eye(3)[0], limits=limits, physics=physics, place=place,
     )  # fmt: skip
+
+
+def ends(bounds: Numbers | None) -> tuple[float | None, float | None]:
+    """The lower and the upper end of a range, None where it has none there."""
+    lower, upper = (None if abs(end) >= UNLIMITED else end for end in bounds or (-math.inf, math.inf))
+    return lower, upper
 
 
 def motion_back(row: JointRow) -> Array:

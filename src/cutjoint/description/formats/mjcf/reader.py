@@ -27,7 +27,7 @@ from cutjoint.description.formats.mjcf.geom import check_meshes
 from cutjoint.description.formats.mjcf.home import read_homes
 from cutjoint.description.formats.mjcf.schema import parse_schema, unknown_names
 from cutjoint.description.formats.mjcf.source import MjcfText, read_source
-from cutjoint.description.formats.mjcf.tendon import read_tendons
+from cutjoint.description.formats.mjcf.tendon import read_tendons, restore_tendons
 from cutjoint.description.model import Place, RobotDescription
 from cutjoint.description.numbers import check_range, number_problem, parse_number
 
@@ -58,9 +58,10 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     extras = extras or Extras(gravity=readonly(model.gravity))
     known = {cut.name for cut in extras.cuts} | {coupling.name for coupling in extras.couplings}
     cuts, followers = read_equalities(bodies, known, actuated_joints(bodies), findings)
+    restore_tendons(bodies, followers, findings)
     motors = read_motors(bodies, followers, findings)
-    read_tendons(bodies, followers, findings)
-    bodies.tree.couplings.extend(followers.couplings.values())
+    cuts += read_tendons(bodies, followers, known | {cut.name for cut in cuts}, findings)
+    extras = replace(extras, couplings=(*extras.couplings, *followers.couplings.values()))
     named = {frame.link for cut in [*cuts, *extras.cuts] for frame in (cut.a, cut.b)}
     named |= set() if extras.tool is None else {extras.tool.link}
     named |= {joint.parent for joint in bodies.tree.joints if joint.child in extras.fixed}
@@ -71,7 +72,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     if extras.actuators is None:
         driving = tuple(dict.fromkeys(motor.joint for motor in motors))
         if not driving and not every:
-            driving = actuated_by_default(bodies.tree.joints, bodies.tree.couplings)
+            driving = actuated_by_default(bodies.tree.joints, extras.couplings)
         extras = replace(extras, actuators=driving)
     if not extras.homes:
         extras = replace(extras, homes=read_homes(bodies, extras.actuators or (), findings))

@@ -191,9 +191,11 @@ class _Reader:
         self.source.models[name] = part.text
 
     def _plugin(self, element: Element, section: str, above: int, place: Place) -> None:
-        """A plugin: noted where it only is there or measures, doubted where it acts."""
+        """A plugin: noted where it is a shape, only is there or measures, doubted where it acts."""
         self.source.plugins.append((element, above, place))
         what = " ".join(f'{key}="{clip(str(value))}"' for key, value in element.attrib.items())
-        note = self.source.findings.warn if section in ("extension", "sensor") else self.source.findings.doubt
-        where = f" in <{element.getparent().tag}>"
+        parent = element.getparent().tag
+        still = section in ("extension", "sensor", "asset") or parent == "geom"
+        note = self.source.findings.warn if still else self.source.findings.doubt
+        where = f" in <{parent}>"
         note(f"<plugin {what}>{where} is not used", "MJCF without plugins", "", place)

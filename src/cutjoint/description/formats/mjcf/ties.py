@@ -1,23 +1,23 @@
-"""Couplings and distances as MJCF: what `<equality>` holds of joints and tendons.
+"""Couplings, distances and tendons as MJCF: what `<equality>` holds of joints and tendons, and tendons that act.
 
 MuJoCo counts from `qpos0`, where all coordinates are 0 in what is written here: a joint, or the length of a fixed
 tendon (a weighted sum of joints), is a polynomial of degree 4 at most of one other.  So a coupling may have one driver
 along such a curve; its further ones, along straight lines, go into the tendon of the joint that it drives.  The length
-of a tendon between two sites is held at more or less than it has there.
+of a tendon between two sites is held at more or less than it has there.  A joint that stands for the length of a fixed
+tendon, as the reader makes it, is that tendon again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 from lxml import etree
 
-from cutjoint.arrays import Array
 from cutjoint.description.curves import Polynomial
 from cutjoint.description.formats.common.exact import number, words
-from cutjoint.description.formats.mjcf.body import OWN
-from cutjoint.description.model import Coupling, CutJoint, RobotDescription
+from cutjoint.description.formats.mjcf.body import OWN, WORLD
+from cutjoint.description.formats.mjcf.types import TENDON
+from cutjoint.description.model import Coupling, JointType, RobotDescription
 from cutjoint.description.xml import Element
 from cutjoint.errors import InputError
 
@@ -25,10 +25,42 @@ TERMS = 5
 """Coefficients of a polynomial in MuJoCo."""
 
 
+def tendon_lengths(robot: RobotDescription) -> dict[str, Coupling]:
+    """Joint -> its coupling, for the joints that stand for lengths of fixed tendons and for nothing else."""
+    couplings = {one.joint: one for one in robot.couplings}
+    used = {frame.link for cut in robot.cuts for frame in (cut.a, cut.b)} | {joint.parent for joint in robot.joints}
+    used |= set() if robot.tool is None else {robot.tool.link}
+    driving = {driver for one in robot.couplings for driver in one.drivers}
+    found = {}
+    for joint in robot.joints:
+        length, link = couplings.get(joint.name), robot.link(joint.child)
+        if length is None or not joint.child.startswith(TENDON) or length.name != f"{joint.name}_length":
+            continue
+        bare = link.inertial is None and not link.visuals and not link.collisions and link.name not in used
+        usual = joint.parent == robot.root == WORLD and joint.type is JointType.PRISMATIC and joint.name not in driving
+        if bare and usual and length.ratios and length.offset == 0.0:
+            found[joint.name] = length
+    return found
+
+
+def write_tendons(robot: RobotDescription, tendon: Element) -> dict[str, Element]:
+    """The fixed tendons of a robot, by the names of their joints."""
+    return {
+        name: _fixed(tendon, robot.joint(name).child.removeprefix(TENDON), length.ratios or {})
+        for name, length in tendon_lengths(robot).items()
+    }
+
+
+def tied(robot: RobotDescription) -> list[Coupling]:
+    """The couplings of a robot but for lengths of tendons."""
+    lengths = tendon_lengths(robot)
+    return [one for one in robot.couplings if one.joint not in lengths]
+
+
 def plain_couplings(robot: RobotDescription) -> bool:
     """Whether MJCF says all couplings with nothing left over: gears and what is held, with names of their own."""
     cuts = {cut.name for cut in robot.cuts}
-    return all((one.gear or not one.drives) and one.name and one.name not in cuts for one in robot.couplings)
+    return all((one.gear or not one.drives) and one.name and one.name not in cuts for one in tied(robot))
 
 
 def write_couplings(robot: RobotDescription, equality: Element, tendon: Element) -> None:
@@ -39,7 +71,7 @@ def write_couplings(robot: RobotDescription, equality: Element, tendon: Element)
         InputError: MJCF has no word for one.
     """
     plain = plain_couplings(robot)
-    for number_of, coupling in enumerate(robot.couplings, 1):
+    for number_of, coupling in enumerate(tied(robot), 1):
         name = coupling.name if plain else f"{OWN}{coupling.name}#{number_of}"
         _coupling(coupling, name, equality, tendon)
 
@@ -88,30 +120,8 @@ def _unsaid(coupling: Coupling, what: str) -> InputError:
     )
 
 
-def _fixed(tendon: Element, name: str, terms: Mapping[str, float]) -> None:
+def _fixed(tendon: Element, name: str, terms: Mapping[str, float]) -> Element:
     element = etree.SubElement(tendon, "fixed", name=name)
     for joint, value in terms.items():
         etree.SubElement(element, "joint", joint=joint, coef=number(value))
-
-
-def write_distance(cut: CutJoint, placed: Mapping[str, Array], equality: Element, tendon: Element) -> None:
-    """A distance between two sites, NAME/a and NAME/b."""
-    ends = [(placed[frame.link] @ frame.placement)[:3, 3] for frame in (cut.a, cut.b)]
-    name = f"{OWN}{cut.name}"
-    element = etree.SubElement(tendon, "spatial", name=name)
-    for site in (f"{cut.name}/a", f"{cut.name}/b"):
-        etree.SubElement(element, "site", site=site)
-    more = cut.length - float(np.linalg.norm(ends[1] - ends[0]))
-    etree.SubElement(equality, "tendon", name=cut.name, tendon1=name, polycoef=words((more, 0.0, 0.0, 0.0, 0.0)))
-
-
-def at_zero(robot: RobotDescription) -> dict[str, Array]:
-    """Placements of all links where all coordinates are 0."""
-    placed = {robot.root: np.eye(4)}
-    left = list(robot.joints)
-    while left:
-        known = [joint for joint in left if joint.parent in placed]
-        for joint in known:
-            placed[joint.child] = placed[joint.parent] @ joint.placement
-        left = [joint for joint in left if joint.child not in placed]
-    return placed
+    return element

@@ -50,6 +50,12 @@ def parts(joint: Joint) -> list[Part]:
     return [(kind, next(axes[kind]) if kind in axes else None) for kind in kinds]
 
 
+def has_carrier(cut: CutJoint) -> bool:
+    """Whether a cut is written with a body of its own, since equalities cannot say its type."""
+    plain = cut.type in EQUALITIES.values() or cut.type.has_length or cut.type.kinds == (Kind.POINT, Kind.HINGE)
+    return cut.bushing is None and not plain
+
+
 def carrier_parts(cut: CutJoint) -> list[Part]:
     """The joints of MuJoCo between frame A and a body that moves as frame B may: slides first, then turns.
 

@@ -12,34 +12,35 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 from lxml import etree
 
 from cutjoint.arrays import Array
-from cutjoint.description.cuts import Kind
 from cutjoint.description.formats.common.exact import number, relative, serialised, words
 from cutjoint.description.formats.common.physics import leftover
 from cutjoint.description.formats.common.toml.text import JointKeys, toml_text
 from cutjoint.description.formats.mjcf.body import OWN, WORLD
+from cutjoint.description.formats.mjcf.cut import SAID, at_zero, write_cut, write_distance, write_place, write_site
 from cutjoint.description.formats.mjcf.geom import plain_name
-from cutjoint.description.formats.mjcf.ties import at_zero, plain_couplings, write_couplings, write_distance
-from cutjoint.description.formats.mjcf.types import EQUALITIES, carrier_parts, parts
+from cutjoint.description.formats.mjcf.joint import UNLIMITED
+from cutjoint.description.formats.mjcf.ties import (
+    plain_couplings,
+    tendon_lengths,
+    tied,
+    write_couplings,
+    write_tendons,
+)
+from cutjoint.description.formats.mjcf.types import parts
 from cutjoint.description.model import CutJoint, Inertial, Joint, JointPhysics, JointType, Link, RobotDescription, Shape
-from cutjoint.description.transforms import quaternion_from_rotation
 from cutjoint.description.xml import Element
 from cutjoint.errors import InputError
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 FLOOR = 1e-12
 """kg and kg m2 below which MuJoCo is told to lift a moving body's mass and moments: it refuses zeros."""
-APART = 0.1
-"""m between the two points that hold the axis of a revolute cut."""
 MESHES = (".stl", ".obj", ".msh")
 
 Meshes = Mapping[tuple[Path, tuple[float, ...]], str]
 """(file, scale) -> name of the asset."""
-
-_SAID = {kind: tag for tag, kind in EQUALITIES.items()}
 
 
 def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
@@ -57,8 +58,12 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
     bodies = _bodies(worldbody, robot, meshes)
     equality = etree.SubElement(root, "equality")
     for cut in robot.cuts:
-        _cut(cut, bodies, equality)
+        write_cut(cut, bodies, equality)
     tendon = etree.SubElement(root, "tendon")
+    tendons = write_tendons(robot, tendon)
+    for name, element in tendons.items():
+        _range(element, robot.joint(name))
+        _physics(element, robot.joint(name), "springlength")
     write_couplings(robot, equality, tendon)
     for cut in robot.cuts:
         if cut.type.has_length and cut.bushing is None:
@@ -67,24 +72,25 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
         root.remove(tendon)
     actuator = etree.SubElement(root, "actuator")
     for name in robot.actuators:
-        motor = etree.SubElement(actuator, "motor", name=name, joint=name)
+        target = {"tendon": tendons[name].get("name")} if name in tendons else {"joint": name}
+        motor = etree.SubElement(actuator, "motor", target, name=name)
         if _bounded(robot.joint(name), robot):
             bound = robot.joint(name).limits.effort or 0.0
             motor.set("forcerange", words((-bound, bound)))
     if robot.tool is not None:
-        _site(bodies[robot.tool.link], f"{OWN}tool", robot.tool.placement)
+        write_site(bodies[robot.tool.link], f"{OWN}tool", robot.tool.placement)
     return {path: serialised(root)}
 
 
 def _is_equality(cut: CutJoint) -> bool:
     """Whether one `<equality>` says all of a cut."""
-    return cut.type in _SAID and cut.bushing is None and cut.physics == NO_PHYSICS
+    return cut.type in SAID and cut.bushing is None and cut.physics == NO_PHYSICS
 
 
 def _extras(robot: RobotDescription) -> str:
     cuts = [cut for cut in robot.cuts if not _is_equality(cut)]
     fixed = {joint.child: joint.name for joint in robot.joints if not joint.type.moves}
-    couplings = () if plain_couplings(robot) else robot.couplings
+    couplings = [] if plain_couplings(robot) else tied(robot)
     return toml_text(robot, urdf=None, cuts=cuts, couplings=couplings, joints=_joint_keys(robot), fixed=fixed)
 
 
@@ -96,6 +102,7 @@ def _bounded(joint: Joint, robot: RobotDescription) -> bool:
 def _joint_keys(robot: RobotDescription) -> JointKeys:
     """[joint.NAME]: limits and physics that MJCF lacks, hinges without range."""
     tables: dict[str, dict[str, object]] = {}
+    tendons = tendon_lengths(robot)
     for joint in robot.joints:
         keys: dict[str, object] = {}
         ranged = joint.limits.lower is not None or joint.limits.upper is not None
@@ -106,6 +113,8 @@ def _joint_keys(robot: RobotDescription) -> JointKeys:
         if joint.limits.effort is not None and not _bounded(joint, robot):
             keys["effort"] = joint.limits.effort
         keys |= leftover(joint.physics, said(joint.physics))
+        if joint.name in tendons and joint.physics.rest == -1.0:  # which says there that the file says nothing
+            keys["rest"] = -1.0
         if keys:
             tables[joint.name] = keys
     return tables
@@ -130,7 +139,8 @@ def _assets(root: Element, robot: RobotDescription, path: Path) -> dict[tuple[Pa
 def _bodies(worldbody: Element, robot: RobotDescription, meshes: Meshes) -> dict[str, Element]:
     """A `<body>` for each link, nested as the tree is.  A massless root called world is the world itself."""
     below: dict[str, list[Joint]] = {}
-    for joint in robot.joints:
+    tendons = tendon_lengths(robot)
+    for joint in (one for one in robot.joints if one.name not in tendons):
         below.setdefault(joint.parent, []).append(joint)
     base = robot.link(robot.root)
     if any(link.name == WORLD and (link is not base or link.inertial is not None) for link in robot.links):
@@ -146,23 +156,12 @@ def _bodies(worldbody: Element, robot: RobotDescription, meshes: Meshes) -> dict
         parent = stack.pop()
         for joint in below.get(parent, []):
             body = etree.SubElement(bodies[parent], "body", name=joint.child)
-            _place(body, joint.placement)
+            write_place(body, joint.placement)
             _joints(body, joint)
             _fill(body, robot.link(joint.child), meshes)
             bodies[joint.child] = body
             stack.append(joint.child)
     return bodies
-
-
-def _place(element: Element, placement: Array) -> None:
-    if placement[:3, 3].any():
-        element.set("pos", words(placement[:3, 3]))
-    if not np.array_equal(placement[:3, :3], np.eye(3)):
-        element.set("quat", words(quaternion_from_rotation(placement[:3, :3])))
-
-
-def _site(body: Element, name: str, placement: Array) -> None:
-    _place(etree.SubElement(body, "site", name=name), placement)
 
 
 def _joints(body: Element, joint: Joint) -> None:
@@ -181,19 +180,23 @@ def _joint(body: Element, name: str, kind: str, axis: Array | None, joint: Joint
     element = etree.SubElement(body, "joint", name=name, type=kind)
     if axis is not None:
         element.set("axis", words(axis))
-    limits = joint.limits
-    if joint.type.single and (limits.lower, limits.upper) != (None, None):
-        lower = -1e10 if limits.lower is None else limits.lower
-        upper = 1e10 if limits.upper is None else limits.upper
-        element.set("range", words((lower, upper)))
+    _range(element, joint)
     _physics(element, joint)
 
 
-def _physics(element: Element, joint: Joint) -> None:
+def _range(element: Element, joint: Joint) -> None:
+    limits = joint.limits
+    if joint.type.single and (limits.lower, limits.upper) != (None, None):
+        lower = -UNLIMITED if limits.lower is None else limits.lower
+        upper = UNLIMITED if limits.upper is None else limits.upper
+        element.set("range", words((lower, upper)))
+
+
+def _physics(element: Element, joint: Joint, rest: str = "springref") -> None:
     """The attributes of what a joint does by itself.  A `springref` counts from 0, since no `ref` is written."""
     physics = said(joint.physics)
     values = {"damping": physics.damping, "frictionloss": physics.friction, "stiffness": physics.stiffness}
-    values |= {"springref": physics.rest or 0.0, "armature": physics.rotor}
+    values |= {rest: physics.rest or 0.0, "armature": physics.rotor}
     for key, value in values.items():
         if value:
             element.set(key, number(value))
@@ -229,7 +232,7 @@ def _geom(body: Element, shape: Shape, visual: bool, meshes: Meshes) -> None:
     if shape.name:
         count = sum(1 for other in body.getroottree().iter("geom") if plain_name(other.get("name", "")) == shape.name)
         element.set("name", f"{shape.name}#{count + 1}" if count else shape.name)
-    _place(element, shape.placement)
+    write_place(element, shape.placement)
     if shape.kind == "mesh":
         if shape.mesh is None or (shape.mesh, shape.size) not in meshes:
             return
@@ -247,43 +250,3 @@ def _geom(body: Element, shape: Shape, visual: bool, meshes: Meshes) -> None:
         element.set("conaffinity", "0")
         element.set("group", "2")
     body.append(element)
-
-
-def _cut(cut: CutJoint, bodies: Mapping[str, Element], equality: Element) -> None:
-    a, b = (bodies[frame.link] for frame in (cut.a, cut.b))
-    if cut.bushing is not None:
-        return
-    if cut.type in _SAID or cut.type.has_length:
-        sites = f"{cut.name}/a", f"{cut.name}/b"
-        _site(a, sites[0], cut.a.placement)
-        _site(b, sites[1], cut.b.placement)
-    if cut.type.has_length:
-        return
-    if cut.type in _SAID:
-        etree.SubElement(equality, _SAID[cut.type], name=cut.name, site1=sites[0], site2=sites[1])
-    elif cut.type.kinds == (Kind.POINT, Kind.HINGE):
-        for number_of, along in ((1, -0.5 * APART), (2, 0.5 * APART)):
-            sites = f"{OWN}{cut.name}/a{number_of}", f"{OWN}{cut.name}/b{number_of}"
-            for body, frame, name in ((a, cut.a, sites[0]), (b, cut.b, sites[1])):
-                point = np.array(frame.placement)
-                point[:3, 3] += along * point[:3, 2]
-                _site(body, name, point)
-            etree.SubElement(equality, "connect", name=f"{cut.name}/{number_of}", site1=sites[0], site2=sites[1])
-    else:
-        _carrier(cut, a, b, equality)
-
-
-def _carrier(cut: CutJoint, a: Element, b: Element, equality: Element) -> None:
-    """A body with next to no mass on link `a` that moves as the cut lets it, welded to link `b`."""
-    name = f"{OWN}{cut.name}"
-    body = etree.SubElement(a, "body", name=name)
-    _place(body, cut.a.placement)
-    for count, (kind, axis) in enumerate(carrier_parts(cut), 1):
-        joint = etree.SubElement(body, "joint", name=name if count == 1 else f"{name}/{count}", type=kind)
-        if axis is not None:
-            joint.set("axis", " ".join(f"{value:g}" for value in axis))
-    etree.SubElement(body, "inertial", pos="0 0 0", mass="1e-6", diaginertia="1e-9 1e-9 1e-9")
-    sites = f"{name}/a", f"{name}/b"
-    _site(body, sites[0], np.eye(4))
-    _site(b, sites[1], cut.b.placement)
-    etree.SubElement(equality, "weld", name=f"{cut.name}/1", site1=sites[0], site2=sites[1])
