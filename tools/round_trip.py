@@ -2,7 +2,7 @@
 
     python tools/round_trip.py FOLDER               every robot of tools/published/corpus.toml that loads
     python tools/round_trip.py FOLDER --only cassie     those whose name or path has the word
-    python tools/round_trip.py --random 100 [SEED]      random robots of tests/kit, with everything that a robot may have
+    python tools/round_trip.py --random 100 [SEED]      random robots of tests/kit with everything that there is
 
 What must hold: all values come back, and the accelerations at home; MuJoCo finds those of the chain in the MJCF, where
 it has words for the robot; what cannot be written is refused by name.  Exit status 1 and a line per fault.
@@ -17,21 +17,25 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.description import JointPhysics, RobotDescription, load_description, read_checked
-from cutjoint.description.formats import WRITERS, write
+from cutjoint.description import JointPhysics, Link, RobotDescription, load_description, read_checked
+from cutjoint.description.formats import WRITERS, left_out, write
+from cutjoint.description.formats.common.unsaid import MESHES, drawn
 from cutjoint.errors import CutjointError, InputError
 
 TOOLS = Path(__file__).resolve().parent
 sys.path[:0] = [str(TOOLS), str(TOOLS.parent / "tests")]
 
 from corpus import LIST, entries  # noqa: E402
-from kit.described import FILES, differences  # noqa: E402
+from published.peer import compare, without_friction  # noqa: E402
+
+DESCRIBED = import_module("kit.described")
 
 SECONDS = 60
 """A robot gets, all in all."""
@@ -54,13 +58,10 @@ def published(folder: Path, word: str) -> Iterator[tuple[str, RobotDescription]]
                 yield f"{entry.address}: {entry.path}", robot
 
 
-def drawn(count: int, seed: int) -> Iterator[tuple[str, RobotDescription]]:
+def made_up(count: int, seed: int) -> Iterator[tuple[str, RobotDescription]]:
     """Random robots: trees with random cuts and curves, and machines; half of them with physics and bushings."""
-    from kit.curved import CURVED
-    from kit.physics import with_any_cuts, with_any_physics
-    from kit.random_robots import random_robot
-
-    makers = list(CURVED.values())
+    curved, physics, robots = (import_module(f"kit.{name}") for name in ("curved", "physics", "random_robots"))
+    makers = list(curved.CURVED.values())
     for number in range(seed, seed + count):
         rng = np.random.default_rng([number, 71])
         with tempfile.TemporaryDirectory() as place:
@@ -69,10 +70,10 @@ def drawn(count: int, seed: int) -> Iterator[tuple[str, RobotDescription]]:
                 plan = makers[number // 3 % len(makers)](rng).plan
             else:
                 size = int(rng.integers(1, 9)), int(rng.integers(0, 5))
-                plan = random_robot(rng, *size, folder / "tried", curved=bool(number % 3 == 1))
+                plan = robots.random_robot(rng, *size, folder / "tried", curved=bool(number % 3 == 1))
             robot = load_description(plan.write(folder / "robot"))
         if rng.integers(2):
-            robot = with_any_cuts(with_any_physics(robot, rng), rng)
+            robot = physics.with_any_cuts(physics.with_any_physics(robot, rng), rng)
         yield f"random {number}", robot
 
 
@@ -117,22 +118,25 @@ def rounding(robot: RobotDescription, before: Array) -> float:
 
 def plain(robot: RobotDescription) -> RobotDescription:
     """The robot without what MJCF has no word for: stops, smooth friction, and what cuts do by themselves."""
-    none = {"friction": 0.0, "friction_speed": None, "stop_stiffness": 0.0, "stop_damping": 0.0}
-    joints = tuple(
-        dataclasses.replace(one, physics=dataclasses.replace(one.physics, **none)) for one in robot.joints
-    )  # fmt: skip
+    robot = without_friction(robot)
     cuts = tuple(dataclasses.replace(one, physics=JointPhysics()) for one in robot.closing)
     links = tuple(
         dataclasses.replace(one, inertial=None) if one.inertial is not None and one.inertial.mass == 0.0 else one
         for one in robot.links
     )  # fmt: skip
-    return dataclasses.replace(robot, links=links, joints=joints, cuts=cuts)
+    return dataclasses.replace(robot, links=links, cuts=cuts)
+
+
+def drawable(link: Link) -> Link:
+    """The link without the shapes that MuJoCo cannot draw."""
+    kept = [tuple(one for one in shapes if drawn(one, MESHES)) for shapes in (link.visuals, link.collisions)]
+    return dataclasses.replace(link, visuals=kept[0], collisions=kept[1])
 
 
 def tripped(robot: RobotDescription, form: str, folder: Path, before: Array | None) -> tuple[str, list[str]]:
     """How one robot fares in one format, in a word, and its faults."""
     try:
-        path = write(robot, folder / FILES[form], to=form)[0]
+        path = write(robot, folder / DESCRIBED.FILES[form], to=form)[0]
     except InputError as error:
         return "refused", [] if "cannot say" in str(error) or "MJCF calls" in str(error) else [str(error)]
     back = read_checked(path)
@@ -141,7 +145,10 @@ def tripped(robot: RobotDescription, form: str, folder: Path, before: Array | No
         back = read_checked(path, lenient=True)
     if back.description is None:
         return "not read", [str(one) for one in back.problems if one.severity == "error"][:3]
-    faults = differences(dataclasses.replace(robot, variant_name=""), back.description)
+    wanted = dataclasses.replace(robot, variant_name="")
+    if left_out(robot, form):
+        wanted = dataclasses.replace(wanted, links=tuple(map(drawable, wanted.links)))
+    faults = DESCRIBED.differences(wanted, back.description)
     if before is not None:
         chain = ClosedChain(back.description)
         after = accelerations(chain)
@@ -153,8 +160,6 @@ def tripped(robot: RobotDescription, form: str, folder: Path, before: Array | No
 
 def engine(robot: RobotDescription, folder: Path) -> tuple[str, list[str]]:
     """What MuJoCo makes of the MJCF."""
-    from published.peer import compare
-
     robot = plain(robot)
     try:
         path = write(robot, folder / "engine.xml", to="mjcf")[0]
@@ -213,7 +218,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--only", default="")
     parser.add_argument("--random", type=int, nargs="+", default=[])
     chosen = parser.parse_args(arguments)
-    robots = drawn(*[*chosen.random, 0][:2]) if chosen.random else published(chosen.folder, chosen.only.lower())
+    robots = made_up(*[*chosen.random, 0][:2]) if chosen.random else published(chosen.folder, chosen.only.lower())
     counts, bad = Counter[str](), 0
     signal.signal(signal.SIGALRM, late)
     for name, robot in robots:

@@ -24,10 +24,11 @@ def command(
 ) -> None:
     """Write a robot in another format.  Reading the file back gives the same robot.
 
-    What of its dampers, springs, stops and the like other programs will not find in the file is told on stderr.
+    What of its dampers, springs, stops and the like other programs will not find in the file is told on stderr, and so
+    are shapes that are left out.
     """
     from cutjoint.description import load_description
-    from cutjoint.description.formats import WRITERS, unsaid, write
+    from cutjoint.description.formats import WRITERS, left_out, unsaid, write
     from cutjoint.errors import InputError, UnknownNameError, shown
     from cutjoint.files import path_name
 
@@ -45,3 +46,5 @@ def command(
             typer.echo(str(written))
     for lost in unsaid(description, to):
         typer.echo(f"warning: {WRITERS[to].name} has no word for {lost}; only cutjoint reads it back", err=True)
+    for lost in left_out(description, to):
+        typer.echo(f"warning: left out, since programs that read {WRITERS[to].name} cannot draw it: {lost}", err=True)

@@ -40,7 +40,7 @@ def check_names(robot: RobotDescription, form: str, *, xacro: bool = False, take
         elif not name and not shown:
             wrong = "it is empty"
         if wrong:
-            raise InputError(f"{form} cannot say the name {ascii(name)} of a {kind}: {wrong}; rename it")
+            raise InputError(f"{form} cannot say the name {name!a} of a {kind}: {wrong}; rename it")
 
 
 def _named(robot: RobotDescription) -> Iterator[tuple[str, str]]:
@@ -51,10 +51,13 @@ def _named(robot: RobotDescription) -> Iterator[tuple[str, str]]:
         for shape in (*link.visuals, *link.collisions):
             yield "shape", shape.name
             yield "mesh", "" if shape.mesh is None else str(shape.mesh)
-    parts = {
-        "joint": robot.joints, "cut": robot.cuts, "coupling": robot.couplings, "home": robot.homes,
-        "variant": robot.variants,
-    }  # fmt: skip
-    for kind, items in parts.items():
-        for one in items:
-            yield kind, one.name
+    for joint in robot.joints:
+        yield "joint", joint.name
+    for cut in robot.cuts:
+        yield "cut", cut.name
+    for coupling in robot.couplings:
+        yield "coupling", coupling.name
+    for home in robot.homes:
+        yield "home", home.name
+    for variant in robot.variants:
+        yield "variant", variant.name

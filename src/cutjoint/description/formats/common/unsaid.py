@@ -1,12 +1,12 @@
-"""What joints and cuts do by themselves that other programs do not find in a file: it has no words for it, or only
-those of cutjoint."""
+"""What other programs do not find in a file: what joints and cuts do by themselves where it has no words for it, or
+only those of cutjoint; and shapes that it cannot hold."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
 from cutjoint.description.findings import listing
-from cutjoint.description.model import JointPhysics, RobotDescription
+from cutjoint.description.model import JointPhysics, RobotDescription, Shape
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 WORDS = {
@@ -18,6 +18,27 @@ WORDS = {
     "stops": ("stop_stiffness",),
 }
 """What is told -> the quantities it is about."""
+
+MESHES = (".stl", ".obj", ".msh")
+"""Files of meshes that MuJoCo reads."""
+
+
+def drawn(shape: Shape, meshes: Collection[str]) -> bool:
+    """Whether MuJoCo takes a shape: a mesh of these files, or one of some size."""
+    if shape.mesh is not None:
+        return shape.mesh.suffix.lower() in meshes
+    return min(shape.size) > 0.0
+
+
+def left_out(robot: RobotDescription, meshes: Collection[str]) -> tuple[str, ...]:
+    """The shapes that a file leaves out where only meshes of these files are read."""
+    found = []
+    for link in robot.links:
+        lost = [shape for shape in (*link.visuals, *link.collisions) if not drawn(shape, meshes)]
+        files = dict.fromkeys(shape.mesh.name for shape in lost if shape.mesh is not None)
+        found += [f"mesh {name} of link {link.name}" for name in files]
+        found += [f"{shape.kind} of size 0 of link {link.name}" for shape in lost if shape.mesh is None]
+    return (listing(found),) if found else ()
 
 
 def unsaid(robot: RobotDescription, known: Collection[str]) -> tuple[str, ...]:
