@@ -41,7 +41,8 @@ class Format:
         write: its writer, None where there is none.
         key: what `cutjoint export --to` calls it.
         folder: whether what is written is a folder.
-        says: what of `common.unsaid.WORDS` other programs find in what is written, of joints; None for all.
+        says: what of `common.unsaid.WORDS` other programs find in what is written, of joints, and whether inertias are
+            left as they are; None for all.
         draws: suffixes of the mesh files that it may name; None for all.
     """
 
@@ -97,7 +98,7 @@ FORMATS: tuple[Format, ...] = (
         _reader("urdf.reader"),
         _writer("urdf.writer"),
         "urdf",
-        says=("damping", "friction", "friction_speed"),
+        says=("damping", "friction", "friction_speed", "inertias"),
     ),
     Format(
         "MJCF",

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
+import numpy as np
+
 from cutjoint.description.findings import listing
-from cutjoint.description.model import JointPhysics, RobotDescription, Shape
+from cutjoint.description.model import Inertial, JointPhysics, RobotDescription, Shape
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 WORDS = {
@@ -21,6 +23,15 @@ WORDS = {
 
 MESHES = (".stl", ".obj", ".msh")
 """Files of meshes that MuJoCo reads."""
+
+EQUAL = 3e-15
+"""Relative to the largest moment of inertia: how far rounding takes it from the sum of the others."""
+
+
+def triangle(inertial: Inertial) -> tuple[float, float]:
+    """By how much the largest moment of inertia is more than the others together, and that moment [kg m2]."""
+    small, middle, large = (float(moment) for moment in np.linalg.eigvalsh(inertial.inertia))
+    return large - middle - small, large
 
 
 def drawn(shape: Shape, meshes: Collection[str]) -> bool:
@@ -42,13 +53,18 @@ def left_out(robot: RobotDescription, meshes: Collection[str]) -> tuple[str, ...
 
 
 def unsaid(robot: RobotDescription, known: Collection[str]) -> tuple[str, ...]:
-    """What is lost to others of `WORDS`: of joints all but what is `known`, of cuts all."""
+    """What is lost to others of `WORDS`: of joints all but what is `known`, of cuts all; and inertias that MuJoCo evens
+    out."""
     said = []
     for kind, has, items in (("joint", known, robot.joints), ("cut", (), robot.cuts)):
         physics = [(one.name, one.physics) for one in items]
         for what, keys in WORDS.items():
             if what not in has:
                 said += _sentence(what, kind, (name for name, one in physics if _gives(one, keys)))
+    if "inertias" not in known:
+        bodies = [(one.name, *triangle(one.inertial)) for one in robot.links if one.inertial is not None]
+        impossible = [name for name, excess, largest in bodies if excess > EQUAL * largest]
+        said += _sentence("moments of inertia that no body has", "link", impossible)
     return (*said, *_sentence("bushings", "cut", (cut.name for cut in robot.cuts if cut.bushing is not None)))
 
 

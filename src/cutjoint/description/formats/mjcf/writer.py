@@ -11,8 +11,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from lxml import etree
 
 from cutjoint.arrays import Array
@@ -20,7 +22,7 @@ from cutjoint.description.formats.common.exact import number, relative, serialis
 from cutjoint.description.formats.common.names import check_names
 from cutjoint.description.formats.common.physics import leftover
 from cutjoint.description.formats.common.toml.text import JointKeys, toml_text
-from cutjoint.description.formats.common.unsaid import MESHES, drawn
+from cutjoint.description.formats.common.unsaid import EQUAL, MESHES, drawn, triangle
 from cutjoint.description.formats.mjcf.body import OWN, WORLD
 from cutjoint.description.formats.mjcf.cut import at_zero, write_cut, write_distance, write_place, write_site
 from cutjoint.description.formats.mjcf.geom import plain_name
@@ -35,6 +37,10 @@ from cutjoint.mechanism.physics import NO_PHYSICS
 
 FLOOR = 1e-12
 """kg and kg m2 below which MuJoCo is told to lift a moving body's mass and moments: it refuses zeros."""
+ALMOST_0 = 1e-300
+"""The end of a range from 0 to 0."""
+LIFT = 6e-15
+"""Relative to the largest moment, above what `EQUAL` leaves and MuJoCo's own rounding."""
 
 Meshes = Mapping[tuple[Path, tuple[float, ...]], str]
 """(file, scale) -> name of the asset."""
@@ -185,11 +191,12 @@ def _joint(body: Element, name: str, kind: str, axis: Array | None, joint: Joint
 
 
 def _range(element: Element, joint: Joint) -> None:
+    """A range; to MuJoCo one from 0 to 0 is none, and one from x to x an error, so that its end is next to x."""
     limits = joint.limits
     if joint.type.single and (limits.lower, limits.upper) != (None, None):
         lower = -UNLIMITED if limits.lower is None else limits.lower
         upper = UNLIMITED if limits.upper is None else limits.upper
-        element.set("range", words((lower, upper)))
+        element.set("range", words((lower, max(upper, float(np.nextafter(lower, np.inf)) if lower else ALMOST_0))))
 
 
 def _physics(element: Element, joint: Joint, rest: str = "springref") -> None:
@@ -223,8 +230,17 @@ def _fill(body: Element, link: Link, meshes: Meshes, used: Counter[str]) -> None
 
 
 def _inertial(body: Element, inertial: Inertial) -> None:
-    given = {"pos": words(inertial.com), "mass": number(inertial.mass), "fullinertia": words(inertial.entries)}
+    given = {"pos": words(inertial.com), "mass": number(inertial.mass), "fullinertia": words(_lifted(inertial).entries)}
     etree.SubElement(body, "inertial", given)
+
+
+def _lifted(inertial: Inertial) -> Inertial:
+    """A rod or plate, one of whose moments is the sum of the others but for rounding, with moments a few units of
+    rounding larger: where that moment is the larger one, MuJoCo takes the mean of all three."""
+    excess, largest = triangle(inertial)
+    if abs(excess) > EQUAL * largest:
+        return inertial
+    return replace(inertial, inertia=inertial.inertia + LIFT * largest * np.eye(3))
 
 
 def _geom(body: Element, shape: Shape, visual: bool, meshes: Meshes, used: Counter[str]) -> None:

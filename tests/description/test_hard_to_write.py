@@ -1,4 +1,4 @@
-"""Names that formats have trouble with are written so that they come back, or refused by name."""
+"""What formats have trouble with, names above all, is written so that it comes back, or refused by name."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ from cutjoint.description import (
     Inertial,
     Joint,
     JointType,
+    Limits,
     Link,
     RobotDescription,
     Shape,
     read_checked,
 )
-from cutjoint.description.formats import WRITERS, left_out, write
+from cutjoint.description.formats import WRITERS, left_out, unsaid, write
 from cutjoint.errors import InputError
 
 Name = Callable[[str, int], str]
@@ -132,3 +133,51 @@ def test_text_of_toml_is_text_of_xml(tmp_path: Path) -> None:
         reading = read_checked(write(robot, tmp_path / form / FILES[form], to=form)[0])
         assert reading.description is not None, reading.problems
         assert (reading.description.title, reading.description.source) == (robot.title, robot.source)
+
+
+def flat(rng: np.random.Generator, directions: int) -> Inertial:
+    """Of points on a line or in a plane, whose largest moment is the sum of the others but for rounding."""
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    points = rng.normal(size=(6, directions)) @ turn[:directions]
+    points -= points.mean(axis=0)
+    tensor = sum((p @ p) * np.eye(3) - np.outer(p, p) for p in points)
+    return Inertial(1.0, np.zeros(3), 0.5 * (tensor + tensor.T))
+
+
+def test_rods_and_plates_keep_their_inertia_in_mujoco(tmp_path: Path) -> None:
+    """MuJoCo puts the mean of all three in the place of moments of which one is larger than the sum of the others."""
+    mujoco, rng = pytest.importorskip("mujoco"), np.random.default_rng(0)
+    robot = named(NAMES["numbers"])
+    links = [replace(link, inertial=flat(rng, 1 + n % 2)) for n, link in enumerate(robot.links)]
+    robot = replace(robot, links=tuple(links))
+    assert not any("inertia" in one for one in unsaid(robot, "mjcf"))
+    path = write(robot, tmp_path / "robot.xml", to="mjcf")[0]
+    model = mujoco.MjModel.from_xml_path(str(path))
+    for link in links:
+        moments = np.linalg.eigvalsh(link.inertial.inertia)
+        np.testing.assert_allclose(np.sort(model.body(link.name).inertia), moments, rtol=1e-9, atol=2e-12)
+    reading = read_checked(path)
+    assert reading.description is not None, reading.problems
+    for link in links:
+        found = reading.description.link(link.name).inertial
+        np.testing.assert_allclose(found.inertia, link.inertial.inertia, rtol=0.0, atol=1e-12)
+
+
+def test_inertias_that_mujoco_evens_out_are_told() -> None:
+    robot = named(NAMES["numbers"])
+    wrong = replace(robot.links[-1], inertial=Inertial(1.0, np.zeros(3), np.diag([0.1, 0.2, 0.3001])))
+    robot = replace(robot, links=(*robot.links[:-1], wrong))
+    assert [one for one in unsaid(robot, "mjcf") if wrong.name in one and "inertia" in one]
+    assert unsaid(robot, "loops") == unsaid(robot, "urdf") == ()
+
+
+@pytest.mark.parametrize("at", [0.0, -0.3])
+def test_a_joint_that_its_limits_hold_is_not_free_in_mjcf(at: float, tmp_path: Path) -> None:
+    robot = named(NAMES["numbers"])
+    held = replace(robot.joints[-1], type=JointType.REVOLUTE, limits=Limits(at, at))
+    robot = replace(robot, joints=(*robot.joints[:-1], held))
+    reading = read_checked(write(robot, tmp_path / "robot.xml", to="mjcf")[0])
+    assert reading.description is not None, reading.problems
+    again = reading.description.joint(held.name)
+    assert again.type is JointType.REVOLUTE
+    assert (again.limits.lower, again.limits.upper) == pytest.approx((at, at), abs=1e-15)
