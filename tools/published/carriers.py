@@ -8,7 +8,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.description.formats.mjcf.body import OWN
+from cutjoint.description.formats.mjcf.types import OWN
 
 _NEXT_TO_NOTHING = 2e-15
 """What is left of their mass [kg] and moments [kg m2]: MuJoCo needs some."""

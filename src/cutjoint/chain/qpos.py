@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array, as_vector
 from cutjoint.chain.bound import BoundCoupling
-from cutjoint.description.formats.mjcf.types import NUMBERS, TENDON, carrier_parts, has_carrier
+from cutjoint.description.formats.mjcf.types import NUMBERS, OWN, TENDON, carrier_parts, has_carrier
 from cutjoint.description.model import Joint, JointType, RobotDescription
 from cutjoint.description.transforms import inverse
 from cutjoint.errors import InputError
@@ -43,7 +43,7 @@ class MujocoOrder:
                 self._rows.append((joint, slice(start, start + count), slice(self.size, self.size + there)))
                 self.size += there
         tendons = {joint.name for joint in description.joints if joint.child.startswith(TENDON)}
-        self._carried = [cut for cut in description.cuts if has_carrier(cut)]
+        self._cuts = description.cuts
         self._lengths = [BoundCoupling.of(model, one) for one in description.couplings if one.joint in tendons]
 
     def configuration(self, qpos: npt.ArrayLike) -> Array:
@@ -70,13 +70,14 @@ class MujocoOrder:
 
     def _refuse_carriers(self, count: int) -> None:
         """Raises InputError for the qpos of an exported file with bodies for cuts."""
-        if self._carried and count > self.size:
-            every = [kind for cut in self._carried for kind, _ in carrier_parts(cut)]
-            if count == self.size + sum(NUMBERS[kind] for kind in every):
-                names = ", ".join(f"cutjoint:{cut.name}" for cut in self._carried)
+        carried = [cut for cut in self._cuts if has_carrier(cut)]
+        if count > self.size and carried:
+            more = sum(NUMBERS[kind] for cut in carried for kind, _ in carrier_parts(cut))
+            if count == self.size + more:
+                names = ", ".join(f"{OWN}{cut.name}" for cut in carried)
                 raise InputError(
-                    f"qpos has {count} numbers, {self.size} of the robot and {count - self.size} of bodies that the "
-                    f"exported file has for its cuts; leave out those of the joints {names} (and /2, /3 of each)"
+                    f"qpos has {count} numbers, {self.size} of the robot and {more} of bodies that the exported file "
+                    f"has for its cuts; leave out those of the joints {names} (and /2, /3 of each)"
                 )
 
     def qpos(self, q: Array) -> Array:

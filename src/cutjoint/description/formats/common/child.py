@@ -28,8 +28,8 @@ from cutjoint.errors import CutjointError
 LENGTH = struct.Struct(">Q")
 START_SECONDS = 60.0
 """More than a busy machine needs to start Python and numpy."""
-QUIET = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-"""What keeps numerical packages from mapping memory for threads that a parser has no use for."""
+QUIET = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MUJOCO_GL": "off"}
+"""What keeps packages from mapping memory for threads, and from loading windows, that a parser has no use for."""
 CODE = f"import sys; sys.path[:] = sys.argv[1:]; from {__spec__.name if __spec__ else __name__} import main; main()"
 
 

@@ -19,7 +19,7 @@ from cutjoint.description.formats.mjcf.compiled import BodyRow, JointRow, Model
 from cutjoint.description.formats.mjcf.geom import shape_of
 from cutjoint.description.formats.mjcf.joint import joint_of, motion_back
 from cutjoint.description.formats.mjcf.source import MjcfText
-from cutjoint.description.formats.mjcf.types import MADE_OF, parts
+from cutjoint.description.formats.mjcf.types import MADE_OF, OWN, parts
 from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointPhysics, JointType, Limits, Link, Place
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, check_range
 from cutjoint.description.transforms import from_rotation, inverse, rotation_from_quaternion
@@ -53,8 +53,6 @@ def merged(joints: list[Joint]) -> list[Joint]:
 
 
 WORLD = "world"
-OWN = "cutjoint:"
-"""Names of what cutjoint's writer adds to close loops; the cuts themselves are among the extras."""
 
 
 class Bodies:

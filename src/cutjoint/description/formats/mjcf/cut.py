@@ -9,8 +9,7 @@ from lxml import etree
 
 from cutjoint.arrays import Array
 from cutjoint.description.formats.common.exact import words
-from cutjoint.description.formats.mjcf.body import OWN
-from cutjoint.description.formats.mjcf.types import EQUALITIES, carrier_parts, has_carrier
+from cutjoint.description.formats.mjcf.types import EQUALITIES, OWN, carrier_parts, has_carrier
 from cutjoint.description.model import CutJoint, RobotDescription
 from cutjoint.description.transforms import quaternion_from_rotation
 from cutjoint.description.xml import Element

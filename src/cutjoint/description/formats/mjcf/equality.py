@@ -15,12 +15,12 @@ from numpy.polynomial import Polynomial as Series
 
 from cutjoint.description.curves import Polynomial
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.mjcf.body import OWN, Bodies
+from cutjoint.description.formats.mjcf.body import Bodies
 from cutjoint.description.formats.mjcf.compiled import EqualityRow, Numbers
 from cutjoint.description.formats.mjcf.couplings import Followers, Relation
 from cutjoint.description.formats.mjcf.tendon import lengths_of, quoted
 from cutjoint.description.formats.mjcf.told_apart import passed_over
-from cutjoint.description.formats.mjcf.types import EQUALITIES
+from cutjoint.description.formats.mjcf.types import EQUALITIES, OWN
 from cutjoint.description.model import Coupling, CutJoint, CutType, DriverCurve, Frame, Place
 from cutjoint.description.transforms import from_rotation, rotation_from_quaternion
 

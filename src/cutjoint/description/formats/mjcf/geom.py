@@ -51,9 +51,7 @@ def _colour(geom: GeomRow, source: MjcfText) -> tuple[float, float, float, float
     words = [] if element is None else [parse_number(word) for word in str(element.get("rgba", "")).split()]
     own = [value for value in words if value is not None]
     values = own if len(own) == 4 else geom.colour
-    if values is None or not all(0.0 <= value <= 1.0 for value in values):
-        return None
-    return values[0], values[1], values[2], values[3]
+    return None if values is None else (values[0], values[1], values[2], values[3])
 
 
 def plain_name(name: str) -> str:

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from importlib.util import find_spec
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from cutjoint.arrays import readonly
-from cutjoint.description.findings import Findings, clip, nearest
+from cutjoint.description.findings import Findings, Harmless, clip, nearest
 from cutjoint.description.formats.common.child import ChildFailed, in_child
 from cutjoint.description.formats.common.extras import Extras, actuated_by_default, described
 from cutjoint.description.formats.common.toml.keys import read_extras
@@ -25,6 +25,7 @@ from cutjoint.description.formats.mjcf.compiled import Model, Refused, Request
 from cutjoint.description.formats.mjcf.equality import read_equalities
 from cutjoint.description.formats.mjcf.geom import check_meshes
 from cutjoint.description.formats.mjcf.home import read_homes
+from cutjoint.description.formats.mjcf.looks import MOST, left_out
 from cutjoint.description.formats.mjcf.schema import parse_schema, unknown_names
 from cutjoint.description.formats.mjcf.source import MjcfText, read_source
 from cutjoint.description.formats.mjcf.tendon import read_tendons, restore_tendons
@@ -32,6 +33,8 @@ from cutjoint.description.model import Place, RobotDescription
 from cutjoint.description.numbers import check_range, number_problem, parse_number
 
 WORKER = "cutjoint.description.formats.mjcf.worker:compile_model"
+OLDEST = (3, 3, 7)
+"""The first version of MuJoCo that has all of `mujoco.MjSpec` that is used."""
 SECONDS, MEGABYTES = 20.0, 2048
 """What MuJoCo may take; a robot with its collision meshes takes a second or two."""
 
@@ -71,7 +74,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     every = [*cuts, *extras.cuts]
     if extras.actuators is None:
         driving = tuple(dict.fromkeys(motor.joint for motor in motors))
-        if not driving and not every:
+        if not every and not any(len(one) for one, _ in source.all("actuator")):
             driving = actuated_by_default(bodies.tree.joints, extras.couplings)
         extras = replace(extras, actuators=driving)
     if not extras.homes:
@@ -80,16 +83,26 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
 
 
 def _compiled(source: MjcfText, own: bool, findings: Findings) -> Model | None:
-    """What MuJoCo makes of the text, or None after noting why there is nothing."""
-    if find_spec("mujoco") is None:
-        findings.error("MJCF is read through MuJoCo, which is not installed", "", "pip install 'cutjoint[formats]'")
+    """What MuJoCo makes of the text, or None after noting why there is nothing.
+
+    Flaws of mere looks, for which it refuses a file, are doubted and left out.
+    """
+    if not _installed(findings):
         return None
-    request = Request(source.text, source.models, tuple(source.folders), own)
-    try:
-        answer = in_child(WORKER, request, SECONDS, MEGABYTES)
-    except ChildFailed as failure:
-        findings.error(f"MuJoCo {failure.reason} on this file", "a file that MuJoCo compiles", "")
-        return None
+    for _ in range(MOST):
+        request = Request(source.text, source.models, tuple(source.folders), own)
+        try:
+            answer = in_child(WORKER, request, SECONDS, MEGABYTES)
+        except ChildFailed as failure:
+            findings.error(f"MuJoCo {failure.reason} on this file", "a file that MuJoCo compiles", "")
+            return None
+        if not isinstance(answer, Refused):
+            break
+        message, line = _words(answer.text)
+        known = not unknown_names(source, parse_schema(answer.schema), Findings())
+        if line is None or not known or not left_out(line, message, source):
+            break
+        _refused(message, line, source, Harmless(findings))
     if isinstance(answer, Model):
         if len(answer.bodies) > 1:
             return answer
@@ -98,16 +111,33 @@ def _compiled(source: MjcfText, own: bool, findings: Findings) -> Model | None:
     elif isinstance(answer, Refused):
         check_meshes(answer.meshes, source, findings)
         if answer.text and not unknown_names(source, parse_schema(answer.schema), findings):
-            _refused(answer.text, source, findings)
+            _refused(*_words(answer.text), source, findings)
     return None
 
 
-def _refused(text: str, source: MjcfText, findings: Findings) -> None:
-    """Note an error of MuJoCo at the place that it names."""
+def _installed(findings: Findings) -> bool:
+    """Whether MuJoCo is there and new enough, without loading it into this process; else that is noted."""
+    mend = "pip install 'cutjoint[formats]'"
+    try:
+        found = version("mujoco")
+    except PackageNotFoundError:
+        findings.error("MJCF is read through MuJoCo, which is not installed", "", mend)
+        return False
+    if tuple(int(part) for part in re.findall(r"\d+", found)[:3]) < OLDEST:
+        findings.error(f"MuJoCo {found} is too old to read MJCF", f"{'.'.join(map(str, OLDEST))} or newer", mend)
+        return False
+    return True
+
+
+def _words(text: str) -> tuple[str, int | None]:
+    """What MuJoCo complains of, and the line of its text."""
     message, _, rest = text.partition("\nElement ")
-    message = re.sub(r"^((XML )?Error: |Schema violation: )+", "", message)
     found = re.search(r"line (\d+)", rest)
-    line = int(found[1]) if found else None
+    return re.sub(r"^((XML )?Error: |Schema violation: )+", "", message), int(found[1]) if found else None
+
+
+def _refused(message: str, line: int | None, source: MjcfText, findings: Findings) -> None:
+    """Note an error of MuJoCo at the place that it names."""
     place, element = source.place(line), source.element(line)
     quoted = re.findall(r"'([^']*)'", message)
     given = {} if element is None else {str(key): str(value) for key, value in element.attrib.items()}

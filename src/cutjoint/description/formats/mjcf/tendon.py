@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.mjcf.body import OWN, WORLD, Bodies
+from cutjoint.description.formats.mjcf.body import WORLD, Bodies
 from cutjoint.description.formats.mjcf.compiled import TendonRow
 from cutjoint.description.formats.mjcf.couplings import Followers
 from cutjoint.description.formats.mjcf.joint import ends, even, linear
-from cutjoint.description.formats.mjcf.types import TENDON
+from cutjoint.description.formats.mjcf.types import OWN, TENDON
 from cutjoint.description.model import (
     Bushing,
     Coupling,

@@ -15,8 +15,8 @@ from lxml import etree
 
 from cutjoint.description.curves import Polynomial
 from cutjoint.description.formats.common.exact import number, words
-from cutjoint.description.formats.mjcf.body import OWN, WORLD
-from cutjoint.description.formats.mjcf.types import TENDON
+from cutjoint.description.formats.mjcf.body import WORLD
+from cutjoint.description.formats.mjcf.types import OWN, TENDON
 from cutjoint.description.model import Coupling, JointType, RobotDescription
 from cutjoint.description.xml import Element
 from cutjoint.errors import InputError

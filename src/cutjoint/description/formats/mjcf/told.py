@@ -58,18 +58,35 @@ def numbers(values: Iterable[float]) -> Numbers:
     return tuple(float(value) for value in values)
 
 
-def _range(limited: bool, values: Iterable[float], said: Iterable[float], wish: object) -> Numbers | None:
+def _ordered(elements: Iterable[Spec]) -> list[Spec]:
+    """As the compiled model has them."""
+    return sorted(elements, key=lambda one: int(one.id))
+
+
+def _word(enumeration: Spec, value: object) -> str:
+    """A value of one of MuJoCo's enumerations, such as mjJNT_HINGE, as in `hinge`."""
+    return str(enumeration(int(value)).name).partition("_")[2].lower()  # type: ignore[call-overload]
+
+
+def _range(model: Spec, what: str, index: int, said: Iterable[float], wish: object) -> Numbers | None:
     """The range of what is limited; that of the file where MuJoCo silently takes none because it is upside down."""
     lower, upper = said
+    limited = bool(getattr(model, f"{what}limited")[index])
     if not limited and lower > upper and int(wish) != int(mujoco.mjtLimited.mjLIMITED_FALSE):  # type: ignore[call-overload]
         return (float(lower), float(upper))
-    return numbers(values) if limited else None
+    return numbers(getattr(model, f"{what}range")[index]) if limited else None
 
 
-def _powers(first: float, model: Spec, name: str, index: int) -> Numbers:
+def _newer(model: Spec, name: str, index: int) -> float:
+    """A number that older versions of MuJoCo do not have."""
+    array = getattr(model, name, None)
+    return 0.0 if array is None else float(array[index])
+
+
+def _powers(model: Spec, name: str, index: int) -> Numbers:
     """The coefficients of powers 1, 2, 3; MuJoCo has the higher ones in an array of their own, if at all."""
-    higher = getattr(model, name, None)
-    return (float(first), *(() if higher is None else numbers(np.atleast_1d(higher[index]))))
+    higher = getattr(model, f"{name}poly", None)
+    return (_newer(model, name, index), *(() if higher is None else numbers(np.atleast_1d(higher[index]))))
 
 
 def bodies(spec: Spec, model: Spec, looks: Sequence[tuple[Spec, Looks]], own: bool) -> tuple[BodyRow, ...]:
@@ -78,7 +95,7 @@ def bodies(spec: Spec, model: Spec, looks: Sequence[tuple[Spec, Looks]], own: bo
     for geom, look in sorted(looks, key=lambda pair: int(pair[0].id)):
         geoms.setdefault(int(model.geom_bodyid[geom.id]), []).append(_geom(geom, model, look))
     joints: dict[int, list[JointRow]] = {}
-    for joint in sorted(spec.joints, key=lambda one: int(one.id)):
+    for joint in _ordered(spec.joints):
         joints.setdefault(int(model.jnt_bodyid[joint.id]), []).append(_joint(joint, model))
     return tuple(
         BodyRow(
@@ -93,7 +110,7 @@ def bodies(spec: Spec, model: Spec, looks: Sequence[tuple[Spec, Looks]], own: bo
             joints=tuple(joints.get(body.id, ())),
             geoms=tuple(geoms.get(body.id, ())),
         )
-        for body in sorted(spec.bodies, key=lambda one: int(one.id))
+        for body in _ordered(spec.bodies)
     )
 
 
@@ -132,10 +149,10 @@ def _entries(tensor: Any) -> Numbers:
 
 def _joint(joint: Spec, model: Spec) -> JointRow:
     index = int(joint.id)
-    kind = mujoco.mjtJoint(int(model.jnt_type[index])).name.removeprefix("mjJNT_").lower()
+    kind = _word(mujoco.mjtJoint, model.jnt_type[index])
     dof, address = int(model.jnt_dofadr[index]), int(model.jnt_qposadr[index])
     single = kind in ("hinge", "slide")
-    bounds = _range(bool(model.jnt_limited[index]), model.jnt_range[index], joint.range, joint.limited)
+    bounds = _range(model, "jnt_", index, joint.range, joint.limited)
     friction = float(model.dof_frictionloss[dof])
     soft = [
         name
@@ -152,13 +169,11 @@ def _joint(joint: Spec, model: Spec) -> JointRow:
         axis=numbers(model.jnt_axis[index]),
         ref=float(model.qpos0[address]) if single else 0.0,
         range=bounds,
-        force=_range(
-            bool(model.jnt_actfrclimited[index]), model.jnt_actfrcrange[index], joint.actfrcrange, joint.actfrclimited
-        ),
-        damping=_powers(model.dof_damping[dof], model, "dof_dampingpoly", dof),
-        stiffness=_powers(model.jnt_stiffness[index], model, "jnt_stiffnesspoly", index),
+        force=_range(model, "jnt_actfrc", index, joint.actfrcrange, joint.actfrclimited),
+        damping=_powers(model, "dof_damping", dof),
+        stiffness=_powers(model, "jnt_stiffness", index),
         spring=float(model.qpos_spring[address]) if single else 0.0,
-        springyield=float(model.jnt_springyield[index]) if hasattr(model, "jnt_springyield") else 0.0,
+        springyield=_newer(model, "jnt_springyield", index),
         friction=friction,
         armature=float(model.dof_armature[dof]),
         soft=tuple(soft),
@@ -189,14 +204,10 @@ def _geom(geom: Spec, model: Spec, look: Looks) -> GeomRow:
 
 def sites(spec: Spec, model: Spec) -> tuple[SiteRow, ...]:
     """All sites."""
+    at, turn = model.site_pos, model.site_quat
     return tuple(
-        SiteRow(
-            one.name,
-            int(model.site_bodyid[one.id]),
-            numbers(model.site_pos[one.id]),
-            numbers(model.site_quat[one.id]),
-        )
-        for one in sorted(spec.sites, key=lambda one: int(one.id))
+        SiteRow(one.name, int(model.site_bodyid[one.id]), numbers(at[one.id]), numbers(turn[one.id]))
+        for one in _ordered(spec.sites)
     )
 
 
@@ -205,7 +216,7 @@ def equalities(spec: Spec, model: Spec) -> tuple[EqualityRow, ...]:
     return tuple(
         EqualityRow(
             name=one.name,
-            kind=mujoco.mjtEq(int(model.eq_type[one.id])).name.removeprefix("mjEQ_").lower(),
+            kind=_word(mujoco.mjtEq, model.eq_type[one.id]),
             line=line_of(one),
             active=bool(model.eq_active0[one.id]),
             by_sites=int(model.eq_objtype[one.id]) == int(mujoco.mjtObj.mjOBJ_SITE),
@@ -213,82 +224,62 @@ def equalities(spec: Spec, model: Spec) -> tuple[EqualityRow, ...]:
             second=int(model.eq_obj2id[one.id]),
             data=numbers(model.eq_data[one.id]),
         )
-        for one in sorted(spec.equalities, key=lambda one: int(one.id))
+        for one in _ordered(spec.equalities)
     )
 
 
 def tendons(spec: Spec, model: Spec) -> tuple[TendonRow, ...]:
     """All tendons."""
-    return tuple(_tendon(one, model) for one in sorted(spec.tendons, key=lambda one: int(one.id)))
+    return tuple(_tendon(one, model) for one in _ordered(spec.tendons))
 
 
 def _tendon(tendon: Spec, model: Spec) -> TendonRow:
     index = int(tendon.id)
     start, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
     path = tuple(
-        (
-            mujoco.mjtWrap(int(model.wrap_type[at])).name.removeprefix("mjWRAP_").lower(),
-            int(model.wrap_objid[at]),
-            float(model.wrap_prm[at]),
-        )
+        (_word(mujoco.mjtWrap, model.wrap_type[at]), int(model.wrap_objid[at]), float(model.wrap_prm[at]))
         for at in range(start, start + count)
     )
-    forced = getattr(model, "tendon_actfrclimited", None)
     return TendonRow(
         name=tendon.name,
         line=line_of(tendon),
         path=path,
         length=float(model.tendon_length0[index]),
         rest=numbers(model.tendon_lengthspring[index]),
-        stiffness=_powers(model.tendon_stiffness[index], model, "tendon_stiffnesspoly", index),
-        damping=_powers(model.tendon_damping[index], model, "tendon_dampingpoly", index),
-        springyield=float(model.tendon_springyield[index]) if hasattr(model, "tendon_springyield") else 0.0,
+        stiffness=_powers(model, "tendon_stiffness", index),
+        damping=_powers(model, "tendon_damping", index),
+        springyield=_newer(model, "tendon_springyield", index),
         friction=float(model.tendon_frictionloss[index]),
-        armature=float(model.tendon_armature[index]) if hasattr(model, "tendon_armature") else 0.0,
-        range=_range(bool(model.tendon_limited[index]), model.tendon_range[index], tendon.range, tendon.limited),
-        force=None
-        if forced is None
-        else _range(bool(forced[index]), model.tendon_actfrcrange[index], tendon.actfrcrange, tendon.actfrclimited),
+        armature=float(model.tendon_armature[index]),
+        range=_range(model, "tendon_", index, tendon.range, tendon.limited),
+        force=_range(model, "tendon_actfrc", index, tendon.actfrcrange, tendon.actfrclimited),
     )
 
 
 def actuators(spec: Spec, model: Spec) -> tuple[ActuatorRow, ...]:
     """All actuators."""
-    return tuple(_actuator(one, model) for one in sorted(spec.actuators, key=lambda one: int(one.id)))
+    return tuple(_actuator(one, model) for one in _ordered(spec.actuators))
 
 
 def _actuator(actuator: Spec, model: Spec) -> ActuatorRow:
     index = int(actuator.id)
-    on = mujoco.mjtTrn(int(model.actuator_trntype[index])).name.removeprefix("mjTRN_").lower()
-    plain = (
-        int(model.actuator_gaintype[index]) == int(mujoco.mjtGain.mjGAIN_FIXED)
-        and int(model.actuator_biastype[index]) == int(mujoco.mjtBias.mjBIAS_NONE)
-        and int(model.actuator_dyntype[index]) == int(mujoco.mjtDyn.mjDYN_NONE)
+    on = _word(mujoco.mjtTrn, model.actuator_trntype[index])
+    kinds = (
+        _word(mujoco.mjtGain, model.actuator_gaintype[index]),
+        _word(mujoco.mjtBias, model.actuator_biastype[index]),
+        _word(mujoco.mjtDyn, model.actuator_dyntype[index]),
     )
-    control = int(model.actuator_ctrladr[index]) if hasattr(model, "actuator_ctrladr") else index
+    at = int(model.actuator_ctrladr[index]) if hasattr(model, "actuator_ctrladr") else index
+    control = _range(model, "actuator_ctrl", at, actuator.ctrlrange, actuator.ctrllimited)
     return ActuatorRow(
         name=actuator.name,
         line=line_of(actuator),
         on="joint" if on == "jointinparent" else on,
         target=int(model.actuator_trnid[index][0]),
         gear=float(model.actuator_gear[index][0]),
-        force=_range(
-            bool(model.actuator_forcelimited[index]),
-            model.actuator_forcerange[index],
-            actuator.forcerange,
-            actuator.forcelimited,
-        ),
-        control=_range(
-            bool(model.actuator_ctrllimited[control]),
-            model.actuator_ctrlrange[control],
-            actuator.ctrlrange,
-            actuator.ctrllimited,
-        )
-        if plain
-        else None,
+        force=_range(model, "actuator_force", index, actuator.forcerange, actuator.forcelimited),
+        control=control if kinds == ("fixed", "none", "none") else None,
         gain=float(model.actuator_gainprm[index][0]),
-        armature=float(model.actuator_armature[index]) if hasattr(model, "actuator_armature") else 0.0,
-        damping=_powers(model.actuator_damping[index], model, "actuator_dampingpoly", index)
-        if hasattr(model, "actuator_damping")
-        else (0.0,),
+        armature=_newer(model, "actuator_armature", index),
+        damping=_powers(model, "actuator_damping", index),
     )

@@ -29,6 +29,8 @@ NUMBERS: Mapping[str, int] = {"hinge": 1, "slide": 1, "ball": 4}
 
 EQUALITIES: Mapping[str, CutType] = {"connect": CutType.SPHERICAL, "weld": CutType.FIXED}
 
+OWN = "cutjoint:"
+"""Names of what cutjoint's writer adds to close loops; the cuts themselves are among the extras."""
 TENDON = "tendon:"
 """Names of the links without mass that stand for lengths of tendons begin so."""
 
@@ -51,7 +53,7 @@ def parts(joint: Joint) -> list[Part]:
 
 
 def has_carrier(cut: CutJoint) -> bool:
-    """Whether a cut is written with a body of its own, since equalities cannot say its type."""
+    """Whether a cut needs a body of its own, since equalities cannot say its type."""
     plain = cut.type in EQUALITIES.values() or cut.type.has_length or cut.type.kinds == (Kind.POINT, Kind.HINGE)
     return cut.bushing is None and not plain
 

@@ -89,6 +89,7 @@ def _lighten(spec: Spec, folders: Sequence[str]) -> dict[str, MeshRow]:
     """Take out what has no part in the motion; the meshes of the file by name, in their order."""
     compiler = spec.compiler
     compiler.fusestatic, compiler.discardvisual, compiler.LRopt.mode = False, False, 0
+    spec.memory, spec.nconmax, spec.njmax, spec.nstack = -1, -1, -1, -1  # for contacts, of which there are none here
     meshes = {one.name: _mesh(one, folders) for one in spec.meshes}
     fields, textures, kept = {one.name for one in spec.hfields}, {one.name for one in spec.textures}, set()
     for geom in spec.geoms:

@@ -23,13 +23,13 @@ from cutjoint.description.formats.common.names import check_names
 from cutjoint.description.formats.common.physics import leftover
 from cutjoint.description.formats.common.toml.text import JointKeys, toml_text
 from cutjoint.description.formats.common.unsaid import EQUAL, MESHES, drawn, triangle
-from cutjoint.description.formats.mjcf.body import OWN, WORLD
+from cutjoint.description.formats.mjcf.body import WORLD
 from cutjoint.description.formats.mjcf.cut import at_zero, write_cut, write_distance, write_place, write_site
 from cutjoint.description.formats.mjcf.geom import plain_name
 from cutjoint.description.formats.mjcf.joint import UNLIMITED
 from cutjoint.description.formats.mjcf.ties import tendon_lengths, tied, write_couplings, write_tendons
 from cutjoint.description.formats.mjcf.told_apart import Told, told_apart
-from cutjoint.description.formats.mjcf.types import parts
+from cutjoint.description.formats.mjcf.types import OWN, parts
 from cutjoint.description.model import Inertial, Joint, JointPhysics, JointType, Link, RobotDescription, Shape
 from cutjoint.description.xml import Element
 from cutjoint.errors import InputError
