@@ -37,6 +37,8 @@ def command(
     description = load_description(robot, variant, lenient)
     path = WRITERS[to].place(description.name) if out is None else out
     path_name(path)
+    if path.is_dir() and not WRITERS[to].folder:
+        raise InputError(f"{shown(str(path))} is a folder, and {WRITERS[to].name} is written to a file: name one in it")
     with interrupts.keeping():
         try:
             files = write(description, path, to)

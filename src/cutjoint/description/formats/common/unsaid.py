@@ -64,7 +64,7 @@ def unsaid(robot: RobotDescription, known: Collection[str]) -> tuple[str, ...]:
     if "inertias" not in known:
         bodies = [(one.name, *triangle(one.inertial)) for one in robot.links if one.inertial is not None]
         impossible = [name for name, excess, largest in bodies if excess > EQUAL * largest]
-        said += _sentence("moments of inertia that no body has", "link", impossible)
+        said += _sentence("impossible moments of inertia", "link", impossible)
     return (*said, *_sentence("bushings", "cut", (cut.name for cut in robot.cuts if cut.bushing is not None)))
 
 
