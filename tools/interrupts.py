@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -70,6 +71,7 @@ COMMANDS: Mapping[str, Long] = {
     "info": Long(("info", "omega3")),
     "check": Long(("check", "omega3")),
     "export": Long(("export", "omega3", "--to", "loops")),
+    "export-mjcf": Long(("export", "cpm", "--to", "mjcf", "--out", "robot.xml")),
 }
 
 
@@ -138,8 +140,11 @@ def spoiled(file: Path) -> str:
             return "is half a page"
         if file.suffix == ".png" and not data.endswith(b"IEND\xaeB`\x82"):
             return "is half a picture"
-        if file.suffix == ".urdf" and not data.rstrip().endswith(b"</robot>"):
+        ends = {".urdf": b"</robot>", ".xml": b"</mujoco>"}.get(file.suffix, b"")
+        if not data.rstrip().endswith(ends):
             return "is half a robot"
+        if file.suffix == ".toml":
+            tomllib.loads(data.decode())
     except (ValueError, zipfile.BadZipFile) as error:
         return f"is not whole: {error}"
     return "" if data else "is empty"

@@ -38,6 +38,7 @@ class _Watch:
         seen: the first signal, and `since` when it came [s].
         waiting: whether it has not been answered yet, and `hurry` whether another one came.
         blocks: those that the main thread is in, as the seconds that a signal may wait in them; `held` is NEVER.
+        kept: whether a block of `keeping` has come to its end.
     """
 
     def __init__(self) -> None:
@@ -45,6 +46,7 @@ class _Watch:
         self.seen: int | None = None
         self.since, self.waiting, self.hurry = 0.0, False, False
         self.blocks: list[float] = []
+        self.kept = False
 
     @property
     def held(self) -> bool:
@@ -149,6 +151,11 @@ def came() -> bool:
     return _WATCH.seen is not None
 
 
+def kept() -> bool:
+    """Whether what was computed is kept: a block of `keeping` has come to its end."""
+    return _WATCH.kept
+
+
 def waiting() -> bool:
     """Whether a signal came that has not been answered."""
     return _WATCH.waiting
@@ -188,6 +195,7 @@ def _block(patience: float) -> Iterator[None]:
     _WATCH.blocks.append(patience)
     try:
         yield
+        _WATCH.kept = _WATCH.kept or math.isinf(patience)
     finally:
         _WATCH.blocks.pop()
         _WATCH.released()

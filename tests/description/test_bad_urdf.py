@@ -80,13 +80,6 @@ ERRORS = {
         "another name",
         "rename",
     ),
-    "joint named like a link": (
-        [('"rocker_turn"', '"rocker"')],
-        'joint name="rocker"',
-        "joint 'rocker' is named like a link",
-        "different names",
-        "rocker_joint",
-    ),
     "mass nan": ([('<mass value="0.4"/>', '<mass value="nan"/>')], "nan", "mass of link 'crank' is nan", "finite", ""),
     "mass negative": ([('"0.4"/>', '"-0.4"/>')], 'name="crank"', "mass of link 'crank' is -0.4 kg", ">= 0", ""),
     "mass text": (

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 
 import numpy as np
+
+from cutjoint.description import Joint
 
 FILES = {"loops": "loops.toml", "urdf": "robot.urdf", "mjcf": "robot.xml"}
 UNORDERED = ("links", "joints", "cuts", "couplings", "homes", "variants")
@@ -13,6 +16,8 @@ UNORDERED = ("links", "joints", "cuts", "couplings", "homes", "variants")
 
 def differences(a: object, b: object, where: str = "", tolerance: float = 4e-15) -> list[str]:
     """What differs between two values, lists of named things matched by name; places in files do not count."""
+    if (a is None) is not (b is None):
+        return [f"{where}: {a!r} / {b!r}"]
     if isinstance(a, np.ndarray):
         same = np.allclose(a, b, rtol=1e-14, atol=tolerance * max(1.0, float(np.abs(a).max())))
         return [] if same else [f"{where}: {a.tolist()} / {np.asarray(b).tolist()}"]
@@ -21,9 +26,12 @@ def differences(a: object, b: object, where: str = "", tolerance: float = 4e-15)
     if is_dataclass(a):
         found = []
         for field in fields(a):
-            if field.name not in ("place", "places", "path"):
+            unused = field.name == "axis" and not a.type.axes if isinstance(a, Joint) else False
+            if field.name not in ("place", "places", "path") and not unused:
                 found += differences(getattr(a, field.name), getattr(b, field.name), f"{where}.{field.name}")
         return found
+    if isinstance(a, Path) and isinstance(b, Path):
+        a, b = a.resolve(), b.resolve()
     if isinstance(a, tuple) and where.rsplit(".", 1)[-1] in UNORDERED:
         a, b = ({item.name: item for item in items} for items in (a, b))
     if isinstance(a, Mapping):

@@ -20,11 +20,15 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.description.model import JointType, RobotDescription
+from published.carriers import Carriers
 
 _STEP = 1e-3
 """How far the fastest coordinate moves to either side for J_dot v; of fourth order."""
 _RANK = 1e-6
 """Rows that are independent by less are so by the digits of the file: a planar loop that is not quite in its plane."""
+_WIDE = {JointType.UNIVERSAL: 2, JointType.PLANAR: 3, JointType.SPHERICAL: 3, JointType.FLOATING: 6}
+"""Velocities of joints that have several."""
+_TURNING = (JointType.PLANAR, JointType.FLOATING)
 
 
 @dataclass(frozen=True)
@@ -111,6 +115,7 @@ class _Peer:
         self.data = mujoco.MjData(self.model)
         self.rows: list[tuple[JointType, int, int, int, int]] = []
         self.unmapped: list[str] = []
+        self.carriers = Carriers(self.model, chain)
         self._map()
 
     def _map(self) -> None:
@@ -124,6 +129,9 @@ class _Peer:
             free = int(model.jnt_type[number]) == int(mujoco.mjtJoint.mjJNT_FREE)
             unnamed = f"{body}_free" if free else f"{body}_joint" if order == 0 else f"{body}_joint_{order + 1}"
             name = joint.name or unnamed
+            whole, _, part = name.rpartition("/")
+            if self.carriers.has(name) or (part.isdecimal() and whole in ours and not ours[whole].type.single):
+                continue  # one of several that make a joint
             if name not in ours:
                 self.unmapped.append(name)
                 continue
@@ -136,36 +144,62 @@ class _Peer:
         placed = self.chain.link_placements(q)
         self.data.qpos[:] = self.model.qpos0
         for kind, own, _, there, dof in self.rows:
-            if kind is JointType.FLOATING:
+            if kind is JointType.FLOATING and self._free(dof):
                 body = self.model.body(int(self.model.dof_bodyid[dof])).name
                 self.data.qpos[there : there + 3] = placed[body][:3, 3]
                 quaternion = np.zeros(4)
                 mujoco.mju_mat2Quat(quaternion, placed[body][:3, :3].flatten())
                 self.data.qpos[there + 3 : there + 7] = quaternion
-            elif kind is JointType.SPHERICAL:
+            elif kind in (JointType.SPHERICAL, JointType.FLOATING):
+                lengths = sum(kind.lengths)
+                self.data.qpos[there : there + lengths] = q[own : own + lengths]
+                there, own = there + lengths, own + lengths
                 self.data.qpos[there : there + 4] = np.roll(q[own : own + 4], 1)
-            elif kind.single:
-                self.data.qpos[there] = q[own]
+            elif kind is JointType.PLANAR:
+                x, y, c, s = q[own : own + 4]
+                self.data.qpos[there : there + 3] = x, y, np.arctan2(s, c)
+            else:
+                self.data.qpos[there : there + _WIDE.get(kind, 1)] = q[own : own + _WIDE.get(kind, 1)]
+        self.carriers.place(self.data, q)
         mujoco.mj_fwdPosition(self.model, self.data)
 
+    def _free(self, dof: int) -> bool:
+        """Whether a joint is a free one, whose velocity is along the axes of the world."""
+        return int(self.model.jnt_type[self.model.dof_jntid[dof]]) == int(mujoco.mjtJoint.mjJNT_FREE)
+
+    def _turned(self, kind: JointType, there: int, dof: int) -> Array:
+        """Rotation of what MuJoCo's velocity of a joint is along, seen from the chain's: (2, 2) or (3, 3)."""
+        if kind is JointType.PLANAR:
+            angle = float(self.data.qpos[there + 2])
+            return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        if self._free(dof):
+            return np.array(self.data.xmat[self.model.dof_bodyid[dof]]).reshape(3, 3)
+        matrix = np.zeros(9)
+        mujoco.mju_quat2Mat(matrix, self.data.qpos[there + 3 : there + 7])
+        return matrix.reshape(3, 3)
+
     def turn(self) -> Array:
-        """B of v_mujoco = B v: the order of the joints, and for free joints velocities along the world's axes."""
+        """B of v_mujoco = B v: the order of the joints, and velocities along the axes that do not turn along."""
         matrix = np.zeros((self.model.nv, self.chain.nv))
-        for kind, _, v, _, dof in self.rows:
-            wide = 6 if kind is JointType.FLOATING else 3 if kind is JointType.SPHERICAL else 1
+        for kind, _, v, there, dof in self.rows:
+            wide = _WIDE.get(kind, 1)
             block = np.eye(wide)
-            if kind is JointType.FLOATING:
-                block[:3, :3] = self.data.xmat[self.model.dof_bodyid[dof]].reshape(3, 3)
+            if kind in _TURNING:
+                turned = self._turned(kind, there, dof)
+                block[: len(turned), : len(turned)] = turned
             matrix[dof : dof + wide, v : v + wide] = block
-        return matrix
+        return self.carriers.follow(matrix, self.jacobian())
 
     def bend(self, v_full: Array) -> Array:
-        """B_dot v: what the turning axes of free joints add to the acceleration."""
+        """B_dot v: what the turning axes add to the acceleration."""
         extra = np.zeros(self.model.nv)
-        for kind, _, v, _, dof in self.rows:
+        for kind, _, v, there, dof in self.rows:
             if kind is JointType.FLOATING:
-                rotation = self.data.xmat[self.model.dof_bodyid[dof]].reshape(3, 3)
-                extra[dof : dof + 3] = rotation @ np.cross(v_full[v + 3 : v + 6], v_full[v : v + 3])
+                turning = np.cross(v_full[v + 3 : v + 6], v_full[v : v + 3])
+                extra[dof : dof + 3] = self._turned(kind, there, dof) @ turning
+            elif kind is JointType.PLANAR:
+                turning = v_full[v + 2] * np.array([-v_full[v + 1], v_full[v]])
+                extra[dof : dof + 2] = self._turned(kind, there, dof) @ turning
         return extra
 
     def jacobian(self) -> Array:
@@ -202,12 +236,12 @@ class _Peer:
         mass = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, mass)
         rows = self.jacobian()
-        left, sizes, right = np.linalg.svd(rows, full_matrices=False)
-        kept = sizes > _RANK * sizes.max(initial=0.0)
-        rows, drift = right[kept], (left[:, kept].T @ drift) / sizes[kept]
-        free = np.linalg.solve(mass, np.column_stack([data.qfrc_passive - data.qfrc_bias, rows.T]))
-        forces = np.linalg.solve(rows @ free[:, 1:], -(rows @ free[:, 0] + drift))
-        return np.asarray(free[:, 0] + free[:, 1:] @ forces)
+        left, sizes, right = np.linalg.svd(rows)
+        rank = int(np.sum(sizes > _RANK * sizes.max(initial=0.0)))
+        held, free = right[:rank], right[rank:]
+        drifting = -held.T @ ((left[:, :rank].T @ drift) / sizes[:rank])
+        force = free @ (data.qfrc_passive - data.qfrc_bias - mass @ drifting)
+        return np.asarray(drifting + free.T @ np.linalg.solve(free @ mass @ free.T, force))
 
     def verdict(self) -> Verdict:
         """Everything at the chain's home."""
@@ -231,8 +265,8 @@ class _Peer:
 
     def _difference(self, q: Array, turn: Array, v: Array) -> float:
         self.place(q)
-        theirs = self.hard(turn @ v)
-        ours = turn @ self.chain.full_acceleration(q, v, np.zeros(len(v))) + self.bend(v)
+        theirs = self.hard(turn @ v)[self.carriers.others]
+        ours = (turn @ self.chain.full_acceleration(q, v, np.zeros(len(v))) + self.bend(v))[self.carriers.others]
         return float(np.abs(ours - theirs).max(initial=0.0) / max(1.0, np.abs(theirs).max(initial=0.0)))
 
     def _pose(self, q: Array) -> float:

@@ -24,10 +24,11 @@ def command(
 ) -> None:
     """Write a robot in another format.  Reading the file back gives the same robot.
 
-    What of its dampers, springs, stops and the like other programs will not find in the file is told on stderr.
+    What of its dampers, springs, stops and the like other programs will not find in the file is told on stderr, and so
+    are shapes that are left out.
     """
     from cutjoint.description import load_description
-    from cutjoint.description.formats import WRITERS, unsaid, write
+    from cutjoint.description.formats import WRITERS, left_out, unsaid, write
     from cutjoint.errors import InputError, UnknownNameError, shown
     from cutjoint.files import path_name
 
@@ -36,6 +37,8 @@ def command(
     description = load_description(robot, variant, lenient)
     path = WRITERS[to].place(description.name) if out is None else out
     path_name(path)
+    if path.is_dir() and not WRITERS[to].folder:
+        raise InputError(f"{shown(str(path))} is a folder, and {WRITERS[to].name} is written to a file: name one in it")
     with interrupts.keeping():
         try:
             files = write(description, path, to)
@@ -45,3 +48,5 @@ def command(
             typer.echo(str(written))
     for lost in unsaid(description, to):
         typer.echo(f"warning: {WRITERS[to].name} has no word for {lost}; only cutjoint reads it back", err=True)
+    for lost in left_out(description, to):
+        typer.echo(f"warning: left out, since programs that read {WRITERS[to].name} cannot draw it: {lost}", err=True)

@@ -23,7 +23,7 @@ def told(command: Callable[P, R]) -> Callable[P, R]:
         try:
             result = command(*arguments, **options)
         except KeyboardInterrupt:
-            raise stopped("nothing was written") from None
+            raise stopped("all was done by then" if interrupts.kept() else "nothing was written") from None
         if interrupts.waiting():
             raise stopped("all was done by then")
         return result

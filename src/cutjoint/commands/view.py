@@ -65,8 +65,10 @@ def write(document: Document, html: Path | None, png: Path | None, time: float, 
             if png is not None:
                 written = document.picture(png, time=time, width=width, height=height)
                 console().print(f"wrote {png}: {width} x {height} pixels, {written / 1e6:.2f} MB")
+                done.append(str(png))
     except KeyboardInterrupt:
-        raise stopped(f"only {done[0]} was written" if done else "nothing was written") from None
+        only = "only " if len(done) == 1 and html is not None and png is not None else ""
+        raise stopped(f"{only}{' and '.join(done)} was written" if done else "nothing was written") from None
 
 
 def served(wait: Callable[[], None]) -> None:

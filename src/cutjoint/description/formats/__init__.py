@@ -16,12 +16,14 @@ from pathlib import Path
 from cutjoint.description.files import LARGEST_FILE, MOST_NAMES
 from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.extras import Reading
+from cutjoint.description.formats.common.unsaid import MESHES
+from cutjoint.description.formats.common.unsaid import left_out as undrawn
 from cutjoint.description.formats.common.unsaid import unsaid as beyond
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import FileError, UnknownNameError, shown
 from cutjoint.files import is_file, read_file, write_files
 
-__all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "read", "unsaid", "write"]
+__all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "left_out", "read", "unsaid", "write"]
 
 Texts = Callable[[RobotDescription, Path], Mapping[Path, bytes]]
 """(description, path to write) -> the content of every file, the first being the one to read again."""
@@ -39,7 +41,9 @@ class Format:
         write: its writer, None where there is none.
         key: what `cutjoint export --to` calls it.
         folder: whether what is written is a folder.
-        says: what of `common.unsaid.WORDS` other programs find in what is written, of joints; None for all.
+        says: what of `common.unsaid.WORDS` other programs find in what is written, of joints, and whether inertias are
+            left as they are; None for all.
+        draws: suffixes of the mesh files that it may name; None for all.
     """
 
     name: str
@@ -50,6 +54,7 @@ class Format:
     key: str = ""
     folder: bool = False
     says: tuple[str, ...] | None = None
+    draws: tuple[str, ...] | None = None
 
     def place(self, name: str) -> Path:
         """Where a robot called `name` is written unless one says where."""
@@ -93,7 +98,7 @@ FORMATS: tuple[Format, ...] = (
         _reader("urdf.reader"),
         _writer("urdf.writer"),
         "urdf",
-        says=("damping", "friction", "friction_speed"),
+        says=("damping", "friction", "friction_speed", "inertias"),
     ),
     Format(
         "MJCF",
@@ -103,6 +108,7 @@ FORMATS: tuple[Format, ...] = (
         _writer("mjcf.writer"),
         "mjcf",
         says=("damping", "friction", "springs", "rotors"),
+        draws=MESHES,
     ),
     Format("USD", (".usda", ".usd", ".usdc", ".usdz"), (b"#usda", b"PXR-USDC", b"PK\x03\x04"), _reader("usd.reader")),
     Format("SDF", (".sdf", ".world", ".xml"), (b"<sdf",), _reader("sdf.reader")),
@@ -158,6 +164,18 @@ def unsaid(description: RobotDescription, to: str) -> tuple[str, ...]:
         raise UnknownNameError("format", to, tuple(WRITERS))
     says = WRITERS[to].says
     return () if says is None else beyond(description, says)
+
+
+def left_out(description: RobotDescription, to: str) -> tuple[str, ...]:
+    """The shapes that a file of a format leaves out, since its programs cannot draw them.
+
+    Raises:
+        UnknownNameError: there is no such format.
+    """
+    if to not in WRITERS:
+        raise UnknownNameError("format", to, tuple(WRITERS))
+    draws = WRITERS[to].draws
+    return () if draws is None else undrawn(description, draws)
 
 
 def format_of(path: Path) -> Format:

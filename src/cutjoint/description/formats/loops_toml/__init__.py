@@ -45,6 +45,7 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
     """loops.toml and the URDF of its tree; `path` is the folder, or the .toml file."""
     loops = path if path.suffix == ".toml" else path / "loops.toml"
     tree = loops.with_name("robot.urdf")
+    element = serialised(robot_element(robot, tree))
     keys = toml_text(
         robot,
         urdf=tree.name,
@@ -52,4 +53,4 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
         couplings=couplings_without_mimic(robot),
         joints=foreign_joints(robot),
     )
-    return {loops: keys.encode("utf-8"), tree: serialised(robot_element(robot, tree))}
+    return {loops: keys.encode("utf-8"), tree: element}

@@ -33,8 +33,11 @@ def write_site(body: Element, name: str, placement: Array) -> None:
     write_place(etree.SubElement(body, "site", name=name), placement)
 
 
-def write_cut(cut: CutJoint, bodies: Mapping[str, Element], equality: Element) -> None:
-    """The sites, bodies and equalities of a cut, but for what `write_distance` writes; nothing of a bushing."""
+def write_cut(cut: CutJoint, bodies: Mapping[str, Element], equality: Element, alone: bool) -> None:
+    """The sites, bodies and equalities of a cut, but for what `write_distance` writes; nothing of a bushing.
+
+    Unless it stands `alone`, the custom text says it too, and the equality has a name that its reader passes over.
+    """
     a, b = (bodies[frame.link] for frame in (cut.a, cut.b))
     if cut.bushing is not None:
         return
@@ -45,7 +48,8 @@ def write_cut(cut: CutJoint, bodies: Mapping[str, Element], equality: Element) -
     if cut.type.has_length:
         return
     if cut.type in SAID:
-        etree.SubElement(equality, SAID[cut.type], name=cut.name, site1=sites[0], site2=sites[1])
+        name = cut.name if alone else OWN + cut.name
+        etree.SubElement(equality, SAID[cut.type], name=name, site1=sites[0], site2=sites[1])
     elif not has_carrier(cut):
         for number_of, along in ((1, -0.5 * APART), (2, 0.5 * APART)):
             sites = f"{OWN}{cut.name}/a{number_of}", f"{OWN}{cut.name}/b{number_of}"
@@ -53,7 +57,7 @@ def write_cut(cut: CutJoint, bodies: Mapping[str, Element], equality: Element) -
                 point = np.array(frame.placement)
                 point[:3, 3] += along * point[:3, 2]
                 write_site(body, name, point)
-            etree.SubElement(equality, "connect", name=f"{cut.name}/{number_of}", site1=sites[0], site2=sites[1])
+            etree.SubElement(equality, "connect", name=f"{OWN}{cut.name}/{number_of}", site1=sites[0], site2=sites[1])
     else:
         _carrier(cut, a, b, equality)
 
@@ -71,7 +75,7 @@ def _carrier(cut: CutJoint, a: Element, b: Element, equality: Element) -> None:
     sites = f"{name}/a", f"{name}/b"
     write_site(body, sites[0], np.eye(4))
     write_site(b, sites[1], cut.b.placement)
-    etree.SubElement(equality, "weld", name=f"{cut.name}/1", site1=sites[0], site2=sites[1])
+    etree.SubElement(equality, "weld", name=f"{name}/1", site1=sites[0], site2=sites[1])
 
 
 def write_distance(cut: CutJoint, placed: Mapping[str, Array], equality: Element, tendon: Element) -> None:
@@ -82,7 +86,7 @@ def write_distance(cut: CutJoint, placed: Mapping[str, Array], equality: Element
     for site in (f"{cut.name}/a", f"{cut.name}/b"):
         etree.SubElement(element, "site", site=site)
     more = cut.length - float(np.linalg.norm(ends[1] - ends[0]))
-    etree.SubElement(equality, "tendon", name=cut.name, tendon1=name, polycoef=words((more, 0.0, 0.0, 0.0, 0.0)))
+    etree.SubElement(equality, "tendon", name=name, tendon1=name, polycoef=words((more, 0.0, 0.0, 0.0, 0.0)))
 
 
 def at_zero(robot: RobotDescription) -> dict[str, Array]:

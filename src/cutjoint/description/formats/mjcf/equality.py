@@ -19,6 +19,7 @@ from cutjoint.description.formats.mjcf.body import Bodies
 from cutjoint.description.formats.mjcf.compiled import EqualityRow, Numbers
 from cutjoint.description.formats.mjcf.couplings import Followers, Relation
 from cutjoint.description.formats.mjcf.tendon import lengths_of, quoted
+from cutjoint.description.formats.mjcf.told_apart import passed_over
 from cutjoint.description.formats.mjcf.types import EQUALITIES, OWN
 from cutjoint.description.model import Coupling, CutJoint, CutType, DriverCurve, Frame, Place
 from cutjoint.description.transforms import from_rotation, rotation_from_quaternion
@@ -37,7 +38,7 @@ def read_equalities(
     for number, row in enumerate(bodies.model.equalities, 1):
         name = row.name or f"{row.kind}_{number}"
         place = bodies.source.place(row.line, row.kind) or Place(findings.file)
-        if not row.active or name in known or name.rpartition("/")[0] in known or (known and name.startswith(OWN)):
+        if not row.active or passed_over(name, known) or (known and name.startswith(OWN)):
             continue
         if row.kind in EQUALITIES:
             cuts.append(_cut(row, name, bodies, place))

@@ -57,20 +57,13 @@ def tied(robot: RobotDescription) -> list[Coupling]:
     return [one for one in robot.couplings if one.joint not in lengths]
 
 
-def plain_couplings(robot: RobotDescription) -> bool:
-    """Whether MJCF says all couplings with nothing left over: gears and what is held, with names of their own."""
-    cuts = {cut.name for cut in robot.cuts}
-    return all((one.gear or not one.drives) and one.name and one.name not in cuts for one in tied(robot))
-
-
-def write_couplings(robot: RobotDescription, equality: Element, tendon: Element) -> None:
-    """The couplings of a robot.  Where there are more than gears, all of them stand in the custom text too, and have
-    names here that their reader knows.
+def write_couplings(robot: RobotDescription, plain: bool, equality: Element, tendon: Element) -> None:
+    """The couplings of a robot; unless `plain` they stand in the custom text too, and have names here that its reader
+    passes over.
 
     Raises:
         InputError: MJCF has no word for one.
     """
-    plain = plain_couplings(robot)
     for number_of, coupling in enumerate(tied(robot), 1):
         name = coupling.name if plain else f"{OWN}{coupling.name}#{number_of}"
         _coupling(coupling, name, equality, tendon)

@@ -9,42 +9,51 @@ that the reader understands.  A cut with a bushing is in that text alone: to MuJ
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from lxml import etree
 
 from cutjoint.arrays import Array
 from cutjoint.description.formats.common.exact import number, relative, serialised, words
+from cutjoint.description.formats.common.names import check_names
 from cutjoint.description.formats.common.physics import leftover
 from cutjoint.description.formats.common.toml.text import JointKeys, toml_text
+from cutjoint.description.formats.common.unsaid import EQUAL, MESHES, drawn, triangle
 from cutjoint.description.formats.mjcf.body import WORLD
-from cutjoint.description.formats.mjcf.cut import SAID, at_zero, write_cut, write_distance, write_place, write_site
+from cutjoint.description.formats.mjcf.cut import at_zero, write_cut, write_distance, write_place, write_site
 from cutjoint.description.formats.mjcf.geom import plain_name
 from cutjoint.description.formats.mjcf.joint import UNLIMITED
-from cutjoint.description.formats.mjcf.ties import (
-    plain_couplings,
-    tendon_lengths,
-    tied,
-    write_couplings,
-    write_tendons,
-)
+from cutjoint.description.formats.mjcf.ties import tendon_lengths, tied, write_couplings, write_tendons
+from cutjoint.description.formats.mjcf.told_apart import Told, told_apart
 from cutjoint.description.formats.mjcf.types import OWN, parts
-from cutjoint.description.model import CutJoint, Inertial, Joint, JointPhysics, JointType, Link, RobotDescription, Shape
+from cutjoint.description.model import Inertial, Joint, JointPhysics, JointType, Link, RobotDescription, Shape
 from cutjoint.description.xml import Element
 from cutjoint.errors import InputError
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 FLOOR = 1e-12
 """kg and kg m2 below which MuJoCo is told to lift a moving body's mass and moments: it refuses zeros."""
-MESHES = (".stl", ".obj", ".msh")
+ALMOST_0 = 1e-300
+"""The end of a range from 0 to 0."""
+LIFT = 6e-15
+"""Relative to the largest moment, above what `EQUAL` leaves and MuJoCo's own rounding."""
 
 Meshes = Mapping[tuple[Path, tuple[float, ...]], str]
 """(file, scale) -> name of the asset."""
 
 
 def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
-    """One MJCF file."""
+    """One MJCF file.
+
+    Raises:
+        InputError: MJCF has no word for a part of the robot.
+    """
+    check_names(robot, "MJCF", taken=OWN)
+    told = told_apart(robot)
     root = etree.Element("mujoco", model=robot.name)
     etree.SubElement(
         root, "compiler", angle="radian", inertiafromgeom="false", autolimits="true", balanceinertia="true",
@@ -52,19 +61,19 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
     )  # fmt: skip
     etree.SubElement(root, "option", gravity=words(robot.gravity))
     custom = etree.SubElement(root, "custom")
-    etree.SubElement(custom, "text", name="cutjoint", data=_extras(robot))
+    etree.SubElement(custom, "text", name="cutjoint", data=_extras(robot, told))
     meshes = _assets(root, robot, path)
     worldbody = etree.SubElement(root, "worldbody")
     bodies = _bodies(worldbody, robot, meshes)
     equality = etree.SubElement(root, "equality")
     for cut in robot.cuts:
-        write_cut(cut, bodies, equality)
+        write_cut(cut, bodies, equality, cut.name not in told.cuts)
     tendon = etree.SubElement(root, "tendon")
     tendons = write_tendons(robot, tendon)
     for name, element in tendons.items():
         _range(element, robot.joint(name))
         _physics(element, robot.joint(name), "springlength")
-    write_couplings(robot, equality, tendon)
+    write_couplings(robot, not told.couplings, equality, tendon)
     for cut in robot.cuts:
         if cut.type.has_length and cut.bushing is None:
             write_distance(cut, at_zero(robot), equality, tendon)
@@ -82,15 +91,10 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
     return {path: serialised(root)}
 
 
-def _is_equality(cut: CutJoint) -> bool:
-    """Whether one `<equality>` says all of a cut."""
-    return cut.type in SAID and cut.bushing is None and cut.physics == NO_PHYSICS
-
-
-def _extras(robot: RobotDescription) -> str:
-    cuts = [cut for cut in robot.cuts if not _is_equality(cut)]
+def _extras(robot: RobotDescription, told: Told) -> str:
+    cuts = [cut for cut in robot.cuts if cut.name in told.cuts]
     fixed = {joint.child: joint.name for joint in robot.joints if not joint.type.moves}
-    couplings = [] if plain_couplings(robot) else tied(robot)
+    couplings = tied(robot) if told.couplings else ()
     return toml_text(robot, urdf=None, cuts=cuts, couplings=couplings, joints=_joint_keys(robot), fixed=fixed)
 
 
@@ -126,11 +130,12 @@ def _assets(root: Element, robot: RobotDescription, path: Path) -> dict[tuple[Pa
     asset = etree.SubElement(root, "asset")
     for link in robot.links:
         for shape in (*link.visuals, *link.collisions):
-            if shape.mesh is None or shape.mesh.suffix.lower() not in MESHES or (shape.mesh, shape.size) in names:
+            if shape.mesh is None or not drawn(shape, MESHES) or (shape.mesh, shape.size) in names:
                 continue
             name = f"mesh_{len(names) + 1}"
             names[shape.mesh, shape.size] = name
-            etree.SubElement(asset, "mesh", name=name, file=relative(shape.mesh, path), scale=words(shape.size))
+            given = {"file": relative(shape.mesh, path), "scale": words(shape.size), "inertia": "shell"}
+            etree.SubElement(asset, "mesh", given, name=name)  # any other inertia needs a volume
     if not names:
         root.remove(asset)
     return names
@@ -150,7 +155,8 @@ def _bodies(worldbody: Element, robot: RobotDescription, meshes: Meshes) -> dict
     else:
         root = etree.SubElement(worldbody, "body", name=base.name)
     bodies = {base.name: root}
-    _fill(root, base, meshes)
+    used = Counter[str]()
+    _fill(root, base, meshes, used)
     stack = [base.name]
     while stack:
         parent = stack.pop()
@@ -158,7 +164,7 @@ def _bodies(worldbody: Element, robot: RobotDescription, meshes: Meshes) -> dict
             body = etree.SubElement(bodies[parent], "body", name=joint.child)
             write_place(body, joint.placement)
             _joints(body, joint)
-            _fill(body, robot.link(joint.child), meshes)
+            _fill(body, robot.link(joint.child), meshes, used)
             bodies[joint.child] = body
             stack.append(joint.child)
     return bodies
@@ -185,11 +191,12 @@ def _joint(body: Element, name: str, kind: str, axis: Array | None, joint: Joint
 
 
 def _range(element: Element, joint: Joint) -> None:
+    """A range; to MuJoCo one from 0 to 0 is none, and one from x to x an error, so that its end is next to x."""
     limits = joint.limits
     if joint.type.single and (limits.lower, limits.upper) != (None, None):
         lower = -UNLIMITED if limits.lower is None else limits.lower
         upper = UNLIMITED if limits.upper is None else limits.upper
-        element.set("range", words((lower, upper)))
+        element.set("range", words((lower, max(upper, float(np.nextafter(lower, np.inf)) if lower else ALMOST_0))))
 
 
 def _physics(element: Element, joint: Joint, rest: str = "springref") -> None:
@@ -214,28 +221,39 @@ def said(physics: JointPhysics) -> JointPhysics:
     )
 
 
-def _fill(body: Element, link: Link, meshes: Meshes) -> None:
+def _fill(body: Element, link: Link, meshes: Meshes, used: Counter[str]) -> None:
     if link.inertial is not None:
         _inertial(body, link.inertial)
     for shapes, visual in ((link.visuals, True), (link.collisions, False)):
         for shape in shapes:
-            _geom(body, shape, visual, meshes)
+            _geom(body, shape, visual, meshes, used)
 
 
 def _inertial(body: Element, inertial: Inertial) -> None:
-    given = {"pos": words(inertial.com), "mass": number(inertial.mass), "fullinertia": words(inertial.entries)}
+    given = {"pos": words(inertial.com), "mass": number(inertial.mass), "fullinertia": words(_lifted(inertial).entries)}
     etree.SubElement(body, "inertial", given)
 
 
-def _geom(body: Element, shape: Shape, visual: bool, meshes: Meshes) -> None:
-    element = etree.Element("geom", type=shape.kind, mass="0")
+def _lifted(inertial: Inertial) -> Inertial:
+    """A rod or plate, one of whose moments is the sum of the others but for rounding, with moments a few units of
+    rounding larger: where that moment is the larger one, MuJoCo takes the mean of all three."""
+    excess, largest = triangle(inertial)
+    if abs(excess) > EQUAL * largest:
+        return inertial
+    return replace(inertial, inertia=inertial.inertia + LIFT * largest * np.eye(3))
+
+
+def _geom(body: Element, shape: Shape, visual: bool, meshes: Meshes, used: Counter[str]) -> None:
+    """A shape under a name of its own; nothing of one that MuJoCo cannot draw."""
+    if not drawn(shape, MESHES):
+        return
+    element = etree.SubElement(body, "geom", type=shape.kind, mass="0")
     if shape.name:
-        count = sum(1 for other in body.getroottree().iter("geom") if plain_name(other.get("name", "")) == shape.name)
-        element.set("name", f"{shape.name}#{count + 1}" if count else shape.name)
+        used[shape.name] += 1
+        alone = used[shape.name] == 1 and plain_name(shape.name) == shape.name
+        element.set("name", shape.name if alone else f"{shape.name}#{used[shape.name]}")
     write_place(element, shape.placement)
-    if shape.kind == "mesh":
-        if shape.mesh is None or (shape.mesh, shape.size) not in meshes:
-            return
+    if shape.mesh is not None:
         element.set("mesh", meshes[shape.mesh, shape.size])
     elif shape.kind == "box":
         element.set("size", words([0.5 * value for value in shape.size]))
@@ -249,4 +267,3 @@ def _geom(body: Element, shape: Shape, visual: bool, meshes: Meshes) -> None:
         element.set("contype", "0")
         element.set("conaffinity", "0")
         element.set("group", "2")
-    body.append(element)

@@ -153,14 +153,15 @@ def _inertial(link: Element, name: str, findings: Findings) -> Inertial | None:
 
 
 def _shape(element: Element, link: str, path: Path, colours: Colours, findings: Findings) -> Shape | None:
-    visual = element.tag == "visual"
-    tags = frozenset({"origin", "geometry", "material"}) if visual else frozenset({"origin", "geometry"})
-    ignored = frozenset({"verbose", "convex", "material", "surface", "max_contacts"}) | _DRAKE
+    tags, ignored = (
+        frozenset({"origin", "geometry", "material"}),
+        frozenset({"verbose", "convex", "surface", "max_contacts"}),
+    )
     for own in (one for one in children(element) if short(str(one.tag)) in _DRAKE):
         check_known(own, frozenset({"name", "enabled"}), _CONTACT, _NONE, findings)
         for one in children(own):
             check_known(one, frozenset({"value"}), _NONE, _NONE, findings)
-    check_known(element, frozenset({"name", "group"}), tags, ignored, findings)
+    check_known(element, frozenset({"name", "group"}), tags, ignored | _DRAKE, findings)
     origin = read_origin(element, findings)
     geometry = only_child(element, "geometry", findings)
     what = f"<{element.tag}> of link '{link}'"
@@ -182,7 +183,7 @@ def _shape(element: Element, link: str, path: Path, colours: Colours, findings: 
     mesh = _mesh(shapes[0], what, path, findings) if kind == "mesh" else None
     if size is None or (kind == "mesh" and mesh is None):
         return None
-    colour = _shape_colour(element, colours, what, findings) if visual else None
+    colour = _shape_colour(element, colours, what, findings)
     return Shape(kind, size, origin, colour, mesh, str(element.get("name") or ""))
 
 

@@ -105,7 +105,7 @@ def _names(root: Element, tree: OpenTree, findings: Findings) -> None:
         if joint.name in links:
             found = f"joint '{joint.name}' is named like a link"
             remedy = f"call it {joint.name}_joint"
-            findings.doubt(found, "different names: both become frames", remedy, joint.place)
+            findings.warn(found, "different names: to other programs both are frames", remedy, joint.place)
     if not tree.links:
         findings.error("a robot without links", "at least one <link>", "", root.sourceline)
     parts = {*links, *(joint.name for joint in tree.joints)}

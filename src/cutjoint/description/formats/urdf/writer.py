@@ -14,6 +14,7 @@ from lxml import etree
 
 from cutjoint.arrays import Array
 from cutjoint.description.formats.common.exact import number, relative, serialised, words
+from cutjoint.description.formats.common.names import check_names
 from cutjoint.description.formats.common.physics import leftover
 from cutjoint.description.formats.common.toml.text import JointKeys, toml_text
 from cutjoint.description.formats.urdf.constraint import TYPES as CONSTRAINTS
@@ -55,7 +56,12 @@ def _is_constraint(cut: CutJoint) -> bool:
 
 
 def robot_element(robot: RobotDescription, path: Path) -> Element:
-    """The `<robot>` with links and joints; mesh files are named relative to `path`."""
+    """The `<robot>` with links and joints; mesh files are named relative to `path`.
+
+    Raises:
+        InputError: a name cannot be written.
+    """
+    check_names(robot, "URDF", xacro=True)
     root = etree.Element("robot", name=robot.name)
     for link in robot.links:
         root.append(_link(link, path))
@@ -103,7 +109,7 @@ def _link(link: Link, path: Path) -> Element:
         _inertial(element, link.inertial)
     for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
         for number_of, shape in enumerate(shapes):
-            _shape(element, tag, shape, f"{link.name}_{number_of}", path)
+            _shape(element, tag, shape, f"{link.name}_{tag}_{number_of}", path)
     return element
 
 
@@ -130,7 +136,7 @@ def _shape(link: Element, tag: str, shape: Shape, colour_name: str, path: Path) 
     else:
         for key, value in zip(("radius", "length"), shape.size, strict=False):
             inner.set(key, number(value))
-    if shape.colour is not None and tag == "visual":
+    if shape.colour is not None:
         material = etree.SubElement(element, "material", name=f"{colour_name}_colour")
         etree.SubElement(material, "color", rgba=words(shape.colour))
 

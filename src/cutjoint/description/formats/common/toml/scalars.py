@@ -9,12 +9,15 @@ from collections.abc import Sequence
 from cutjoint.arrays import Array
 from cutjoint.description.formats.common.exact import number as number
 
+_ESCAPED = re.compile("[\x7f-\x9f\ufffe\uffff]")
+"""What TOML does not allow as it is, nor XML, into which it may go."""
 _BARE = re.compile(r"^[A-Za-z0-9_-]+$")
 
 
 def text(value: str) -> str:
     """A TOML basic string."""
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    plain = json.dumps(value, ensure_ascii=False)
+    return _ESCAPED.sub(lambda found: f"\\u{ord(found[0]):04x}", plain)
 
 
 def key(name: str) -> str:
