@@ -23,6 +23,8 @@ _MEND_LOOP = "leave one joint of the loop out of the tree and close it with a cu
 
 def check_tree(robot: RobotDescription, findings: Findings) -> None:
     """Note everything that keeps links and joints from being a tree."""
+    if not robot.links:
+        findings.error("a robot without links", "at least one link", "does the file define it, or only parts for others?")
     _names(robot, findings)
     links = {link.name for link in robot.links}
     for joint in robot.joints:

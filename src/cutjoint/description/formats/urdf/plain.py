@@ -40,6 +40,9 @@ def read_robot(path: Path, findings: Findings) -> Element | None:
     root = read_expanded(path, findings)
     if root is None:
         return None
+    if drake_name(str(root.tag)) == "robot":  # xmlns="http://drake.mit.edu" on a plain URDF
+        for element in root.iter("{*}*"):
+            element.tag = short(str(element.tag)) if element.prefix else short(str(element.tag)).removeprefix("drake:")
     if root.tag != "robot":
         expected = "<robot> (URDF), <mujoco> (MJCF) or <sdf>"
         findings.error(f"the root element is <{root.tag}>", expected, "is this another format?", root.sourceline)
@@ -99,15 +102,13 @@ def _close(root: Element, tree: OpenTree, findings: Findings) -> None:
 
 
 def _names(root: Element, tree: OpenTree, findings: Findings) -> None:
-    """Note joints named like links, a robot without links, and unknown elements that speak of several parts."""
+    """Note joints named like links, and unknown elements that speak of several parts."""
     links = {link.name for link in tree.links}
     for joint in tree.joints:
         if joint.name in links:
             found = f"joint '{joint.name}' is named like a link"
             remedy = f"call it {joint.name}_joint"
             findings.doubt(found, "different names: both become frames", remedy, joint.place)
-    if not tree.links:
-        findings.error("a robot without links", "at least one <link>", "", root.sourceline)
     parts = {*links, *(joint.name for joint in tree.joints)}
     for element in children(root):
         if short(str(element.tag)) in ROBOT_TAGS | ROBOT_IGNORED | LOOP_TAGS:

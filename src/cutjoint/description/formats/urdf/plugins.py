@@ -51,7 +51,7 @@ def _mimic(element: Element, values: dict[str, str], tree: OpenTree, findings: F
 
 def couple(said: tuple[str, str, str, str], what: str, tree: OpenTree, line: int | None, findings: Findings) -> None:
     """Add the coupling of a follower, its driver, multiplier and offset (as texts) that something beside the tree
-    says; one that repeats a `<mimic>` is passed, one that contradicts it is an error."""
+    says; one that repeats a `<mimic>` is passed, one that contradicts it is a doubt: the `<mimic>` stands."""
     joint, driver = said[:2]
     numbers = []
     for key, text in zip(("multiplier", "offset"), said[2:], strict=True):
@@ -68,7 +68,7 @@ def couple(said: tuple[str, str, str, str], what: str, tree: OpenTree, line: int
         tree.couplings.append(coupling)
     elif any(one.drives != coupling.drives or one.offset != coupling.offset for one in same):
         found = f"{what} says {coupling.formula}, and <mimic> says {same[0].formula}"
-        findings.error(found, "the same in both", "keep one", line)
+        findings.doubt(found, "the same in both", "keep one; a lenient reader keeps the <mimic>", line)
 
 
 def _attached(element: Element, values: dict[str, str], tree: OpenTree, file: str) -> bool:
