@@ -65,6 +65,8 @@ def test_a_mimic_plugin_may_repeat_a_mimic_and_not_contradict_it(read: Read) -> 
     _, errors, _ = read(plugin(MIMIC.replace("-2", "2")), both)
     assert "oc = 2 oa + 0.5" in errors[0].found
     assert "oc = -2 oa + 0.5" in errors[0].found
+    robot, errors, _ = read(plugin(MIMIC.replace("-2", "2")), both, lenient=True)
+    assert [coupling.formula for coupling in robot.couplings] == ["oc = -2 oa + 0.5"]
 
 
 def test_a_mimic_of_ros2_control_is_a_coupling(read: Read) -> None:
@@ -116,7 +118,7 @@ JOINT = "<parent>b</parent><child>c</child>"
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (f'<joint name="t" type="screw">{JOINT}</joint>', "type 'screw' of the joint 't'"),
+        (f'<joint name="t" type="screw">{JOINT}<axis/><thread_pitch>0</thread_pitch></joint>', "is 0"),
         (f'<joint name="t" type="gearbox">{JOINT}</joint>', "type 'gearbox' of the joint 't'"),
         (f'<joint name="t" type="revolute">{JOINT}</joint>', "without <axis>"),
         ('<joint name="t" type="ball"><parent>b</parent><child>d</child></joint>', "child 'd'"),
@@ -288,10 +290,32 @@ def test_joints_of_drake(kind: str, read_as: JointType, read: Read) -> None:
     np.testing.assert_array_equal(joint.axis2, [0.0, 1.0, 0.0])
 
 
-def test_screws_of_drake_are_refused(read: Read) -> None:
-    text = f'<link name="d">{BODY}</link>' + hinge("od", "o", "d", kind="screw").replace("joint ", "drake:joint ", 1)
-    _, errors, _ = read(text.replace("</joint>", "</drake:joint>"))
-    assert "type 'screw' of joint 'od'" in errors[0].found
+def test_the_world_need_not_be_a_link_and_what_hangs_on_nothing_floats(read: Read) -> None:
+    tree = TREE.replace('<link name="o"></link>', f'<link name="free">{BODY}</link>').replace('"o"', '"world"')
+    robot, errors, warnings = read(tree=tree)
+    assert not errors
+    assert robot.root == "world"
+    assert [(one.name, one.type) for one in robot.joints[3:]] == [("free_root_joint", JointType.FLOATING)]
+    assert ["hangs on 'world'" in warnings[0].found, "'free'" in warnings[1].found] == [True, True]
+    assert "parent 'world' of joint 'oa' is not a link" in read(tree=tree.replace('"free"', '"wolrd"'))[1][0].found
+    known = tree + '<link name="world"/>'
+    assert "2 root links" in read(tree=known)[1][0].found
+    assert not read("<drake:collision_filter_group/>", known)[1]
+
+
+def test_the_namespace_of_drake_may_be_the_default(read: Read, tmp_path: Path) -> None:
+    robot, _, told = read()
+    text = (tmp_path / "robot.urdf").read_text(encoding="utf-8")
+    (tmp_path / "robot.urdf").write_text(text.replace("xmlns:drake", "xmlns"), encoding="utf-8")
+    found = read_checked(tmp_path / "robot.urdf")
+    assert list(found.problems) == told
+    assert [joint.name for joint in found.description.joints] == [joint.name for joint in robot.joints]
+
+
+def test_a_robot_without_links_is_an_error(read: Read) -> None:
+    robot, errors, _ = read(tree="", lenient=True)
+    assert robot is None
+    assert [one.found for one in errors] == ["a robot without links"]
 
 
 # -- sums of URDF+ ---------------------------------------------------------------------------------------

@@ -47,7 +47,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     note_foreign(scopes)
     check_frames(scopes, frames, carriers)
     acting = read_plugins(scopes)
-    couplings = [mimic.coupling for mimic in mimics] + acting.couplings
+    couplings = [mimic.coupling for mimic in mimics] + acting.couplings + edges.couplings
     for item in edges.gearboxes:
         gearbox = read_gearbox(item, edges.joints, frames, carriers)
         couplings += [] if gearbox is None else [gearbox]

@@ -3,37 +3,42 @@
 libsdformat copies what stands in a `<gazebo>` without reference into the model that it makes of the URDF
 (https://github.com/gazebosim/sdformat, parser_urdf.cc, as SDF 1.5 or newer).  So the joint stands at its `<pose>` in
 the child link's frame, or in what `relative_to` names; its axes are in its own frame, in what `expressed_in` names, or
-in the model's where there is `use_parent_model_frame`.  Both links have the joint where they are at zero.
+in the model's where there is `use_parent_model_frame`.  Both links have the joint where they are at zero.  A screw,
+which no cut is, hangs its hinge and slide on the parent, and the end of them is held fast on the child.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.common.graph import cut_of
+from cutjoint.description.formats.common.screw import SCREW, Screw, read_lead
 from cutjoint.description.formats.sdf.dynamics import read_limits, read_physics, unused_axis
+from cutjoint.description.formats.sdf.joint import TYPES
 from cutjoint.description.formats.sdf.names import check_names
-from cutjoint.description.formats.sdf.values import child_flag, read_pose, text_of
+from cutjoint.description.formats.sdf.values import WORLD, child_flag, read_pose, text_of
 from cutjoint.description.formats.urdf.zero import placements
-from cutjoint.description.model import IDENTITY, CutJoint, Joint, JointPhysics, JointType, Limits, Place
+from cutjoint.description.model import (
+    IDENTITY,
+    CutJoint,
+    CutType,
+    Frame,
+    Joint,
+    JointPhysics,
+    JointType,
+    Limits,
+    Link,
+    Place,
+)
 from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import inverse
 from cutjoint.description.xml import Element, name_of, only_child
 from cutjoint.mechanism.physics import NO_PHYSICS
 
-WORLD = "world"
-TYPES = {
-    "revolute": JointType.REVOLUTE,
-    "continuous": JointType.CONTINUOUS,
-    "prismatic": JointType.PRISMATIC,
-    "ball": JointType.SPHERICAL,
-    "universal": JointType.UNIVERSAL,
-    "revolute2": JointType.UNIVERSAL,
-    "fixed": JointType.FIXED,
-}
 _VERSION = (1, 6)
 """Of the names that are known: the last version that has `use_parent_model_frame`."""
 
@@ -109,9 +114,24 @@ def _cut(
     limits = read_limits(given[0], name, kind, findings) if kind.single else Limits()
     first, second = (*axes, readonly([1.0, 0.0, 0.0]), readonly([0.0, 1.0, 0.0]))[:2]
     place = Place(findings.file, element.sourceline)
-    edge = Joint(name, kind, ends[0], ends[1], IDENTITY, first, second, limits, physics, place)
     at_parent, at_child = (readonly(inverse(world[link]) @ at) for link in ends)
+    edge = Joint(name, kind, ends[0], ends[1], at_parent, first, second, limits, physics, place)
+    if element.get("type") == SCREW:
+        return _screwed(element, edge, at_child, tree, findings)
     return cut_of(edge, at_parent, at_child, findings)
+
+
+def _screwed(element: Element, edge: Joint, at_child: Array, tree: OpenTree, findings: Findings) -> CutJoint | None:
+    """Add the hinge and the slide of a screw to the tree; the cut that closes the loop behind them."""
+    lead = read_lead(element, edge.name, findings)
+    if lead is None:
+        return None
+    end = Link(f"{edge.name}_end", place=edge.place)
+    screw = Screw.of(replace(edge, child=end.name), lead)
+    tree.links += [screw.nut, end]
+    tree.joints += [screw.turn, screw.slide]
+    tree.couplings.append(screw.coupling)
+    return CutJoint(end.name, CutType.FIXED, Frame(end.name), Frame(edge.child, at_child), edge.place)
 
 
 def _physics(

@@ -14,10 +14,10 @@ from cutjoint.description.findings import Findings, Harmless, clip, listing
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.urdf.closing import closings
 from cutjoint.description.formats.urdf.drake import ROBOT_TAGS as DRAKE_TAGS
-from cutjoint.description.formats.urdf.drake import read_drake
+from cutjoint.description.formats.urdf.drake import hold_by_world, read_drake
 from cutjoint.description.formats.urdf.expanded import read_expanded
 from cutjoint.description.formats.urdf.gazebo import read_gazebo
-from cutjoint.description.formats.urdf.joint import read_joint
+from cutjoint.description.formats.urdf.joint import read_joint, read_screw
 from cutjoint.description.formats.urdf.link import Colours, read_colours, read_link
 from cutjoint.description.formats.urdf.loop_joint import loop_joints
 from cutjoint.description.formats.urdf.others import check_others
@@ -82,9 +82,14 @@ def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[st
     for element in children(root):
         if element.tag == "joint" or drake_name(str(element.tag)) == "joint":
             joint, coupling = read_joint(element, findings)
-            tree.joints += [joint] if joint is not None else []
+            screw = None if joint is None else read_screw(element, joint, findings)
+            if screw is not None:
+                tree.links.append(screw.nut)
+                tree.couplings.append(screw.coupling)
+            tree.joints += [screw.turn, screw.slide] if screw is not None else [] if joint is None else [joint]
             tree.couplings += [coupling] if coupling is not None else []
     tree.joints = geared(tree.joints, root, findings)
+    hold_by_world(root, tree, findings)
     _close(root, tree, findings)
     _names(root, tree, findings)
     return tree
