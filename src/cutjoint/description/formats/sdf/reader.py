@@ -52,6 +52,10 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
         gearbox = read_gearbox(item, edges.joints, frames, carriers)
         couplings += [] if gearbox is None else [gearbox]
     placed += edges.links
+    at = {body.link.name: body.world for body in placed}
+    for parent, child, name, place in acting.held:
+        edges.joints.append(Joint(name, JointType.FIXED, parent, child, at[child], place=place))
+        edges.last.append(name)
     joints, root_link = _held(edges.joints, links, placed, choice)
     if root_link == WORLD:
         placed.insert(0, PlacedLink(Link(WORLD), IDENTITY))

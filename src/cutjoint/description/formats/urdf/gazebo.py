@@ -13,7 +13,7 @@ from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.formats.urdf.gazebo_joint import read_gazebo_joint
-from cutjoint.description.formats.urdf.plugins import read_plugin
+from cutjoint.description.formats.urdf.plugins import plug_in
 from cutjoint.description.model import Joint
 from cutjoint.description.numbers import LARGEST_PHYSICS, read_numbers
 from cutjoint.description.xml import Element, check_known, children
@@ -54,7 +54,7 @@ def read_gazebo(root: Element, tree: OpenTree, findings: Findings) -> None:
         for element in children(gazebo):
             _changes(element, reference, findings)
             if element.tag == "plugin":
-                read_plugin(element, tree, findings)
+                plug_in(element, tree, findings)
             elif element.tag in ("joint", *_BODIES):
                 _part(element, reference, tree, findings)
         if reference:
