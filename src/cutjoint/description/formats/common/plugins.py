@@ -1,9 +1,10 @@
 """The `<plugin>`s of Gazebo that act on joints and links, in an SDF or in the `<gazebo>` of a URDF.
 
-Read are joint controllers (what they drive), mimic plugins with `joint`, `mimicJoint`, `multiplier` and `offset`, as that of roboticsgroup (https://github.com/roboticsgroup/roboticsgroup_gazebo_plugins) and its relatives, and
-detachable joints of Gazebo Sim (gz::sim::systems::DetachableJoint) between two links of the robot, which hold until
-someone detaches them.  One that names parts of the robot and by its own name couples or holds something is quoted as a
-doubt; others that name a joint are told.
+Read are joint controllers (what they drive), mimic plugins with `joint`, `mimicJoint`, `multiplier` and `offset`, as
+that of roboticsgroup (https://github.com/roboticsgroup/roboticsgroup_gazebo_plugins) and its relatives, and detachable
+joints of Gazebo Sim (gz::sim::systems::DetachableJoint) between two links of the robot, which hold until someone
+detaches them.  One that names parts of the robot and by its own name couples or holds something is quoted as a doubt;
+others that name a joint are told.
 """
 
 from __future__ import annotations
