@@ -31,7 +31,7 @@ _MIMIC_IGNORED = frozenset({"robotNamespace"})
 
 
 @dataclass(frozen=True)
-class Parts:
+class PluginNames:
     """What the texts in a plugin may mean: functions that give the full name of a joint or link, or None.
 
     `models` is what the robot's own model is called there, `joints` the names of joints that are suggested.
@@ -52,38 +52,38 @@ class Plugged:
     held: list[tuple[str, str, str, Place]] = field(default_factory=list)
 
 
-def read_plugin(element: Element, parts: Parts, done: Plugged, findings: Findings) -> None:
+def read_plugin(element: Element, names: PluginNames, done: Plugged, findings: Findings) -> None:
     """Add to `done` what a `<plugin>` does; one that acts and cannot be read is noted."""
     name, file = str(element.get("name") or ""), str(element.get("filename") or "")
     kind = _APART.sub("", f"{file} {name}".lower())
     what, line = f"plugin '{clip(name or file)}'", element.sourceline
     values = {str(one.tag): str(one.text or "").strip() for one in children(element)}
-    joint = next((one for one in _texts(element) if parts.joint(one) is not None), None)
+    joint = next((one for one in _texts(element) if names.joint(one) is not None), None)
     if "mimicjoint" in kind or {"joint", "mimicJoint"} <= values.keys():
         check_known(element, frozenset({"name", "filename"}), _MIMIC, _MIMIC_IGNORED, findings)
-        _mimic(values, what, line, parts, done, findings)
+        _mimic(values, what, line, names, done, findings)
     elif _READS.search(kind):
         return
     elif _DRIVES.search(kind):
-        names = [str(one.text or "").strip() for one in element.iter("joint_name")]
-        for one in names:
-            full = parts.joint(one)
+        given = [str(one.text or "").strip() for one in element.iter("joint_name")]
+        for one in given:
+            full = names.joint(one)
             if full is None:
-                findings.error(f"{what} drives the unknown joint '{one}'", "a joint", nearest(one, parts.joints), line)
+                findings.error(f"{what} drives the unknown joint '{one}'", "a joint", nearest(one, names.joints), line)
             elif full not in done.driven:
                 done.driven.append(full)
-        if not names:
+        if not given:
             findings.warn(f"{what}, which names no joints, is not read", "<joint_name>", "", line)
-    elif "detachablejoint" in kind and _held(values, name, Place(findings.file, line), parts, done):
+    elif "detachablejoint" in kind and _held(values, name, Place(findings.file, line), names, done):
         return
     elif _BINDS.search(kind):
         said = ", ".join(f"<{tag}>{text}" for tag, text in values.items())
-        found, mend = f"{what} ({clip(file)}: {clip(said, 120)}), which may hold or couple parts, is not read", ""
-        if joint is not None or any(parts.link(one) is not None for one in _texts(element)):
+        found = f"{what} ({clip(file)}: {clip(said, 120)}), which may hold or couple parts, is not read"
+        if joint is not None or any(names.link(one) is not None for one in _texts(element)):
             mend = "say what it does as <mimic> or as a joint, or in a loops.toml, and remove it"
             findings.doubt(found, "a mimic plugin, or a detachable joint between two links", mend, line)
         else:
-            findings.warn(found, "names of joints or links", mend, line)
+            findings.warn(found, "names of joints or links", "", line)
     elif joint is not None:
         findings.warn(f"{what}, which names joint '{joint}', is not read", "joint controllers", "", line)
 
@@ -97,16 +97,16 @@ def _texts(element: Element) -> Iterator[str]:
 
 
 def _mimic(
-    values: dict[str, str], what: str, line: int | None, parts: Parts, done: Plugged, findings: Findings
+    values: dict[str, str], what: str, line: int | None, names: PluginNames, done: Plugged, findings: Findings
 ) -> None:
     """The coordinate of mimicJoint = multiplier * that of joint + offset."""
     ends = []
     for tag in ("joint", "mimicJoint"):
-        full = parts.joint(values.get(tag, ""))
+        full = names.joint(values.get(tag, ""))
         if full is None:
             said = values.get(tag, "")
             found = f"<{tag}> of {what} is the unknown joint '{clip(said)}'"
-            findings.error(found, "a joint", nearest(said, parts.joints), line)
+            findings.error(found, "a joint", nearest(said, names.joints), line)
         ends += [] if full is None else [full]
     if len(ends) == 2:
         words = (ends[1], ends[0], values.get("multiplier") or "1", values.get("offset") or "0")
@@ -126,10 +126,10 @@ def geared(said: tuple[str, str, str, str], what: str, line: int | None, finding
     return Coupling.geared(f"{joint}_mimic", joint, driver, ratio, offset, Place(findings.file, line))
 
 
-def _held(values: dict[str, str], name: str, place: Place, parts: Parts, done: Plugged) -> bool:
+def _held(values: dict[str, str], name: str, place: Place, names: PluginNames, done: Plugged) -> bool:
     """Whether a detachable joint is one between two links of the robot."""
-    ends = [parts.link(values.get(tag, "")) for tag in ("parent_link", "child_link")]
-    if values.get("child_model", "") not in parts.models or ends[0] is None or ends[1] is None or ends[0] == ends[1]:
+    ends = [names.link(values.get(tag, "")) for tag in ("parent_link", "child_link")]
+    if values.get("child_model", "") not in names.models or ends[0] is None or ends[1] is None or ends[0] == ends[1]:
         return False
     title = f"{ends[0]}_{ends[1]}_{name.rpartition('::')[2] or 'detachable'}"
     done.held.append((ends[0], ends[1], title, place))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from cutjoint.description.formats.common.plugins import Parts, Plugged, read_plugin
+from cutjoint.description.formats.common.plugins import PluginNames, Plugged, read_plugin
 from cutjoint.description.formats.sdf.scope import MODEL, Scope
 from cutjoint.description.xml import children
 
@@ -15,11 +15,11 @@ def read_plugins(scopes: Sequence[Scope]) -> Plugged:
     done = Plugged()
     for scope in scopes:
         joints = [name for kind, name in scope.host.names if kind == "joint"]
-        parts = Parts(partial(_full, scope, "joint"), partial(_full, scope, "link"), (scope.name, MODEL), joints)
+        names = PluginNames(partial(_full, scope, "joint"), partial(_full, scope, "link"), (scope.name, MODEL), joints)
         elements = [*children(scope.element, "plugin")]
         elements += [one for item in scope.items for one in item.element.iter("plugin") if item.kind != "model"]
         for element in elements:
-            read_plugin(element, parts, done, scope.findings)
+            read_plugin(element, names, done, scope.findings)
     return done
 
 

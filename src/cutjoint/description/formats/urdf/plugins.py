@@ -5,7 +5,7 @@ from __future__ import annotations
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree
-from cutjoint.description.formats.common.plugins import Parts, Plugged, geared, read_plugin
+from cutjoint.description.formats.common.plugins import PluginNames, Plugged, geared, read_plugin
 from cutjoint.description.formats.urdf.zero import placements
 from cutjoint.description.model import IDENTITY, Coupling, CutJoint, CutType, Frame
 from cutjoint.description.transforms import inverse
@@ -15,13 +15,13 @@ from cutjoint.description.xml import Element
 def plug_in(element: Element, tree: OpenTree, findings: Findings) -> None:
     """Add to `tree` the couplings and cuts of a `<plugin>`.  What joints it drives, transmissions say."""
     joints, links, done = {one.name for one in tree.joints}, {one.name for one in tree.links}, Plugged()
-    parts = Parts(
+    names = PluginNames(
         lambda name: name if name in joints else None,
         lambda name: name if name in links else None,
         (tree.name, "__model__"),
         joints,
     )
-    read_plugin(element, parts, done, findings)
+    read_plugin(element, names, done, findings)
     for coupling in done.couplings:
         _add(coupling, "a mimic plugin", tree, findings)
     for parent, child, name, place in done.held:
