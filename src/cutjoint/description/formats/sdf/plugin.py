@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from cutjoint.description.formats.common.plugins import PluginNames, Plugged, read_plugin
+from cutjoint.description.formats.common.plugins import Plugged, PluginNames, read_plugin
 from cutjoint.description.formats.sdf.scope import MODEL, Scope
 from cutjoint.description.xml import children
 
