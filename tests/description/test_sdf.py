@@ -142,7 +142,7 @@ BAD = {
         "<link>",
     ),
     "include": ([("</model>", "<include><uri>x</uri></include></model>")], "model 'x' of an <include> not found", "x"),
-    "joint type": ([('"tip" type="revolute"', '"tip" type="screw"')], "type 'screw' of joint 'tip'", "universal"),
+    "joint type": ([('"tip" type="revolute"', '"tip" type="piston"')], "type 'piston' of joint 'tip'", "universal"),
     "unknown parent": (
         [("<parent>coupler</parent>", "<parent>copler</parent>")],
         "parent of joint 'tip' is the unknown frame 'copler'",

@@ -219,11 +219,36 @@ def test_plugins_that_hold_links_are_refused_and_others_that_name_joints_are_tol
     held = plugin("DetachableJoint", "<parent_link>b</parent_link><child_model>x</child_model>")
     one = reading(model(TIPPED + held))
     assert one.description is None
-    assert any("DetachableJoint' (parent_link b, child_model x)" in each for each in said(one))
+    assert any("DetachableJoint" in each and "<parent_link>b, <child_model>x" in each for each in said(one))
     assert reading(model(TIPPED + held), lenient=True).description is not None
     driven = reading(model(TIPPED + plugin("DiffDrive", "<left_joint>A</left_joint>")))
     assert said(driven) == ["plugin 'gz::sim::systems::DiffDrive', which names joint 'A', is not read"]
     assert reading(model(TIPPED + plugin("JointStatePublisher", "<joint_name>A</joint_name>"))).problems == ()
+    elsewhere = reading(model(TIPPED + plugin("DetachableJoint", "<parent_link>z</parent_link>")))
+    assert elsewhere.description is not None
+    assert any("may hold or couple parts" in each for each in said(elsewhere))
+
+
+@pytest.mark.parametrize(
+    "name", ["closed_loop", "leo_gz_differential", "gazebo_disable_link", "SpringForce", "GearBox"]
+)
+def test_names_of_plugins_that_couple_are_doubts_where_they_name_parts(name: str, reading) -> None:
+    assert [one.tolerable for one in reading(model(TIPPED + plugin(name, "<x>b</x>"))).problems] == [True]
+    assert [one.severity for one in reading(model(TIPPED + plugin(name, "<x>y</x>"))).problems] == ["warning"]
+
+
+@pytest.mark.parametrize(
+    "name", ["differential_drive", "LandingGear", "wheel_slip", "gazebo_grasp_fix", "closest_camera"]
+)
+def test_harmless_plugins_are_not_refused(name: str, reading) -> None:
+    one = reading(model(TIPPED + plugin(name, '<link>b</link><wheel link_name="a"/><joint>A</joint>')))
+    assert one.description is not None
+
+
+def test_a_detachable_joint_within_the_robot_holds(reading) -> None:
+    inside = "<parent_link>a</parent_link><child_model>robot</child_model><child_link>b</child_link>"
+    robot = reading(model(TIPPED + plugin("DetachableJoint", inside))).description
+    assert ClosedChain(robot).mobility().mobility == 0
 
 
 def test_elements_of_drake_that_act_are_refused(reading) -> None:

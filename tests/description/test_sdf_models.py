@@ -87,7 +87,7 @@ def test_the_placement_frame_is_what_the_pose_places(reading) -> None:
         ('<frame name="__model__"/>', "frame '__model__'"),
         ('<frame name="f"/><frame name="f"/>', "a second frame 'f' in one <model>"),
         (joint("D", "b", "c", "revolut"), "type 'revolut' of joint 'D'"),
-        (joint("D", "b", "c", "screw"), "type 'screw' of joint 'D' is not supported"),
+        (joint("D", "b", "c", "piston"), "type 'piston' of joint 'D' is not supported"),
         ("<static>ture</static>", "<static> in <model> is 'ture'"),
         (
             joint("D", "b", "c", more='<pose rotation_format="quat_xyzw">0 0 0 0 0 0</pose>'),
@@ -100,6 +100,18 @@ def test_bad_frames(more: str, found: str, reading) -> None:
     one = reading(model(TIPPED.replace('name="D"', 'name="E"') + more))
     assert one.description is None
     assert any(found in each for each in said(one)), said(one)
+
+
+def test_numbers_may_be_empty_and_a_joint_of_old_be_called_world(reading) -> None:
+    empty = "<limit><lower>-1</lower><upper>1</upper><effort/></limit><dynamics><damping></damping></dynamics>"
+    text = TIPPED.replace("<xyz>0 0 1</xyz></axis>", f"<xyz>0 0 1</xyz>{empty}</axis>", 1)
+    found = reading(model(text))
+    told = ["effort limit of joint 'A' is empty: read as not given", "damping of joint 'A' is empty: read as not given"]
+    assert said(found) == told
+    assert (found.description.joint("A").limits.upper, found.description.joint("A").physics.damping) == (1.0, 0.0)
+    named = TIPPED.replace('name="A"', 'name="world"')
+    assert mobility(reading(model(named, version="1.6"))) == 1
+    assert "joint 'world'" in said(reading(model(named)))
 
 
 # -- which models are the robot --------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cutjoint.chain import ClosedChain
 from cutjoint.description import CutType, JointType, load_description, read_checked
 from cutjoint.description.formats.urdf import expanded
 from cutjoint.errors import Problem
@@ -65,6 +66,8 @@ def test_a_mimic_plugin_may_repeat_a_mimic_and_not_contradict_it(read: Read) -> 
     _, errors, _ = read(plugin(MIMIC.replace("-2", "2")), both)
     assert "oc = 2 oa + 0.5" in errors[0].found
     assert "oc = -2 oa + 0.5" in errors[0].found
+    robot, errors, _ = read(plugin(MIMIC.replace("-2", "2")), both, lenient=True)
+    assert [coupling.formula for coupling in robot.couplings] == ["oc = -2 oa + 0.5"]
 
 
 def test_a_mimic_of_ros2_control_is_a_coupling(read: Read) -> None:
@@ -116,18 +119,13 @@ JOINT = "<parent>b</parent><child>c</child>"
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (f'<joint name="t" type="screw">{JOINT}</joint>', "type 'screw' of the joint 't'"),
+        (f'<joint name="t" type="screw">{JOINT}<axis/><thread_pitch>0</thread_pitch></joint>', "is 0"),
         (f'<joint name="t" type="gearbox">{JOINT}</joint>', "type 'gearbox' of the joint 't'"),
         (f'<joint name="t" type="revolute">{JOINT}</joint>', "without <axis>"),
-        ('<joint name="t" type="ball"><parent>b</parent><child>d</child></joint>', "child 'd'"),
+        ('<joint name="t" type="ball"><parent>b</parent><child>d</child></joint>', "frame 'd'"),
         ('<joint name="t" type="ball"><parent>b</parent><child>b</child></joint>', "both ends"),
         (f'<joint name="t" type="ball">{JOINT}<pose relative_to="oo">0 0 0 0 0 0</pose></joint>', "frame 'oo'"),
         (f'<joint name="t" type="revolute">{JOINT}<axis><xzy>0 0 1</xzy></axis></joint>', "<xzy> in <axis>"),
-        (
-            f'<joint name="t" type="universal">{JOINT}<axis><xyz>1 0 0</xyz></axis>'
-            "<axis2><xyz>1 1 0</xyz></axis2></joint>",
-            "not perpendicular",
-        ),
     ],
 )
 def test_a_joint_in_gazebo_that_cannot_be_is_refused(text: str, said: str, read: Read) -> None:
@@ -139,6 +137,36 @@ def test_a_joint_in_gazebo_that_cannot_be_is_refused(text: str, said: str, read:
 def test_a_joint_in_gazebo_with_a_reference_is_refused(read: Read) -> None:
     _, errors, _ = read(f'<gazebo reference="b"><joint name="t" type="ball">{JOINT}</joint></gazebo>')
     assert "Gazebo leaves out" in errors[0].expected
+
+
+def test_links_in_gazebo_hang_on_joints_there(read: Read) -> None:
+    rod = '<link name="d"><pose>0.6 0 0 0 0 0</pose><inertial><mass>2</mass></inertial></link>'
+    text = '<joint name="{}" type="revolute"><pose>{} 0 0 0 0</pose>{}<axis><xyz>0 0 1</xyz></axis></joint>'
+    first = text.format("t", "0.1 0.05", "<parent>d</parent><child>b</child>")
+    last = text.format("oa", "0.1 0.1", "<parent>r::d</parent><child>c</child>")
+    robot, errors, _ = read(f"<gazebo>{rod}{first}</gazebo><gazebo>{last}</gazebo>")
+    assert not errors
+    assert [cut.name for cut in robot.cuts] == ["oa"]
+    assert robot.link("d").inertial.mass == 2.0
+    chain = ClosedChain(robot)
+    assert (chain.mobility().velocities, chain.mobility().mobility) == (4, 2)
+    at = chain.link_placements(chain.home.q_full)
+    np.testing.assert_allclose([at["d"][0, 3], at["c"][0, 3]], [0.6, 0.2], atol=1e-15)
+    assert "2 root links" in read(f"<gazebo>{rod}</gazebo>")[1][0].found
+
+
+def test_a_driven_or_mimicking_joint_in_gazebo_keeps_its_coordinate(read: Read) -> None:
+    axis = "<axis><xyz>0 0 1</xyz>{}</axis>"
+    text = '<gazebo><joint name="t" type="revolute"><parent>b</parent><child>c</child>{}</joint></gazebo>'
+    robot, errors, _ = read(text.format(axis.format('<mimic joint="oa"><multiplier>2</multiplier></mimic>')))
+    assert not errors
+    assert [coupling.formula for coupling in robot.couplings] == ["t = 2 oa"]
+    assert [(cut.name, cut.type) for cut in robot.cuts] == [("t_end", CutType.FIXED)]
+    driven = '<transmission name="m"><joint name="t"/></transmission>'
+    robot, errors, _ = read(text.format(axis.format("")) + driven)
+    assert not errors
+    assert robot.actuators == ("t",)
+    assert ClosedChain(robot).mobility().determined
 
 
 def test_the_world_is_the_root(read: Read) -> None:
@@ -288,10 +316,32 @@ def test_joints_of_drake(kind: str, read_as: JointType, read: Read) -> None:
     np.testing.assert_array_equal(joint.axis2, [0.0, 1.0, 0.0])
 
 
-def test_screws_of_drake_are_refused(read: Read) -> None:
-    text = f'<link name="d">{BODY}</link>' + hinge("od", "o", "d", kind="screw").replace("joint ", "drake:joint ", 1)
-    _, errors, _ = read(text.replace("</joint>", "</drake:joint>"))
-    assert "type 'screw' of joint 'od'" in errors[0].found
+def test_the_world_need_not_be_a_link_and_what_hangs_on_nothing_floats(read: Read) -> None:
+    tree = TREE.replace('<link name="o"></link>', f'<link name="free">{BODY}</link>').replace('"o"', '"world"')
+    robot, errors, warnings = read(tree=tree)
+    assert not errors
+    assert robot.root == "world"
+    assert [(one.name, one.type) for one in robot.joints[3:]] == [("free_root_joint", JointType.FLOATING)]
+    assert ["hangs on 'world'" in warnings[0].found, "'free'" in warnings[1].found] == [True, True]
+    assert "parent 'world' of joint 'oa' is not a link" in read(tree=tree.replace('"free"', '"wolrd"'))[1][0].found
+    known = tree + '<link name="world"/>'
+    assert "2 root links" in read(tree=known)[1][0].found
+    assert not read("<drake:collision_filter_group/>", known)[1]
+
+
+def test_the_namespace_of_drake_may_be_the_default(read: Read, tmp_path: Path) -> None:
+    robot, _, told = read()
+    text = (tmp_path / "robot.urdf").read_text(encoding="utf-8")
+    (tmp_path / "robot.urdf").write_text(text.replace("xmlns:drake", "xmlns"), encoding="utf-8")
+    found = read_checked(tmp_path / "robot.urdf")
+    assert list(found.problems) == told
+    assert [joint.name for joint in found.description.joints] == [joint.name for joint in robot.joints]
+
+
+def test_a_robot_without_links_is_an_error(read: Read) -> None:
+    robot, errors, _ = read(tree="", lenient=True)
+    assert robot is None
+    assert [one.found for one in errors] == ["a robot without links"]
 
 
 # -- sums of URDF+ ---------------------------------------------------------------------------------------

@@ -223,9 +223,16 @@ class RobotDescription(Frozen):
 
     @property
     def root(self) -> str:
-        """Name of the link that no joint moves."""
+        """Name of the link that no joint moves.
+
+        Raises:
+            InputError: there is none.
+        """
         children = {joint.child for joint in self.joints}
-        return next(link.name for link in self.links if link.name not in children)
+        root = next((link.name for link in self.links if link.name not in children), None)
+        if root is None:
+            raise InputError(f"{self.name or 'the robot'} has no link that no joint moves")
+        return root
 
     def link(self, name: str) -> Link:
         """The link called `name`.

@@ -23,6 +23,9 @@ _MEND_LOOP = "leave one joint of the loop out of the tree and close it with a cu
 
 def check_tree(robot: RobotDescription, findings: Findings) -> None:
     """Note everything that keeps links and joints from being a tree."""
+    if not robot.links:
+        mend = "does the file define one, or only parts for others?"
+        findings.error("a robot without links", "at least one link", mend)
     _names(robot, findings)
     links = {link.name for link in robot.links}
     for joint in robot.joints:

@@ -51,9 +51,9 @@ def span(
     if not inside >= {edge.name for edge in edges if edge.name in keep} or inside & close:
         used = _spanning(bodies, _forest(edges, inside, keep, close), root)
     for edge, backwards in used:
-        _attach(tree, edge, backwards, world)
+        attach(tree, edge, backwards, world)
     taken = {id(edge) for edge, _ in used}
-    cuts = [_cut(edge, world, findings) for edge in edges if id(edge) not in taken]
+    cuts = [cut_at(edge, world, findings) for edge in edges if id(edge) not in taken]
     return tree, [cut for cut in cuts if cut is not None]
 
 
@@ -122,7 +122,7 @@ def _greedy(edges: Sequence[Joint], root: str) -> list[tuple[Joint, bool]]:
         pending.remove(edge)
 
 
-def _attach(tree: OpenTree, edge: Joint, backwards: bool, world: dict[str, Array]) -> None:
+def attach(tree: OpenTree, edge: Joint, backwards: bool, world: dict[str, Array]) -> None:
     """Add the joint; where its frame is not the child's, a massless link at the joint and a fixed joint as well."""
     parent, child = (edge.child, edge.parent) if backwards else (edge.parent, edge.child)
     sign = -1.0 if backwards else 1.0
@@ -139,7 +139,7 @@ def _attach(tree: OpenTree, edge: Joint, backwards: bool, world: dict[str, Array
         tree.joints.append(Joint(f"{moved}_fixed", JointType.FIXED, moved, child, offset, place=edge.place))
 
 
-def _cut(edge: Joint, world: dict[str, Array], findings: Findings) -> CutJoint | None:
+def cut_at(edge: Joint, world: dict[str, Array], findings: Findings) -> CutJoint | None:
     """The joint as a cut, with its frames on both links where they meet at zero."""
     at_parent, at_child = (readonly(inverse(world[link]) @ edge.placement) for link in (edge.parent, edge.child))
     return cut_of(edge, at_parent, at_child, findings)

@@ -16,7 +16,7 @@ from cutjoint.description.formats.common.physics import largest
 from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.model import JointPhysics, JointType, Limits
 from cutjoint.description.numbers import parse_number, read_numbers
-from cutjoint.description.xml import Element, children, only_child
+from cutjoint.description.xml import Element, children, drake_name, only_child
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 UNLIMITED = 1e16
@@ -34,7 +34,7 @@ def read_limits(axis: Element, name: str, kind: JointType, findings: Findings) -
         return Limits()
     values = {}
     for key in ("lower", "upper", "velocity", "effort"):
-        element = only_child(limit, key, findings)
+        element = _filled(limit, key, f"{key} limit of joint '{name}'", findings)
         value = None if element is None else parse_number(text_of(element))
         if element is not None and (value is None or np.isnan(value)):
             found = f"{key} limit of joint '{name}' is '{text_of(element)}'"
@@ -97,7 +97,7 @@ def _physics(axis: Element, name: str, kind: JointType, findings: Findings) -> J
 def _number(axis: Element, section: str, tag: str, key: str, name: str, findings: Findings) -> float | None:
     """The number in an element of a section of an axis; None where it is missing or wrong."""
     parent = only_child(axis, section, findings)
-    element = None if parent is None else only_child(parent, tag, findings)
+    element = None if parent is None else _filled(parent, tag, f"{tag} of joint '{name}'", findings)
     if element is None:
         return None
     most = float("inf") if key.startswith("stop") else largest(key)
@@ -105,19 +105,20 @@ def _number(axis: Element, section: str, tag: str, key: str, name: str, findings
     return None if value is None else value[0]
 
 
-def drake_name(element: Element) -> str | None:
-    """The name without its prefix where it is one of Drake's."""
-    tag = str(element.tag)
-    if tag.startswith("drake:"):
-        return tag.removeprefix("drake:")
-    return tag.rpartition("}")[2] if "drake.mit.edu" in tag.rpartition("}")[0] else None
+def _filled(parent: Element, tag: str, what: str, findings: Findings) -> Element | None:
+    """The child with a number in it; one without anything in it counts as not there, as in libsdformat."""
+    element = only_child(parent, tag, findings)
+    if element is None or text_of(element):
+        return element
+    findings.warn(f"{what} is empty: read as not given", "a number", f"remove <{tag}>", element.sourceline)
+    return None
 
 
 def with_rotor(physics: JointPhysics, joint: Element, name: str, kind: JointType, findings: Findings) -> JointPhysics:
     """With the `<drake:rotor_inertia>` and `<drake:gear_ratio>` of a joint."""
     values = {}
     for element in children(joint):
-        key = ROTORS.get(drake_name(element) or "")
+        key = ROTORS.get(drake_name(str(element.tag)) or "")
         if key is not None:
             told = f"{key} of joint '{name}'"
             value = read_numbers(text_of(element), 1, told, findings, element.sourceline, largest(key))

@@ -29,6 +29,10 @@ class Frames:
         self._known.update(fixed or {})
         self._open: set[Item | Scope] = set()
 
+    def put(self, item: Item, at: Array) -> None:
+        """Give the placement of something that does not tell it itself."""
+        self._known[item] = at
+
     def named(self, scope: Scope, name: str, what: str, line: int | None) -> Array:
         """The placement of whatever is called `name` in a scope; `what` names its use where there is no such thing."""
         if name in _OWN:

@@ -17,6 +17,7 @@ from cutjoint.description.formats.sdf.names import check_names
 from cutjoint.description.formats.sdf.scope import Item, Scope
 from cutjoint.description.formats.sdf.values import child_flag, flag, text_of, version_of
 from cutjoint.description.xml import Element, children, name_of, only_child, read_xml, refuse_xacro
+from cutjoint.files import is_file
 
 DEEPEST = 10
 """Files that include each other."""
@@ -190,18 +191,15 @@ def _missing(uri: str, found: str, expected: str, mend: str, line: int | None, s
 
 def _model_file(path: Path, findings: Findings) -> Path | None:
     """The file itself, or that which the folder's model.config names for the newest version, or its model.sdf."""
-    try:
-        if path.is_file():
-            return path
-        config = path / "model.config"
-        if config.is_file():
-            own = Findings(str(config))
-            root = read_xml(config, own, "model.config")
-            findings.problems.extend(own.problems)
-            named = [] if root is None else [*children(root, "sdf")]
-            named.sort(key=lambda one: version_of(one, Findings()))
-            if named and text_of(named[-1]):
-                return path / text_of(named[-1])
-        return path / "model.sdf" if (path / "model.sdf").is_file() else None
-    except (OSError, ValueError):
-        return None
+    if is_file(path):
+        return path
+    config = path / "model.config"
+    if is_file(config):
+        own = Findings(str(config))
+        root = read_xml(config, own, "model.config")
+        findings.problems.extend(own.problems)
+        named = [] if root is None else [*children(root, "sdf")]
+        named.sort(key=lambda one: version_of(one, Findings()))
+        if named and text_of(named[-1]):
+            return path / text_of(named[-1])
+    return path / "model.sdf" if is_file(path / "model.sdf") else None

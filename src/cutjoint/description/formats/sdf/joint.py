@@ -1,7 +1,7 @@
 """The `<joint>`s of an SDF as joints between links, placed in the world at zero.
 
 A joint with two axes is one universal joint where its axes are perpendicular and alike, and nothing else names one of
-them; otherwise it is two revolute joints X and X/2 with a massless link between them.
+them; otherwise it is two revolute joints X and X/2 with a massless link between them.  A screw is two joints as well.
 """
 
 from __future__ import annotations
@@ -13,28 +13,34 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.formats.common.graph import PlacedLink
+from cutjoint.description.formats.common.screw import SCREW, Screw, read_lead
 from cutjoint.description.formats.sdf.dynamics import read_limits, read_physics, unused_axis, with_rotor
 from cutjoint.description.formats.sdf.frames import Carriers, Frames
 from cutjoint.description.formats.sdf.scope import Item
 from cutjoint.description.formats.sdf.values import WORLD, child_flag, text_of
-from cutjoint.description.model import Joint, JointPhysics, JointType, Limits, Link, Place
+from cutjoint.description.model import Coupling, Joint, JointPhysics, JointType, Limits, Link, Place
 from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.xml import Element, only_child
 
 GEARBOX = "gearbox"
-TYPES = {kind.sdf: kind for kind in JointType if kind.sdf} | {"revolute2": JointType.UNIVERSAL}
+TYPES = {kind.sdf: kind for kind in JointType if kind.sdf} | {
+    "revolute2": JointType.UNIVERSAL,
+    SCREW: JointType.REVOLUTE,
+}
 _ALL = (*TYPES, GEARBOX)
-_REFUSED = {"screw": "a revolute and a prismatic joint with a <mimic>", "piston": "a revolute and a prismatic joint"}
+_REFUSED = {"piston": "a revolute and a prismatic joint"}
 _SECOND = "/2"
 _SKEW = 1e-12
 
 
 @dataclass
 class Edges:
-    """Joints with two ends, links between the halves of those with two axes, and which of them should close loops."""
+    """Joints with two ends, links between the halves of those that are two, their couplings, and which joints should
+    close loops."""
 
     joints: list[Joint] = field(default_factory=list)
     links: list[PlacedLink] = field(default_factory=list)
+    couplings: list[Coupling] = field(default_factory=list)
     gearboxes: list[Item] = field(default_factory=list)
     last: list[str] = field(default_factory=list)
 
@@ -107,13 +113,23 @@ def _read(item: Item, kind: JointType, ends: tuple[str, str], split: bool, frame
     else:
         first = axes[0] if axes else Axis(readonly([1.0, 0.0, 0.0]), Limits(), JointPhysics())
         second = axes[1].direction if len(axes) == 2 else readonly([0.0, 1.0, 0.0])
-        joint = Joint(name, kind, *ends, at, first.direction, second)
-        edges.joints.append(_with(joint, first, place))
+        joint = _with(Joint(name, kind, *ends, at, first.direction, second), first, place)
+        edges.joints += _screw(joint, item, edges) if item.element.get("type") == SCREW else [joint]
         names = [name]
     physics = only_child(element, "physics", findings)
     simbody = None if physics is None else only_child(physics, "simbody", findings)
     if simbody is not None and child_flag(simbody, "must_be_loop_joint", findings):
         edges.last += names
+
+
+def _screw(joint: Joint, item: Item, edges: Edges) -> list[Joint]:
+    lead = read_lead(item.element, item.name, item.scope.findings)
+    if lead is None:
+        return [joint]
+    screw = Screw.of(joint, lead, joint.placement)
+    edges.links.append(PlacedLink(screw.nut, joint.placement))
+    edges.couplings.append(screw.coupling)
+    return [screw.turn, screw.slide]
 
 
 def _with(joint: Joint, axis: Axis, place: Place) -> Joint:

@@ -47,11 +47,15 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     note_foreign(scopes)
     check_frames(scopes, frames, carriers)
     acting = read_plugins(scopes)
-    couplings = [mimic.coupling for mimic in mimics] + acting.couplings
+    couplings = [mimic.coupling for mimic in mimics] + acting.couplings + edges.couplings
     for item in edges.gearboxes:
         gearbox = read_gearbox(item, edges.joints, frames, carriers)
         couplings += [] if gearbox is None else [gearbox]
     placed += edges.links
+    at = {body.link.name: body.world for body in placed}
+    for parent, child, name, place in acting.held:
+        edges.joints.append(Joint(name, JointType.FIXED, parent, child, at[child], place=place))
+        edges.last.append(name)
     joints, root_link = _held(edges.joints, links, placed, choice)
     if root_link == WORLD:
         placed.insert(0, PlacedLink(Link(WORLD), IDENTITY))

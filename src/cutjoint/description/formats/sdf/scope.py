@@ -17,6 +17,8 @@ from cutjoint.description.xml import Element, only_child
 MODEL = "__model__"
 """What a model calls its own frame."""
 KINDS = ("link", "joint", "frame", "model")
+RESERVED: Version = (1, 7)
+"""From here on joints are frames too, and none may be called as what SDF keeps for itself."""
 APART = "::"
 """Between the name of a model and a name in it."""
 
@@ -67,7 +69,8 @@ class Scope:
         """Take in what stands here, under its name in this scope and those that it is merged into."""
         self.items.append(item)
         host, key = self.host, (item.kind, item.name)
-        if item.name in (WORLD, MODEL) or (item.name.startswith("__") and item.name.endswith("__")):
+        old = item.kind == "joint" and self.version < RESERVED  # no frame of that name yet
+        if not old and (item.name == WORLD or (item.name.startswith("__") and item.name.endswith("__"))):
             found = f"{item.kind} '{item.name}'"
             self.findings.error(found, "another name: SDF keeps this one for itself", "", item.line)
         if key in host.names:

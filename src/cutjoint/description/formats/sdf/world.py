@@ -6,11 +6,11 @@ from collections.abc import Iterable
 
 from cutjoint.description.findings import Findings, clip
 from cutjoint.description.formats.common.extras import EARTH
-from cutjoint.description.formats.sdf.dynamics import ROTORS, drake_name
+from cutjoint.description.formats.sdf.dynamics import ROTORS
 from cutjoint.description.formats.sdf.scope import Scope
 from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.numbers import read_numbers
-from cutjoint.description.xml import Element, children, only_child
+from cutjoint.description.xml import Element, children, drake_name, only_child
 
 _DEFAULT = (0.0, 0.0, -9.8)
 """m/s2 where a world says nothing, by the specification."""
@@ -51,7 +51,7 @@ def note_foreign(scopes: Iterable[Scope]) -> None:
 
 def _drake(element: Element, findings: Findings) -> None:
     for child in children(element):
-        name = drake_name(child)
+        name = drake_name(str(child.tag))
         if name is None:
             if child.tag in ("joint", "link", "axis", "axis2"):
                 _drake(child, findings)

@@ -4,10 +4,11 @@ Dynamics).
     drake:ball_constraint       a point of one body stays on a point of the other: a spherical cut
     drake:tendon_constraint     sum of a_i q_i + offset between two limits; rigid and with equal limits: a coupling
     drake:linear_bushing_rpy    springs and dampers between two frames (`bushing`)
-    drake:joint                 ball, universal and planar joints of the tree; screws and curves are refused
+    drake:joint                 ball, universal, planar and screw joints of the tree; curves are refused
     drake:linear_spring_damper  refused: there are no springs between points
 
-Everything else with Drake's prefix is about contact, looks and its own controllers.
+Everything else with Drake's prefix is about contact, looks and its own controllers.  Drake knows a link `world` that
+need not stand in the file; what no joint ties to it floats.
 """
 
 from __future__ import annotations
@@ -17,15 +18,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, count
 
-from cutjoint.description.findings import Findings, Harmless, nearest
+from cutjoint.description.findings import Findings, Harmless, closest, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.urdf.bushing import read_bushing
 from cutjoint.description.formats.urdf.link import origin_of
-from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Place
+from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, JointType, Link, Place
 from cutjoint.description.numbers import LARGEST_LENGTH, LARGEST_PHYSICS, parse_number, read_numbers
 from cutjoint.description.transforms import from_rotation
 from cutjoint.description.xml import Element, check_known, children, drake_name, name_of, short
 
+WORLD = "world"
 _NONE: frozenset[str] = frozenset()
 ROBOT_TAGS = frozenset(
     {"drake:joint", "drake:ball_constraint", "drake:linear_bushing_rpy", "drake:linear_spring_damper"}
@@ -78,6 +80,28 @@ class Parts:
         if text is None:
             return None
         return read_numbers(text, count, f"<drake:{name}>", findings, self.by_name[name].sourceline, largest)
+
+
+def hold_by_world(root: Element, tree: OpenTree, findings: Findings) -> None:
+    """Add the link `world` where joints name it and the file has none, and let float what hangs on nothing beside it.
+
+    The latter also where the world is in the file and Drake's elements tell that it is one for Drake.
+    """
+    names = {link.name for link in tree.links}
+    at = next((joint for joint in tree.joints if joint.parent == WORLD), None)
+    if at is None or (WORLD not in names and closest(WORLD, names)):
+        return
+    if WORLD not in names:
+        found = f"joint '{at.name}' hangs on '{WORLD}', which is no link of the file: read as what does not move"
+        findings.warn(found, f'<link name="{WORLD}"/>', "Drake takes it so; others refuse the file", at.place)
+        tree.links.insert(0, Link(WORLD, place=at.place))
+    elif not any(drake_name(str(one.tag)) for one in root.iter("{*}*")):
+        return
+    carried = {joint.child for joint in tree.joints} | {WORLD}
+    for link in [link for link in tree.links if link.name not in carried]:
+        findings.warn(f"link '{link.name}', which hangs on nothing, floats beside the world", "", "", link.place)
+        name = f"{link.name}_root_joint"
+        tree.joints.append(Joint(name, JointType.FLOATING, WORLD, link.name, place=link.place))
 
 
 def read_drake(root: Element, tree: OpenTree, findings: Findings) -> None:

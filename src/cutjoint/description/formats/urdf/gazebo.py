@@ -12,8 +12,8 @@ from dataclasses import replace
 from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.sdf.values import text_of
-from cutjoint.description.formats.urdf.gazebo_joint import read_gazebo_joint
-from cutjoint.description.formats.urdf.plugins import read_plugin
+from cutjoint.description.formats.urdf.gazebo_joint import read_gazebo_model
+from cutjoint.description.formats.urdf.plugins import plug_in
 from cutjoint.description.model import Joint
 from cutjoint.description.numbers import LARGEST_PHYSICS, read_numbers
 from cutjoint.description.xml import Element, check_known, children
@@ -48,33 +48,35 @@ _KNOWN = _BODIES | _MOVING.keys() | _CHANGING | _SPRING | _LOOKS
 
 def read_gazebo(root: Element, tree: OpenTree, findings: Findings) -> None:
     """Add to `tree` what all `<gazebo>` elements say of loops, couplings and springs."""
+    copied: list[Element] = []
     for gazebo in children(root, "gazebo"):
         check_known(gazebo, frozenset({"reference"}), frozenset({"joint", "plugin"}), _KNOWN, findings)
         reference = str(gazebo.get("reference") or "").strip()
         for element in children(gazebo):
             _changes(element, reference, findings)
             if element.tag == "plugin":
-                read_plugin(element, tree, findings)
+                plug_in(element, tree, findings)
             elif element.tag in ("joint", *_BODIES):
-                _part(element, reference, tree, findings)
+                copied += _part(element, reference, findings)
         if reference:
             _referred(gazebo, reference, tree, findings)
+    if copied:
+        read_gazebo_model(root, copied, tree, findings)
 
 
-def _part(element: Element, reference: str, tree: OpenTree, findings: Findings) -> None:
-    """A joint or body that Gazebo adds to the model."""
+def _part(element: Element, reference: str, findings: Findings) -> list[Element]:
+    """The element if it is a joint or link that Gazebo adds to the model; other bodies are quoted."""
     line = element.sourceline
     what = f"<{element.tag}> '{element.get('name') or element.get('uri') or ''}' in <gazebo>"
-    if element.tag != "joint":
+    if element.tag not in ("joint", "link"):
         expected = "bodies as <link> of the URDF"
         findings.doubt(f"{what}: a body that comes with it is not read", expected, "write it as URDF, or as SDF", line)
     elif reference:
         found = f"{what} with the reference '{reference}'"
         findings.error(found, "a <gazebo> without reference: Gazebo leaves out this one", "remove the reference", line)
     else:
-        cut = read_gazebo_joint(element, tree, findings)
-        if cut is not None:
-            tree.cuts.append(cut)
+        return [element]
+    return []
 
 
 def _changes(element: Element, reference: str, findings: Findings) -> None:

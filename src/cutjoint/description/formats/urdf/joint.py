@@ -7,11 +7,12 @@ from collections.abc import Mapping
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.findings import Findings, Harmless
+from cutjoint.description.formats.common.screw import SCREW, Screw
 from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import Coupling, Joint, JointType, Limits, Place
 from cutjoint.description.numbers import number_problem, parse_number, read_numbers, unit_axis
-from cutjoint.description.xml import Element, check_known, children, drake_name, name_of, only_child
+from cutjoint.description.xml import Element, check_known, children, drake_name, name_of, only_child, short
 
 TYPES = {kind.urdf: kind for kind in JointType if kind.urdf}
 
@@ -31,16 +32,24 @@ _ATTRIBUTES = {
     "calibration": frozenset({"rising", "falling", "reference_position", "values"}),
     "safety_controller": frozenset({"soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"}),
 }
-_DRAKE_TYPES = {"ball": JointType.SPHERICAL, "universal": JointType.UNIVERSAL, "planar": JointType.PLANAR}
+_DRAKE_TYPES = {
+    "ball": JointType.SPHERICAL,
+    "universal": JointType.UNIVERSAL,
+    "planar": JointType.PLANAR,
+    SCREW: JointType.CONTINUOUS,
+}
 """Types of Drake's `<drake:joint>`: a universal joint turns about x and y, a planar one moves in x and y, whatever axis
-stands there."""
+stands there; a screw is read as its hinge."""
+_PITCH = "drake:screw_thread_pitch"
 _X, _Z = readonly([1.0, 0.0, 0.0]), readonly([0.0, 0.0, 1.0])
 
 
 def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coupling | None]:
     """One `<joint>` and the coupling of its `<mimic>`; None for what is not there or not readable."""
     drake = drake_name(str(element.tag)) is not None
-    check_known(element, frozenset({"name", "type", "independent"}), _TAGS, _IGNORED, findings)
+    screw = drake and str(element.get("type") or "").strip() == SCREW
+    tags = _TAGS | {_PITCH} if screw else _TAGS
+    check_known(element, frozenset({"name", "type", "independent"}), tags, _IGNORED, findings)
     for tag, attributes in _ATTRIBUTES.items():
         for child in children(element, tag):
             still = tag in ("calibration", "safety_controller")
@@ -63,12 +72,26 @@ def read_joint(element: Element, findings: Findings) -> tuple[Joint | None, Coup
         parent=parent,
         child=child_name,
         placement=origin,
-        axis=(_Z if kind is JointType.PLANAR else _X) if drake else _axis(element, name, kind, findings),
+        axis=(_Z if kind is JointType.PLANAR else _X) if drake and not screw else _axis(element, name, kind, findings),
         limits=_limits(element, name, kind, findings),
         physics=read_dynamics(element, f"joint '{name}'", findings, drake and kind is JointType.PLANAR),
         place=place,
     )
     return joint, _mimic(element, name, kind, findings)
+
+
+def read_screw(element: Element, joint: Joint, findings: Findings) -> Screw | None:
+    """The screw of Drake's of which `joint` is the hinge; None for other joints, and after noting what is wrong.
+
+    Its pitch is in metres per turn, positive for a right-handed thread.
+    """
+    if drake_name(str(element.tag)) is None or str(element.get("type") or "").strip() != SCREW:
+        return None
+    pitch = next((one for one in children(element) if short(str(one.tag)) == _PITCH), None)
+    line = element.sourceline if pitch is None else pitch.sourceline
+    text = None if pitch is None else pitch.get("value")
+    value = read_numbers(text, 1, f"{_PITCH} of joint '{joint.name}'", findings, line)
+    return None if value is None else Screw.of(joint, value[0] / math.tau)
 
 
 def _type(element: Element, name: str, types: Mapping[str, JointType], findings: Findings) -> JointType:

@@ -14,10 +14,10 @@ from cutjoint.description.findings import Findings, Harmless, clip, listing
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.urdf.closing import closings
 from cutjoint.description.formats.urdf.drake import ROBOT_TAGS as DRAKE_TAGS
-from cutjoint.description.formats.urdf.drake import read_drake
+from cutjoint.description.formats.urdf.drake import hold_by_world, read_drake
 from cutjoint.description.formats.urdf.expanded import read_expanded
 from cutjoint.description.formats.urdf.gazebo import read_gazebo
-from cutjoint.description.formats.urdf.joint import read_joint
+from cutjoint.description.formats.urdf.joint import read_joint, read_screw
 from cutjoint.description.formats.urdf.link import Colours, read_colours, read_link
 from cutjoint.description.formats.urdf.loop_joint import loop_joints
 from cutjoint.description.formats.urdf.others import check_others
@@ -40,6 +40,9 @@ def read_robot(path: Path, findings: Findings) -> Element | None:
     root = read_expanded(path, findings)
     if root is None:
         return None
+    if drake_name(str(root.tag)) == "robot":  # xmlns="http://drake.mit.edu" on a plain URDF
+        for element in root.iter("{*}*"):
+            element.tag = short(str(element.tag)) if element.prefix else short(str(element.tag)).removeprefix("drake:")
     if root.tag != "robot":
         expected = "<robot> (URDF), <mujoco> (MJCF) or <sdf>"
         findings.error(f"the root element is <{root.tag}>", expected, "is this another format?", root.sourceline)
@@ -79,9 +82,14 @@ def read_tree(root: Element, path: Path, findings: Findings, loops: frozenset[st
     for element in children(root):
         if element.tag == "joint" or drake_name(str(element.tag)) == "joint":
             joint, coupling = read_joint(element, findings)
-            tree.joints += [joint] if joint is not None else []
+            screw = None if joint is None else read_screw(element, joint, findings)
+            if screw is not None:
+                tree.links.append(screw.nut)
+                tree.couplings.append(screw.coupling)
+            tree.joints += [screw.turn, screw.slide] if screw is not None else [] if joint is None else [joint]
             tree.couplings += [coupling] if coupling is not None else []
     tree.joints = geared(tree.joints, root, findings)
+    hold_by_world(root, tree, findings)
     _close(root, tree, findings)
     _names(root, tree, findings)
     return tree
@@ -99,15 +107,13 @@ def _close(root: Element, tree: OpenTree, findings: Findings) -> None:
 
 
 def _names(root: Element, tree: OpenTree, findings: Findings) -> None:
-    """Note joints named like links, a robot without links, and unknown elements that speak of several parts."""
+    """Note joints named like links, and unknown elements that speak of several parts."""
     links = {link.name for link in tree.links}
     for joint in tree.joints:
         if joint.name in links:
             found = f"joint '{joint.name}' is named like a link"
             remedy = f"call it {joint.name}_joint"
             findings.warn(found, "different names: to other programs both are frames", remedy, joint.place)
-    if not tree.links:
-        findings.error("a robot without links", "at least one <link>", "", root.sourceline)
     parts = {*links, *(joint.name for joint in tree.joints)}
     for element in children(root):
         if short(str(element.tag)) in ROBOT_TAGS | ROBOT_IGNORED | LOOP_TAGS:
