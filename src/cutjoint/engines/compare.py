@@ -51,7 +51,7 @@ def compare_with_mujoco(
         opinion = robot.opinion(q, v, effort)
         upper = pin.crba(chain.model, data, q)
         mass = np.triu(upper) + np.triu(upper, 1).T
-        bias = np.array(pin.nonLinearEffects(chain.model, data, q, v))
+        bias = kinematics.tree.bias(q, v)
         placed = kinematics.at(q)
         passive = placed.springs + placed.friction(v)
         acceleration = chain.full_forward_dynamics(near, v, effort).acceleration

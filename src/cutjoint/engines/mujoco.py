@@ -48,7 +48,7 @@ class Opinion(Values):
 
     Attributes:
         mass: mass matrix of the open tree, rotors included, shape (nv, nv).
-        bias: Coriolis, centrifugal and gravity forces of the open tree, shape (nv,).
+        bias: Coriolis, centrifugal and gravity forces of the open tree, less what is compensated, shape (nv,).
         passive: effort against springs, dampers and dry friction of the open tree, shape (nv,).
         potential: energy of gravity and springs, [J], but for a constant.
         jacobian: constraint Jacobian in MuJoCo's rows, which are dimensionless, shape (rows, nv).
@@ -185,9 +185,11 @@ class MujocoRobot:
             outside[stop.v] += stop.sign * stop.force(data)
         data.qfrc_applied[:] = np.linalg.solve(turn.T, effort_full * units / energy) - outside
         mujoco.mj_forward(model, data)
-        passive = outside - data.qfrc_passive
+        lift = data.qfrc_gravcomp.copy()
+        passive = outside - (data.qfrc_passive - lift)
         stored = sum(one.energy(data) for one in self._stops) + sum(one.energy(data) for one in self._cuts)
-        potential = energy * (float(data.energy[0]) + stored)
+        held_up = float(model.body_mass * model.body_gravcomp @ data.xipos @ model.opt.gravity)
+        potential = energy * (float(data.energy[0]) + stored + held_up)
         mass = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, mass)
         bias, jacobian, soft = data.qfrc_bias.copy(), self._constraint_jacobian(), data.qacc.copy()
@@ -204,7 +206,7 @@ class MujocoRobot:
         softened = free[:, 0] + free[:, 1:] @ yielding
         return Opinion(
             inertia * (turn.T @ mass @ turn) / np.outer(units, units),
-            energy * (turn.T @ (bias + mass @ bend)) / units,
+            energy * (turn.T @ (bias - lift + mass @ bend)) / units,
             energy * (turn.T @ passive) / units,
             potential,
             jacobian @ turn / units,

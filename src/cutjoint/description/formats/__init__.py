@@ -39,7 +39,7 @@ class Format:
         write: its writer, None where there is none.
         key: what `cutjoint export --to` calls it.
         folder: whether what is written is a folder.
-        says: what of `common.unsaid.WORDS` other programs find in what is written, of joints; None for all.
+        says: what of `common.unsaid.WORDS` other programs find in what is written, of joints and links; None for all.
     """
 
     name: str
@@ -102,7 +102,7 @@ FORMATS: tuple[Format, ...] = (
         _reader("mjcf.reader"),
         _writer("mjcf.writer"),
         "mjcf",
-        says=("damping", "friction", "springs", "rotors"),
+        says=("damping", "friction", "springs", "rotors", "gravity compensation"),
     ),
     Format("USD", (".usda", ".usd", ".usdc", ".usdz"), (b"#usda", b"PXR-USDC", b"PK\x03\x04"), _reader("usd.reader")),
     Format("SDF", (".sdf", ".world", ".xml"), (b"<sdf",), _reader("sdf.reader")),

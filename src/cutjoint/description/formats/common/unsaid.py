@@ -1,5 +1,5 @@
-"""What joints and cuts do by themselves that other programs do not find in a file: it has no words for it, or only
-those of cutjoint."""
+"""What links, joints and cuts do by themselves that other programs do not find in a file: it has no words for it, or
+only those of cutjoint."""
 
 from __future__ import annotations
 
@@ -17,17 +17,21 @@ WORDS = {
     "rotors": ("rotor",),
     "stops": ("stop_stiffness",),
 }
-"""What is told -> the quantities it is about."""
+"""What is told of joints and cuts -> the quantities it is about."""
+COMPENSATION = "gravity compensation"
+"""What is told of links."""
 
 
 def unsaid(robot: RobotDescription, known: Collection[str]) -> tuple[str, ...]:
-    """What is lost to others of `WORDS`: of joints all but what is `known`, of cuts all."""
+    """What is lost to others of `WORDS`: of joints and links all but what is `known`, of cuts all."""
     said = []
     for kind, has, items in (("joint", known, robot.joints), ("cut", (), robot.cuts)):
         physics = [(one.name, one.physics) for one in items]
         for what, keys in WORDS.items():
             if what not in has:
                 said += _sentence(what, kind, (name for name, one in physics if _gives(one, keys)))
+    if COMPENSATION not in known:
+        said += _sentence(COMPENSATION, "link", (one.name for one in robot.links if one.gravity_compensation))
     return (*said, *_sentence("bushings", "cut", (cut.name for cut in robot.cuts if cut.bushing is not None)))
 
 
