@@ -1,6 +1,7 @@
-"""Robots whose every joint, cut and link does something by itself, in numbers of the robot's own size: with E = m g L of the
-whole robot, springs of about E a radian or a length, friction of a part of E, dampers of a part of E a rate sqrt(g/L),
-rotors of a part of m L^2, stops near the posture at home, half of them met, and bushings beside the loops."""
+"""Robots whose joints, cuts and links do something by themselves, in numbers of the robot's own size: with E = m g L
+of the whole robot, springs of about E a radian or a length, friction of a part of E, dampers of a part of E a rate
+sqrt(g/L), rotors of a part of m L^2, stops near the posture at home, half of them met, and bushings beside the
+loops."""
 
 from __future__ import annotations
 

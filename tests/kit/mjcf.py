@@ -93,9 +93,11 @@ def random_model(rng: Rng, ties: bool = True) -> Random:
         single += found
         names.append(f"b{number}")
         framed = rng.uniform() < 0.3
-        held_up = f'gravcomp="{words(rng.spawn(1)[0].uniform(0.1, 1.5))}"' if number % 2 else ""
+        name = f'name="b{number}"'
+        if number % 2:
+            name += f' gravcomp="{words(rng.spawn(1)[0].uniform(0.1, 1.5))}"'
         bodies += f"<frame {pose(rng)}>" * framed
-        bodies += f'<body name="b{number}" {held_up} {pose(rng)}>{text}{inertia(rng)}<site name="s{number}" {pose(rng)}/>'
+        bodies += f'<body {name} {pose(rng)}>{text}{inertia(rng)}<site name="s{number}" {pose(rng)}/>'
         bodies, opened = (bodies + "</body></frame>", opened) if framed else (bodies, opened + 1)
     bodies += "</body>" * opened
     sites = f'<site name="world_site" {pose(rng)}/>'

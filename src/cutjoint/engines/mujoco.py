@@ -48,8 +48,8 @@ class Opinion(Values):
 
     Attributes:
         mass: mass matrix of the open tree, rotors included, shape (nv, nv).
-        bias: Coriolis, centrifugal and gravity forces of the open tree, less what is compensated, shape (nv,).
-        passive: effort against springs, dampers and dry friction of the open tree, shape (nv,).
+        bias: Coriolis, centrifugal and gravity forces of the open tree, with its whole weight, shape (nv,).
+        passive: effort against springs, dampers, dry friction and what compensates weights, shape (nv,).
         potential: energy of gravity and springs, [J], but for a constant.
         jacobian: constraint Jacobian in MuJoCo's rows, which are dimensionless, shape (rows, nv).
         give: what each row gives at the impedance that was asked for, shape (rows,): its acceleration for a force of 1.
@@ -185,8 +185,7 @@ class MujocoRobot:
             outside[stop.v] += stop.sign * stop.force(data)
         data.qfrc_applied[:] = np.linalg.solve(turn.T, effort_full * units / energy) - outside
         mujoco.mj_forward(model, data)
-        lift = data.qfrc_gravcomp.copy()
-        passive = outside - (data.qfrc_passive - lift)
+        passive = outside - data.qfrc_passive
         stored = sum(one.energy(data) for one in self._stops) + sum(one.energy(data) for one in self._cuts)
         held_up = float(model.body_mass * model.body_gravcomp @ data.xipos @ model.opt.gravity)
         potential = energy * (float(data.energy[0]) + stored + held_up)
@@ -206,7 +205,7 @@ class MujocoRobot:
         softened = free[:, 0] + free[:, 1:] @ yielding
         return Opinion(
             inertia * (turn.T @ mass @ turn) / np.outer(units, units),
-            energy * (turn.T @ (bias - lift + mass @ bend)) / units,
+            energy * (turn.T @ (bias + mass @ bend)) / units,
             energy * (turn.T @ passive) / units,
             potential,
             jacobian @ turn / units,
