@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from kit.blueprint import random_mounting
+from kit.held_up import held_up
 from kit.mechanisms import MECHANISMS
 from kit.quickly import few
 from kit.shipped import DETERMINED
@@ -130,6 +132,21 @@ def check(chain: ClosedChain, names: list[str], rng: np.random.Generator, sample
 def test_any_number_is_an_argument(name: str) -> None:
     chain, rng = ClosedChain(load_description(name)), np.random.default_rng(1)
     check(chain, free_paths(chain, rng, 8), rng, 2)
+
+
+@pytest.mark.parametrize("name", few(DETERMINED, "fivebar"))
+def test_any_number_of_a_robot_that_is_held_up(name: str) -> None:
+    """Masses and centres that are arguments, and the direction of gravity, change what is compensated; payloads not."""
+    rng = np.random.default_rng(4)
+    robot = held_up(load_description(name), rng)
+    chain = ClosedChain(robot)
+    names = free_paths(chain, rng, 6)
+    short = [one.name for one in robot.links if one.held_up and not any(f"links.{one.name}." in at for at in names)]
+    check(chain, [*names, *short[:1]], rng, 2)
+    if robot.tool is not None:
+        tool = robot.tool.link
+        links = (replace(one, gravity_compensation=1.0) if one.name == tool else one for one in robot.links)
+        check(ClosedChain(replace(robot, links=tuple(links))), ["payload", *short[:1]], rng, 2)
 
 
 PHYSICS = ("damping", "friction", "friction_speed", "stiffness", "rest", "rotor", "gear")

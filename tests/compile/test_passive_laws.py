@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from kit import mechanisms
 from kit.blueprint import random_mounting
+from kit.held_up import weighing
 from kit.lively import Strength, lively, states, without_stops
 from kit.quickly import few
 
@@ -106,7 +107,7 @@ def test_what_does_nothing_leaves_no_trace(kit: Any, name: str) -> None:
         joints=tuple(replace(one, physics=idle) for one in plain.joints),
         cuts=tuple(replace(one, physics=replace(idle, gear=1.0)) for one in plain.cuts),
     )
-    ideal = lively(plain, np.random.default_rng(11), bushings=0).ideal()
+    ideal = weighing(lively(plain, np.random.default_rng(11), bushings=0).ideal())
     sources = [ChainSource(ClosedChain(one)) for one in (plain, resting, ideal)]
     for what in ("forward", "inverse", "terms", "energy", "full_forward", "drift"):
         made = [FUNCTIONS[what].program(source, fused=True).to_bytes() for source in sources]

@@ -12,6 +12,7 @@ from kit.quickly import few
 
 from cutjoint.description import JointType, RobotDescription, load_description, read_checked
 from cutjoint.description.formats import unsaid, write
+from cutjoint.errors import DescriptionError
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -179,6 +180,16 @@ def test_a_gear_is_a_lever_of_the_force_and_no_gearbox(text) -> None:
     compare(load_description(path), path, np.random.default_rng(0))
 
 
+def test_gravcomp_is_read_and_written(text) -> None:
+    robot = load_description(text(slide("").replace('name="b"', 'name="b" gravcomp="0.7"')))
+    assert [link.gravity_compensation for link in robot.links if link.inertial] == [0.7]
+    assert unsaid(robot, "mjcf") == ()
+    assert unsaid(robot, "urdf") == ("gravity compensation of link b",)
+    for wrong in ("-0.5", "2e3"):
+        with pytest.raises(DescriptionError, match=f"gravity compensation of link 'b' is {float(wrong):g}"):
+            load_description(text(slide("").replace('name="b"', f'name="b" gravcomp="{wrong}"')))
+
+
 def test_a_rotor_of_the_actuator_is_behind_its_gear(text) -> None:
     motor = '<actuator><motor joint="j" gear="50" armature="2e-4"/></actuator></mujoco>'
     path = text(slide("").replace("</mujoco>", motor))
@@ -218,7 +229,6 @@ WARNINGS = {
     "actuatorfrcrange of joint 'j' is -3 4: not used": slide('actuatorfrcrange="-3 4"'),
     "density of <option> not used": slide("", '<option density="1.2"/>'),
     "damper switched off by <flag>": slide("", '<option><flag damper="disable"/></option>'),
-    "gravcomp of body 'b' not used": slide("").replace('name="b"', 'name="b" gravcomp="1"'),
     "range of <fixed> 't' not used": slide("").replace(
         "</mujoco>", '<tendon><fixed name="t" range="-1 1"><joint joint="j" coef="1"/></fixed></tendon></mujoco>'
     ),

@@ -96,6 +96,7 @@ def menagerie(mesh: Path, seed: int = 0) -> RobotDescription:
         for n, kind in enumerate(CutType)
     ]
     names_of = {joint.type: joint.name for joint in joints}
+    links = [replace(one, gravity_compensation=float(generator.choice([0.0, 1.0, 0.3]))) for one in links]
     return RobotDescription(
         name="menagerie",
         links=tuple(links),

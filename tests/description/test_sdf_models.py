@@ -341,10 +341,18 @@ def test_lenient_readers_pass_what_does_not_move_anything(reading) -> None:
     assert mobility(reading(text, lenient=True)) == 1
 
 
+@pytest.mark.parametrize("told", ["false", "0", "true", " 1 "])
+def test_a_link_that_gravity_does_not_pull(told: str, reading) -> None:
+    text = model(TIPPED.replace(link("b", "0 1 0 0 0 0"), link("b", "0 1 0 0 0 0", f"<gravity>{told}</gravity>")))
+    shares = {one.name: one.gravity_compensation for one in reading(text).description.links}
+    assert shares.pop("b") == (told in ("false", "0"))
+    assert not any(shares.values())
+
+
 @pytest.mark.parametrize(
     ("more", "found"),
     [
-        ("<gravity>false</gravity>", "link 'b' without gravity"),
+        ("<gravity>down</gravity>", "<gravity> in <link> is 'down'"),
         ("<kinematic>1</kinematic>", "link 'b' is kinematic"),
         ("<velocity_decay><linear>0.1</linear></velocity_decay>", "velocity_decay of link 'b'"),
     ],

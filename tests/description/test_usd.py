@@ -387,8 +387,9 @@ def test_gravity(tmp_path: Path) -> None:
         HEAVY + "\nbool physxRigidBody:disableGravity = 1",
         '"PhysicsRigidBodyAPI", "PhysicsMassAPI", "PhysxRigidBodyAPI"',
     )
-    assert not robot_of(tmp_path, stage(none)).gravity.any()
-    assert "disableGravity of 1 of 2" in errors(tmp_path, stage(none + "\n" + xform("b", HEAVY)))
+    joints = [joint("j", "Revolute"), joint("k", "Revolute", "", "", ("/a", "/b"))]
+    both = robot_of(tmp_path, stage("\n".join([none, xform("b", HEAVY), *joints])))
+    assert {link.name: link.gravity_compensation for link in both.links if link.inertial} == {"a": 1.0, "b": 0.0}
 
 
 TWO = "\n".join(

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kit.held_up import held_up
 from kit.physics import with_any_physics
 from kit.quickly import few
 
@@ -38,7 +39,7 @@ def physical(name: str, seed: int, scale: float = 1.0) -> RobotDescription:
         rotor = size / joint.physics.gear**2 if joint.type.single and joint.physics.rotor else 0.0
         return replace(joint, physics=replace(joint.physics, rotor=rotor))
 
-    return replace(robot, joints=tuple(map(lighter, robot.joints)))
+    return held_up(replace(robot, joints=tuple(map(lighter, robot.joints))), rng)
 
 
 @pytest.mark.parametrize("seed", few(range(5), 0))

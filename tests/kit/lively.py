@@ -1,6 +1,7 @@
-"""Robots whose every joint and cut does something by itself, in numbers of the robot's own size: with E = m g L of the
-whole robot, springs of about E a radian or a length, friction of a part of E, dampers of a part of E a rate sqrt(g/L),
-rotors of a part of m L^2, stops near the posture at home, half of them met, and bushings beside the loops."""
+"""Robots whose joints, cuts and links do something by themselves, in numbers of the robot's own size: with E = m g L
+of the whole robot, springs of about E a radian or a length, friction of a part of E, dampers of a part of E a rate
+sqrt(g/L), rotors of a part of m L^2, stops near the posture at home, half of them met, and bushings beside the
+loops."""
 
 from __future__ import annotations
 
@@ -9,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 from kit.blueprint import random_rotation
+from kit.held_up import held_up
 
 from cutjoint.chain import ClosedChain
 from cutjoint.description.cuts import CutType
@@ -63,7 +65,8 @@ class Strength:
 
 
 def lively(description: RobotDescription, rng: np.random.Generator, bushings: int = 2) -> RobotDescription:
-    """The same robot with physics in all joints and cuts, and some bushings between random links."""
+    """The same robot with physics in all joints and cuts, weights in part compensated, and some bushings between random
+    links."""
     chain = ClosedChain(description)
     strength = Strength.of(chain)
     joints = tuple(_joint(one, strength, rng, chain) for one in description.joints)
@@ -76,7 +79,7 @@ def lively(description: RobotDescription, rng: np.random.Generator, bushings: in
         kind = BUSHINGS[int(rng.integers(len(BUSHINGS)))]
         extra = bushed(chain, f"soft{index}", kind, strength, rng)
         found = replace(found, cuts=(*found.cuts, extra))
-    return found
+    return held_up(found, rng.spawn(1)[0])
 
 
 def _joint(one: Joint, strength: Strength, rng: np.random.Generator, chain: ClosedChain) -> Joint:

@@ -93,8 +93,11 @@ def random_model(rng: Rng, ties: bool = True) -> Random:
         single += found
         names.append(f"b{number}")
         framed = rng.uniform() < 0.3
+        name = f'name="b{number}"'
+        if number % 2:
+            name += f' gravcomp="{words(rng.spawn(1)[0].uniform(0.1, 1.5))}"'
         bodies += f"<frame {pose(rng)}>" * framed
-        bodies += f'<body name="b{number}" {pose(rng)}>{text}{inertia(rng)}<site name="s{number}" {pose(rng)}/>'
+        bodies += f'<body {name} {pose(rng)}>{text}{inertia(rng)}<site name="s{number}" {pose(rng)}/>'
         bodies, opened = (bodies + "</body></frame>", opened) if framed else (bodies, opened + 1)
     bodies += "</body>" * opened
     sites = f'<site name="world_site" {pose(rng)}/>'

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from kit.held_up import held_up
 from kit.loaded import minimal_of
 from kit.physics import with_physics
 from kit.quickly import few
@@ -34,7 +35,7 @@ PLANTS: dict[str, Callable[[ClosedChain], Any]] = {
 
 
 def real(robot: str, bushings: float = 0.0, near: float = 0.0) -> ClosedChain:
-    """A shipped robot with everything that joints do by themselves.
+    """A shipped robot with everything that joints do by themselves, its weight in part compensated.
 
     Args:
         robot: its name.
@@ -52,7 +53,7 @@ def real(robot: str, bushings: float = 0.0, near: float = 0.0) -> ClosedChain:
         at = float(home[joint.name])
         return replace(joint, limits=replace(joint.limits, lower=at - near, upper=at + near), physics=physics)
 
-    return ClosedChain(replace(made, joints=tuple(map(stopped, made.joints))))
+    return ClosedChain(held_up(replace(made, joints=tuple(map(stopped, made.joints))), np.random.default_rng(1)))
 
 
 def books(chain: ClosedChain, plant: str, duration: float = 10.0) -> float:

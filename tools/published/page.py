@@ -132,9 +132,6 @@ def _note(number: int, one: Found, judged: str) -> list[str]:
     for key in ("dynamics", "mujoco_refuses"):
         if key in one:
             told.append(f"MuJoCo: {one[key]}" if key == "mujoco_refuses" else str(one[key]))
-    peer = one.get("mujoco")
-    if isinstance(peer, Mapping) and peer.get("left_out"):
-        told.append(f"compared without {', '.join(peer['left_out'])}")
     text = f"{number}. **{one['name']}**: {judged + ' ' if judged else ''}" + "".join(
         f"`{_plain(part)}` " for part in told
     )

@@ -41,7 +41,6 @@ class Verdict:
         gap: worst violation of an active equality at the chain's home.
         rest, moving: relative difference of the accelerations, at rest and at a velocity that the loops allow.
         unmapped: joints of MuJoCo that the chain does not have; the accelerations are NaN then.
-        left_out: what acts in MuJoCo and was switched off there, because cutjoint tells that it does not use it.
     """
 
     velocities: int
@@ -51,7 +50,6 @@ class Verdict:
     rest: float
     moving: float
     unmapped: tuple[str, ...]
-    left_out: tuple[str, ...]
 
 
 def without_friction(description: RobotDescription) -> RobotDescription:
@@ -109,8 +107,6 @@ class _Peer:
         off = mujoco.mjtDisableBit
         for bit in (off.mjDSBL_LIMIT, off.mjDSBL_CONTACT, off.mjDSBL_FRICTIONLOSS, off.mjDSBL_ACTUATION):
             self.model.opt.disableflags |= int(bit)
-        self.left_out = ("gravcomp",) if self.model.body_gravcomp.any() else ()
-        self.model.body_gravcomp[:] = 0.0
         self.model.opt.jacobian = int(mujoco.mjtJacobian.mjJAC_DENSE)
         self.data = mujoco.MjData(self.model)
         self.rows: list[tuple[JointType, int, int, int, int]] = []
@@ -261,7 +257,7 @@ class _Peer:
             _, speed = self.chain.project(q, speed)
             moving = self._difference(q, turn, speed)
         mobility = self.model.nv - rank
-        return Verdict(self.model.nv, mobility, pose, gap, rest, moving, tuple(self.unmapped), self.left_out)
+        return Verdict(self.model.nv, mobility, pose, gap, rest, moving, tuple(self.unmapped))
 
     def _difference(self, q: Array, turn: Array, v: Array) -> float:
         self.place(q)

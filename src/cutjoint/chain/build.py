@@ -18,7 +18,7 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array
 from cutjoint.chain.joints import JOINTS, coordinates_to_q, flies, joint_model
-from cutjoint.description.model import CutJoint, Frame, Home, Inertial, Joint, RobotDescription
+from cutjoint.description.model import CutJoint, Frame, Home, Inertial, Joint, Link, RobotDescription
 from cutjoint.errors import CutjointError, UnknownNameError
 
 UNBOUNDED = 1e30
@@ -90,6 +90,22 @@ def _add_body(model: pin.Model, name: str, inertial: Inertial | None, joint: int
         inertia = pin.Inertia(inertial.mass, np.array(inertial.com), np.array(inertial.inertia))
         model.appendBodyToJoint(joint, inertia, placement)
     model.addFrame(pin.Frame(name, joint, placement, pin.FrameType.BODY))
+
+
+def held_up_model(model: pin.Model, links: Iterable[Link]) -> pin.Model | None:
+    """The same tree with nothing but the masses of `links` whose weight is compensated, as points; None without any."""
+    links = [link for link in links if link.held_up]
+    if not links:
+        return None
+    held = pin.Model(model)
+    for joint in range(held.njoints):
+        held.inertias[joint] = pin.Inertia.Zero()
+    for link in links:
+        assert link.inertial is not None, "see `held_up`"
+        frame = model.frames[model.getFrameId(link.name, pin.FrameType.BODY)]
+        point = pin.Inertia(link.held_up, np.array(link.inertial.com), np.zeros((3, 3)))
+        held.inertias[frame.parentJoint] += frame.placement.act(point)
+    return held
 
 
 def rough_home(model: pin.Model, description: RobotDescription, name: str | None) -> tuple[Array, bool]:

@@ -261,9 +261,10 @@ class ClosedChain(Sealed):
         """
         return self._reduced.terms(at, v)
 
-    def potential_energy(self, at: Posture) -> float:
-        """Potential energy of gravity, zero at the world origin, and of springs, bushings and stops [J]."""
-        return self._k.potential_energy(self._postures.placed(at).q)
+    def potential_energy(self, at: Posture | npt.ArrayLike) -> float:
+        """Potential energy of gravity, zero at the world origin, less what is compensated, and of springs, bushings and
+        stops [J], also with the loops open."""
+        return self._k.potential_energy(self._configuration(at))
 
     @property
     def sticking(self) -> Mapping[int, float]:

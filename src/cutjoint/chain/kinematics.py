@@ -16,7 +16,7 @@ import pinocchio as pin
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, readonly
-from cutjoint.chain.build import base_of, bind_frame, build_model, characteristic_length, cut_sides
+from cutjoint.chain.build import base_of, bind_frame, build_model, characteristic_length, cut_sides, held_up_model
 from cutjoint.chain.closure import Closure, CutFrames
 from cutjoint.chain.joints import support, travelling, velocity_scale
 from cutjoint.chain.physics import ChainPhysics, Elastic
@@ -180,7 +180,7 @@ class Kinematics:
         centre, far = base_of(model, description)
         self.origin = readonly(centre if far else np.zeros(3))
         self.model = build_model(description, self.origin) if far else model
-        self.tree = TreeModel(self.model)
+        self.tree = TreeModel(self.model, held_up_model(self.model, description.links))
         self.rounded = float(np.spacing(np.abs(self.origin).max())) if far else 0.0
         self.description = description
         variant = description.variant_name
@@ -265,7 +265,7 @@ class Kinematics:
         near += self.spring_energy(q)
         if not self.origin.any():
             return near
-        return near - float(self.tree.mass * np.array(self.model.gravity.linear) @ self.origin)
+        return near - float(self.tree.weighing * np.array(self.model.gravity.linear) @ self.origin)
 
     def spring_energy(self, q: Array) -> float:
         """In springs, bushings and stops [J]."""

@@ -88,6 +88,7 @@ class RigidConstraints:
         """`pin.constraintDynamics`: acceleration of all joints (nv,); None where its iteration did not converge: what
         it leaves of K a + gamma is looked at, in its own rows."""
         own = self.workspace
+        effort = effort + self._tree.held_up.lift(q)
         found = pin.constraintDynamics(self._model, own.data, q, v, effort, self.models, own.datas, own.settings)
         rows = pin.getConstraintsJacobian(self._model, own.data, self.models, own.datas)
         moved = rows.reshape(-1, self._model.nv).dot(found)  # one column comes as a vector

@@ -22,20 +22,43 @@ class _Workspaces(threading.local):
         self.data = model.createData()
 
 
+class HeldUp:
+    """Masses whose weight is compensated: a tree of nothing else, or None where there are none."""
+
+    def __init__(self, model: pin.Model | None) -> None:
+        self._model = model
+        self._own = None if model is None else _Workspaces(model)
+
+    def lift(self, q: Array) -> Array | float:
+        """Generalised force that compensates the weights, shape (nv,); 0 where there are none."""
+        return 0.0 if self._own is None else np.asarray(pin.computeGeneralizedGravity(self._model, self._own.data, q))
+
+    def energy(self, q: Array) -> float:
+        """Potential energy of the weights [J], zero at the model's origin."""
+        return 0.0 if self._own is None else float(pin.computePotentialEnergy(self._model, self._own.data, q))
+
+
 class TreeModel:
     """The model of a tree with its workspaces.
+
+    Args:
+        model: the tree.
+        held_up: the same with the masses whose weight is compensated, where there are any.
 
     Attributes:
         model: the tree.
         neutral: the zero configuration, shape (nq,).
         mass: of all links that move [kg].
+        weighing: what of it gravity pulls [kg].
+        held_up: what compensates weights.
     """
 
-    def __init__(self, model: pin.Model) -> None:
-        self.model = model
+    def __init__(self, model: pin.Model, held_up: pin.Model | None = None) -> None:
+        self.model, self.held_up = model, HeldUp(held_up)
         self._own = _Workspaces(model)
         self.neutral = readonly(pin.neutral(model))
-        self.mass = float(sum(inertia.mass for inertia in list(model.inertias)[1:]))
+        self.mass = _moving_mass(model)
+        self.weighing = self.mass - (0.0 if held_up is None else _moving_mass(held_up))
         self._first_axes = [
             (int(model.idx_vs[joint]), support(model, model.parents[joint]))
             for joint in range(1, model.njoints)
@@ -105,20 +128,24 @@ class TreeModel:
 
     def forces(self, q: Array, v: Array, a: Array) -> Array:
         """Generalised forces that make the tree move so: M a + C v + g, shape (nv,)."""
-        return np.asarray(pin.rnea(self.model, self._own.data, q, v, a))
+        return np.asarray(pin.rnea(self.model, self._own.data, q, v, a)) - self.held_up.lift(q)
 
     def bias(self, q: Array, v: Array) -> Array:
         """Those that keep its velocity: C v + g, shape (nv,)."""
-        return np.asarray(pin.nonLinearEffects(self.model, self._own.data, q, v))
+        return np.asarray(pin.nonLinearEffects(self.model, self._own.data, q, v)) - self.held_up.lift(q)
 
     def gravity(self, q: Array) -> Array:
-        """Generalised gravity, shape (nv,)."""
-        return np.asarray(pin.computeGeneralizedGravity(self.model, self._own.data, q))
+        """Generalised gravity, less what is compensated, shape (nv,)."""
+        return np.asarray(pin.computeGeneralizedGravity(self.model, self._own.data, q)) - self.held_up.lift(q)
 
     def potential_energy(self, q: Array) -> float:
-        """Of gravity [J], zero at the model's origin."""
-        return float(pin.computePotentialEnergy(self.model, self._own.data, q))
+        """Of gravity and what compensates it [J], zero at the model's origin."""
+        return float(pin.computePotentialEnergy(self.model, self._own.data, q)) - self.held_up.energy(q)
 
     def centre_of_mass(self, q: Array) -> Array:
         """Of all links that move, in the model, shape (3,) [m]."""
         return np.array(pin.centerOfMass(self.model, self._own.data, q))
+
+
+def _moving_mass(model: pin.Model) -> float:
+    return float(sum(inertia.mass for inertia in list(model.inertias)[1:]))

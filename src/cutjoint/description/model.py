@@ -77,13 +77,23 @@ class Shape(Frozen):
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """A rigid body.  Without `inertial` it is massless (a mere frame)."""
+    """A rigid body.  Without `inertial` it is massless (a mere frame).
+
+    `gravity_compensation` is the share of its weight that something holds up at its centre of mass, wherever it is: 0
+    none, 1 all; more, and it rises.
+    """
 
     name: str
     inertial: Inertial | None = None
     visuals: tuple[Shape, ...] = ()
     collisions: tuple[Shape, ...] = ()
     place: Place = NOWHERE
+    gravity_compensation: float = 0.0
+
+    @property
+    def held_up(self) -> float:
+        """Mass whose weight is compensated [kg]."""
+        return 0.0 if self.inertial is None else self.gravity_compensation * self.inertial.mass
 
 
 @dataclass(frozen=True)
@@ -215,7 +225,10 @@ class RobotDescription(Frozen):
         return joints + tuple(one.name for one in self.cuts if one.physics != NO_PHYSICS or one.bushing is not None)
 
     def ideal(self) -> RobotDescription:
-        """A copy whose joints move freely: no damping, friction, springs, rotors or stops, and no bushings."""
+        """A copy whose joints move freely: no damping, friction, springs, rotors or stops, and no bushings.
+
+        Weights are compensated as before: gravity compensation is of links, not of joints.
+        """
         joints = tuple(replace(one, physics=NO_PHYSICS) for one in self.joints)
         return replace(
             self, joints=joints, cuts=tuple(replace(one, physics=NO_PHYSICS, bushing=None) for one in self.cuts)
@@ -268,7 +281,8 @@ class RobotDescription(Frozen):
         return replace(changed, variant_name=name)
 
     def with_payload(self, mass: float) -> RobotDescription:
-        """A copy that carries a point mass [kg] at the tool point.
+        """A copy that carries a point mass [kg] at the tool point, whose weight nothing compensates: on a link whose
+        own weight is compensated it is a link by itself.
 
         Raises:
             InputError: there is no tool, or the mass is not from 0 to `LARGEST_PAYLOAD`.
@@ -279,12 +293,25 @@ class RobotDescription(Frozen):
             raise InputError(f"payload must be a mass from 0 to {LARGEST_PAYLOAD:g} kg, found {mass!r}")
         if mass == 0.0:
             return self
-        old = self.link(self.tool.link).inertial or Inertial(0.0)
+        link = self.link(self.tool.link)
+        if link.gravity_compensation:
+            return self._carrying(Link(self._unused("payload"), Inertial(mass)), self.tool)
+        old = link.inertial or Inertial(0.0)
         point = self.tool.placement[:3, 3]
         total = old.mass + mass
         com = (old.mass * old.com + mass * point) / total
         inertia = old.inertia + _point_inertia(old.mass, old.com - com) + _point_inertia(mass, point - com)
         return self.with_inertial(self.tool.link, Inertial(total, com, inertia))
+
+    def _carrying(self, link: Link, at: Frame) -> RobotDescription:
+        """A copy with a further link that is fixed to another."""
+        joint = Joint(link.name, JointType.FIXED, at.link, link.name, at.placement)
+        return replace(self, links=(*self.links, link), joints=(*self.joints, joint))
+
+    def _unused(self, name: str) -> str:
+        """A name like this one that no part has."""
+        taken = {one.name for parts in (self.links, self.joints, self.cuts, self.couplings) for one in parts}
+        return next(one for one in (name, *(f"{name}_{k}" for k in range(2, len(taken) + 3))) if one not in taken)
 
 
 def _called(name: str, kind: str, items: Sequence[Named]) -> Named:

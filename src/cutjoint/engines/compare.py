@@ -51,9 +51,10 @@ def compare_with_mujoco(
         opinion = robot.opinion(q, v, effort)
         upper = pin.crba(chain.model, data, q)
         mass = np.triu(upper) + np.triu(upper, 1).T
-        bias = np.array(pin.nonLinearEffects(chain.model, data, q, v))
+        lift = kinematics.tree.held_up.lift(q)
+        bias = kinematics.tree.bias(q, v) + lift
         placed = kinematics.at(q)
-        passive = placed.springs + placed.friction(v)
+        passive = placed.springs + placed.friction(v) - lift
         acceleration = chain.full_forward_dynamics(near, v, effort).acceleration
         tangent = chain.tangent(near)
         units = robot.units

@@ -50,8 +50,8 @@ class Opinion(Values):
 
     Attributes:
         mass: mass matrix of the open tree, rotors included, shape (nv, nv).
-        bias: Coriolis, centrifugal and gravity forces of the open tree, shape (nv,).
-        passive: effort against springs, dampers and dry friction of the open tree, shape (nv,).
+        bias: Coriolis, centrifugal and gravity forces of the open tree, with its whole weight, shape (nv,).
+        passive: effort against springs, dampers, dry friction and what compensates weights, shape (nv,).
         potential: energy of gravity and springs, [J], but for a constant.
         jacobian: constraint Jacobian in MuJoCo's rows, which are dimensionless, shape (rows, nv).
         give: what each row gives at the impedance that was asked for, shape (rows,): its acceleration for a force of 1.
@@ -195,7 +195,8 @@ class MujocoRobot:
         mujoco.mj_forward(model, data)
         passive = outside - data.qfrc_passive
         stored = sum(one.energy(data) for one in self._stops) + sum(one.energy(data) for one in self._cuts)
-        potential = energy * (float(data.energy[0]) + stored)
+        held_up = float(model.body_mass * model.body_gravcomp @ data.xipos @ model.opt.gravity)
+        potential = energy * (float(data.energy[0]) + stored + held_up)
         mass = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, mass)
         bias, jacobian, soft = data.qfrc_bias.copy(), self._constraint_jacobian(), data.qacc.copy()

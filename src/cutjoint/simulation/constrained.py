@@ -129,11 +129,11 @@ class ConstrainedPlant:
 
     def observe(self, state: State) -> Observation:
         """What to record.  Energies and tool come from the full state, drift and all."""
-        model, data = self.chain.model, self._data
+        data = self._data
         # Pinocchio 4.1 leaves out the rotors (armature) of joints about a slanted axis
         kinetic = float(pin.computeKineticEnergy(self._bare, data, state.q, state.v))
         kinetic += 0.5 * float(self._rotors @ state.v**2)
-        potential = float(pin.computePotentialEnergy(model, data, state.q)) + self.chain.spring_energy(state.q)
+        potential = self.chain.potential_energy(state.q)
         tool = data.oMi[self._tool_joint] * self._tool_place
         motion = self._tool_place.actInv(data.v[self._tool_joint])
         turned = (quaternion_of(tool.rotation), tool.rotation @ motion.angular) if self._turns else ()

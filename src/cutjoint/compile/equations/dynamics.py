@@ -77,8 +77,11 @@ def inertia_times(pose: TreePose, body: BodyInertia, w: Vector) -> Vector:
     return total
 
 
-def generalised_forces(pose: TreePose, motion: Motion, acceleration: Motion) -> list[Number]:
-    """Forces along the rates that the accelerations need (recursive Newton-Euler), length nv."""
+def generalised_forces(
+    pose: TreePose, motion: Motion, acceleration: Motion, held_up: Sequence[BodyInertia] = ()
+) -> list[Number]:
+    """Forces along the rates that the accelerations need (recursive Newton-Euler), less what compensates the weights of
+    the bodies `held_up`, length nv."""
     tree = pose.tree
     force = [ZERO] * len(tree.steps)
     moment = [ZERO] * len(tree.steps)
@@ -97,6 +100,10 @@ def generalised_forces(pose: TreePose, motion: Motion, acceleration: Motion) -> 
         pull = scale(point.mass, pull)
         force[k] = add(force[k], pull)
         moment[k] = add(moment[k], cross(arm, pull))
+    for held in held_up:
+        k = held.step
+        force[k] = add(force[k], scale(held.mass, pose.gravity))
+        moment[k] = add(moment[k], cross(pose.lever(k, held.moment), pose.gravity))
     result: list[Number] = [0.0] * tree.nv
     for k in range(len(tree.steps) - 1, 0, -1):
         step = tree.steps[k]
@@ -163,7 +170,8 @@ def inertia_between(pose: TreePose, columns: Sequence[Sequence[Number]]) -> list
 
 
 def potential_energy(pose: TreePose, origin: Vector = ZERO) -> Number:
-    """Potential energy of gravity [J], zero at the world's origin; the tree stands at `origin` in the world."""
+    """Potential energy of gravity and what compensates it [J], zero at the world's origin; the tree stands at `origin`
+    in the world."""
     total: Number = -dot(pose.gravity, pose.tree.anchored)
     for body in pose.bodies:
         first = add(scale(body.mass, pose.origin(body.step)), pose.lever(body.step, body.moment))
@@ -171,6 +179,10 @@ def potential_energy(pose: TreePose, origin: Vector = ZERO) -> Number:
     for point in pose.points:
         place = add(pose.origin(point.step), pose.lever(point.step, point.lever))
         total = total - point.mass * dot(pose.gravity, place)
+    for held in pose.held_up:
+        first = add(scale(held.mass, pose.origin(held.step)), pose.lever(held.step, held.moment))
+        total = total + dot(pose.gravity, first)
     if any(origin):
-        total = total - dot(pose.gravity, origin) * pose.mass
+        weighing = pose.mass - sum((held.mass for held in pose.held_up), 0.0)
+        total = total - dot(pose.gravity, origin) * weighing
     return total

@@ -24,6 +24,7 @@ class Arguments:
     Attributes:
         numbers: path into the description (`cutjoint.description.paths`) -> its value.
         bodies, points: bodies with inertias, and masses, that are expressions.
+        held_up: bodies of the masses whose weight is compensated, expressions or not.
         placed: step -> its rotation and translation in its parent, where these are expressions.
         frames: `tool`, `cuts.NAME.a`, `cuts.NAME.b` -> that frame, where its place is an expression.
         rotors: rate -> what the rotor behind it weighs there, [kg m2] or [kg], expression or not.
@@ -32,6 +33,7 @@ class Arguments:
     numbers: Mapping[str, Number] = field(default_factory=dict)
     bodies: tuple[BodyInertia, ...] = ()
     points: tuple[PointMass, ...] = ()
+    held_up: tuple[BodyInertia, ...] = ()
     placed: Mapping[int, tuple[Matrix, Vector]] = field(default_factory=dict)
     frames: Mapping[str, PlacedFrame] = field(default_factory=dict)
     rotors: Mapping[int, Number] = field(default_factory=dict)
@@ -43,6 +45,7 @@ class TreePose:
     Attributes:
         given: path into the description -> its value, for the numbers that are arguments.
         bodies, points: those of the tree, and further ones whose masses are expressions.
+        held_up: bodies of the masses whose weight is compensated.
         rotors: rate -> what the rotor behind it weighs there, [kg m2] or [kg].
         gravity: acceleration of gravity [m/s2].
         rotation: of every step, in world axes.
@@ -55,6 +58,7 @@ class TreePose:
         own = Arguments() if arguments is None else arguments
         self.tree, self.q, self.given, self._frames = tree, tuple(q), own.numbers, own.frames
         self.bodies, self.points, self.rotors = (*tree.bodies, *own.bodies), own.points, own.rotors
+        self.held_up = own.held_up
         x, y, z = (self.given.get(f"gravity.{axis}", g) for axis, g in zip("xyz", tree.gravity, strict=True))
         self.gravity: Vector = (x, y, z)
         self.rotation: list[Matrix] = [IDENTITY]

@@ -77,7 +77,8 @@ class Reduction(Elimination):
     def forces(self, u: Sequence[Number], motion: Motion, du: Sequence[Number], *, weight: bool = True) -> list[Number]:
         """Forces along all rates of the tree for the same, length nv."""
         base = scale(-1.0, self.pose.gravity) if weight else ZERO
-        forces = generalised_forces(self.pose, motion, accelerations(self.pose, u, motion, du, base))
+        held_up = self.pose.held_up if weight else ()
+        forces = generalised_forces(self.pose, motion, accelerations(self.pose, u, motion, du, base), held_up)
         if self.pose.rotors:
             # a rotor's momentum is along the axes of its joint, as Pinocchio has them, and turns with these
             turned = turning_axes(self.pose, u, motion)

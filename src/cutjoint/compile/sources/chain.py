@@ -93,8 +93,14 @@ class ChainSource(ChainPlan):
         if self.parameters:
             parts["numbers"] = self.arguments.everything()
             parts["ranges"] = [_numbers(self.low), _numbers(self.high)]
-        passive = self._passive_numbers()
-        return json.dumps({**parts, "passive": passive} if passive else parts)
+        apart = {"passive": self._passive_numbers(), "held up": self._held_up()}
+        return json.dumps(parts | {key: numbers for key, numbers in apart.items() if numbers})
+
+    def _held_up(self) -> list[object]:
+        """Of every body whose weight is compensated, how much of it and where; of those with arguments the share."""
+        shares = [(name, self.chain.description.link(name).gravity_compensation) for name in self.varied.links]
+        constant = ([one.step, one.mass, *one.moment] for one in self.held_up)
+        return [*constant, *([name, share] for name, share in shares if share)]
 
     def _passive_numbers(self) -> list[object]:
         """Of every joint and cut that does something by itself, what it does, and between which stops."""

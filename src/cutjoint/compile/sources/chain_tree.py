@@ -10,9 +10,9 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.build import bind_frame
+from cutjoint.chain.build import bind_frame, held_up_model
 from cutjoint.chain.joints import velocity_scale
-from cutjoint.compile.equations.inertia import PointMass
+from cutjoint.compile.equations.inertia import BodyInertia, PointMass
 from cutjoint.compile.equations.physics import TreePhysics
 from cutjoint.compile.equations.pose import Arguments, TreePose
 from cutjoint.compile.equations.tree import JointTree
@@ -106,7 +106,7 @@ class ChainTree:
     def pose(self, q: Sequence[Number], parameters: Sequence[Number]) -> TreePose:
         """The tree at the configuration `q`, with the values of the parameters."""
         if not self.parameters:
-            return TreePose(self.tree, q, Arguments(rotors=self.physics.rotors({})))
+            return TreePose(self.tree, q, Arguments(held_up=self.held_up, rotors=self.physics.rotors({})))
         values, tree, varied = dict(zip(self.parameters, parameters, strict=True)), self.tree, self.varied
         numbers = self.arguments.numbers(values)
         frames = varied.frames(tree, numbers)
@@ -116,7 +116,22 @@ class ChainTree:
             step, _, lever = frames.get("tool", self.tool_frame)
             points = (PointMass(step, values[PAYLOAD], lever),)
         placed, rotors = varied.placed(tree, numbers), self.physics.rotors(numbers)
-        return TreePose(tree, q, Arguments(numbers, bodies, points, placed, frames, rotors))
+        shares = [self.chain.description.link(name).gravity_compensation for name in varied.links]
+        held_up = (one.scaled(share) for one, share in zip(bodies, shares, strict=True) if share)
+        own = Arguments(numbers, bodies, points, (*self.held_up, *held_up), placed, frames, rotors)
+        return TreePose(tree, q, own)
+
+    @once
+    def held_up(self) -> tuple[BodyInertia, ...]:
+        """Bodies of the masses whose weight is compensated, of links whose inertia is no expression."""
+        links = [link for link in self.chain.description.links if link.name not in self.varied.links]
+        model, found = held_up_model(self.model, links), []
+        for joint, body in enumerate(() if model is None else model.inertias):
+            if joint and body.mass:
+                step, centre = self.tree.point(joint, np.asarray(body.lever))
+                mass = float(body.mass)
+                found.append(BodyInertia(step, mass, vectors.scale(mass, centre), 0.0, ()))
+        return tuple(found)
 
     @once
     def physics(self) -> TreePhysics:

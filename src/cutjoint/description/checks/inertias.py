@@ -14,6 +14,8 @@ from cutjoint.description.model import Inertial, Joint, Place, RobotDescription
 
 HEAVY = 2.0e4
 """kg.  The moving platform of a large flight simulator has about 15 t."""
+MOST_HELD_UP = 1e3
+"""Times a link's weight: a balloon rises with some ten times its own."""
 LIGHTEST = 1e-9
 """kg.  Less than a microgram, but not zero, only spoils the arithmetic."""
 ROUNDING = 2e-3
@@ -24,10 +26,13 @@ NOISE = 1e-12
 
 
 def check_inertias(robot: RobotDescription, findings: Findings) -> None:
-    """Note every inertia that no body can have, in the tree and in the variants."""
+    """Note inertias that no body can have, in the tree and in the variants, and shares of weights that are none."""
     for link in robot.links:
         if link.inertial is not None:
             _check(link.inertial, f"link '{link.name}'", findings, link.place)
+        if not 0.0 <= link.gravity_compensation <= MOST_HELD_UP:
+            found = f"gravity compensation of link '{link.name}' is {link.gravity_compensation:g} of its weight"
+            findings.error(found, f"a share from 0 (none) to {MOST_HELD_UP:g}; 1 is all", "", link.place)
     for variant in robot.variants:
         for name, inertial in variant.inertials.items():
             place = robot.places.get(f"variant.{variant.name}", Place())

@@ -41,8 +41,8 @@ class Format:
         write: its writer, None where there is none.
         key: what `cutjoint export --to` calls it.
         folder: whether what is written is a folder.
-        says: what of `common.unsaid.WORDS` other programs find in what is written, of joints, and whether inertias are
-            left as they are; None for all.
+        says: what of `common.unsaid.WORDS` other programs find in what is written, of joints and links, and whether
+            inertias are left as they are; None for all.
         draws: suffixes of the mesh files that it may name; None for all.
     """
 
@@ -107,7 +107,7 @@ FORMATS: tuple[Format, ...] = (
         _reader("mjcf.reader"),
         _writer("mjcf.writer"),
         "mjcf",
-        says=("damping", "friction", "springs", "rotors"),
+        says=("damping", "friction", "springs", "rotors", "gravity compensation"),
         draws=MESHES,
     ),
     Format("USD", (".usda", ".usd", ".usdc", ".usdz"), (b"#usda", b"PXR-USDC", b"PK\x03\x04"), _reader("usd.reader")),

@@ -3,7 +3,7 @@ the tool is, and all of it together as one description."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -97,6 +97,18 @@ class Change:
         return replace(joint, type=kind, axis=axis, axis2=axis2, limits=limits, physics=physics)
 
 
+@dataclass(frozen=True)
+class Compensated:
+    """What [link.NAME] says: the share of its weight that is compensated, and where that stands."""
+
+    share: float
+    place: Place
+
+    def of(self, link: Link) -> Link:
+        """The link with it."""
+        return replace(link, gravity_compensation=self.share)
+
+
 @dataclass(frozen=True, eq=False)
 class Extras:
     """What was read, with None and () where the file is silent.  `fixed`: link -> name of the fixed joint above it."""
@@ -111,6 +123,7 @@ class Extras:
     homes: tuple[Home, ...] = ()
     variants: tuple[Variant, ...] = ()
     joints: tuple[Change, ...] = ()
+    links: Mapping[str, Compensated] = field(default_factory=dict)
     fixed: dict[str, str] = field(default_factory=dict)
     name: str = ""
     title: str = ""
@@ -128,6 +141,7 @@ def described(
     """
     extras = extras or Extras()
     cuts = tree.closed_by(cuts)
+    _check_named("link", extras.links, {link.name for link in tree.links}, findings)
     joints = _changed(tree.joints, extras, findings)
     couplings = (*tree.couplings, *extras.couplings)
     actuators, tool = extras.actuators, extras.tool
@@ -137,7 +151,7 @@ def described(
         tool = tool_by_default(tree.links, joints)
     return RobotDescription(
         name=extras.name or tree.name,
-        links=tuple(tree.links),
+        links=tuple(extras.links[one.name].of(one) if one.name in extras.links else one for one in tree.links),
         joints=tuple(joints),
         cuts=cuts,
         couplings=couplings,
@@ -158,14 +172,20 @@ def described(
 def _changed(joints: Sequence[Joint], extras: Extras, findings: Findings) -> list[Joint]:
     """The joints with what [joint.NAME] changes of them."""
     changes = {change.name: change for change in extras.joints}
-    known = {joint.name for joint in joints}
-    for name, change in changes.items():
-        if name not in known:
-            found = f"[joint.{name}] is for a joint that the tree does not have"
-            findings.error(found, "a joint of the tree", nearest(name, known), change.place)
+    _check_named("joint", changes, {joint.name for joint in joints}, findings)
     changed = [changes[joint.name].of(joint) if joint.name in changes else joint for joint in joints]
     given = {name: change.physics for name, change in changes.items()}
     return [with_rest(joint, given.get(joint.name, ()), findings) for joint in changed]
+
+
+def _check_named(
+    kind: str, changes: Mapping[str, Change] | Mapping[str, Compensated], known: Collection[str], findings: Findings
+) -> None:
+    """Note tables [joint.NAME] or [link.NAME] of what the tree does not have."""
+    for name, change in changes.items():
+        if name not in known:
+            found = f"[{kind}.{name}] is for a {kind} that the tree does not have"
+            findings.error(found, f"a {kind} of the tree", nearest(name, known), change.place)
 
 
 def actuated_by_default(joints: Sequence[Joint], couplings: Sequence[Coupling] = ()) -> tuple[str, ...]:

@@ -1,5 +1,5 @@
-"""What other programs do not find in a file: what joints and cuts do by themselves where it has no words for it, or
-only those of cutjoint; and shapes that it cannot hold."""
+"""What other programs do not find in a file: what links, joints and cuts do by themselves where it has no words for it,
+or only those of cutjoint; and shapes that it cannot hold."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ WORDS = {
     "rotors": ("rotor",),
     "stops": ("stop_stiffness",),
 }
-"""What is told -> the quantities it is about."""
+"""What is told of joints and cuts -> the quantities it is about."""
+COMPENSATION = "gravity compensation"
+"""What is told of links."""
 
 MESHES = (".stl", ".obj", ".msh")
 """Files of meshes that MuJoCo reads."""
@@ -53,8 +55,8 @@ def left_out(robot: RobotDescription, meshes: Collection[str]) -> tuple[str, ...
 
 
 def unsaid(robot: RobotDescription, known: Collection[str]) -> tuple[str, ...]:
-    """What is lost to others of `WORDS`: of joints all but what is `known`, of cuts all; and inertias that MuJoCo evens
-    out."""
+    """What is lost to others of `WORDS`: of joints and links all but what is `known`, of cuts all; and inertias that
+    MuJoCo evens out."""
     said = []
     for kind, has, items in (("joint", known, robot.joints), ("cut", (), robot.cuts)):
         physics = [(one.name, one.physics) for one in items]
@@ -65,6 +67,8 @@ def unsaid(robot: RobotDescription, known: Collection[str]) -> tuple[str, ...]:
         bodies = [(one.name, *triangle(one.inertial)) for one in robot.links if one.inertial is not None]
         impossible = [name for name, excess, largest in bodies if excess > EQUAL * largest]
         said += _sentence("impossible moments of inertia", "link", impossible)
+    if COMPENSATION not in known:
+        said += _sentence(COMPENSATION, "link", (one.name for one in robot.links if one.gravity_compensation))
     return (*said, *_sentence("bushings", "cut", (cut.name for cut in robot.cuts if cut.bushing is not None)))
 
 

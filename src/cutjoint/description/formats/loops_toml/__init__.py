@@ -52,5 +52,6 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
         cuts=robot.cuts,
         couplings=couplings_without_mimic(robot),
         joints=foreign_joints(robot),
+        links=robot.links,
     )
     return {loops: keys.encode("utf-8"), tree: element}

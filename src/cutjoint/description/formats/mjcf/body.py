@@ -115,9 +115,6 @@ class Bodies:
         check_range(row.position, f"pos of body '{name}'", self.findings, place)
         if row.mocap:
             self.findings.warn(f"mocap body '{name}' stands still", "", "", place)
-        if row.gravcomp:
-            found = f"gravcomp of body '{name}' not used"
-            self.findings.warn(found, "forces of joints, cuts and gravity", "", place)
         if name == WORLD:
             first = next(self.source.all("worldbody"), None)
             self._link(row, name, place if first is None else first[1])
@@ -169,7 +166,8 @@ class Bodies:
         shapes = [(geom, shape_of(geom, self._meshes, self.source)) for geom in row.geoms]
         visuals = tuple(shape for geom, shape in shapes if shape is not None and geom.visual)
         collisions = tuple(shape for geom, shape in shapes if shape is not None and not geom.visual)
-        self.tree.links.append(Link(name, self._inertial(row, name, place), visuals, collisions, place))
+        inertial = self._inertial(row, name, place)
+        self.tree.links.append(Link(name, inertial, visuals, collisions, place, 0.0 if name == WORLD else row.gravcomp))
 
     def _inertial(self, row: BodyRow, name: str, place: Place) -> Inertial | None:
         if row.inertia is None or name == WORLD:

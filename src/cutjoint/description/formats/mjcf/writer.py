@@ -224,6 +224,8 @@ def said(physics: JointPhysics) -> JointPhysics:
 def _fill(body: Element, link: Link, meshes: Meshes, used: Counter[str]) -> None:
     if link.inertial is not None:
         _inertial(body, link.inertial)
+    if link.gravity_compensation and body.tag == "body":
+        body.set("gravcomp", number(link.gravity_compensation))
     for shapes, visual in ((link.visuals, True), (link.collisions, False)):
         for shape in shapes:
             _geom(body, shape, visual, meshes, used)

@@ -21,16 +21,14 @@ def read_body(item: Item, frames: Frames) -> PlacedLink:
     _note_motion(item.element, item.name, findings)
     inertial = _inertial(item.element, item.name, findings)
     visuals, collisions = (tuple(read_shapes(item, tag, frames)) for tag in ("visual", "collision"))
-    link = Link(item.full, inertial, visuals, collisions, Place(findings.file, item.line))
+    gravity = only_child(item.element, "gravity", findings)
+    floats = gravity is not None and not child_flag(item.element, "gravity", findings)
+    link = Link(item.full, inertial, visuals, collisions, Place(findings.file, item.line), float(floats))
     return PlacedLink(link, frames.of(item))
 
 
 def _note_motion(link: Element, name: str, findings: Findings) -> None:
     """Note what changes how a link moves and is not read."""
-    gravity = only_child(link, "gravity", findings)
-    if gravity is not None and not child_flag(link, "gravity", findings):
-        found = f"link '{name}' without gravity"
-        findings.doubt(found, "gravity on all links", "set the world's <gravity> to 0 0 0", gravity.sourceline)
     if child_flag(link, "kinematic", findings):
         findings.doubt(f"link '{name}' is kinematic", "a link that obeys its forces", "", link.sourceline)
     if child_flag(link, "must_be_base_link", findings):

@@ -1,7 +1,7 @@
 """A description as URDF: the open tree alone, or with the cuts as the proposed `<constraint>` elements.
 
 Joint types that URDF lacks (spherical, universal) are written as floating and given back by the keys that go with them,
-as are rotors, gears, stops and bushings.
+as are rotors, gears, stops, bushings and compensated weights.
 """
 
 from __future__ import annotations
@@ -45,8 +45,9 @@ def files(robot: RobotDescription, path: Path) -> Mapping[Path, bytes]:
         write_dynamics(element, cut.physics)
     rest = etree.SubElement(root, "cutjoint")
     cuts = [cut for cut in robot.cuts if not _is_constraint(cut)]
-    couplings = couplings_without_mimic(robot)
-    rest.text = "\n" + toml_text(robot, urdf=None, cuts=cuts, couplings=couplings, joints=foreign_joints(robot))
+    couplings, joints = couplings_without_mimic(robot), foreign_joints(robot)
+    keys = toml_text(robot, urdf=None, cuts=cuts, couplings=couplings, joints=joints, links=robot.links)
+    rest.text = f"\n{keys}"
     return {path: serialised(root)}
 
 

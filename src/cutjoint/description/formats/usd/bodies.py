@@ -91,7 +91,8 @@ def read_bodies(facts: Facts, findings: Findings) -> BodyTable:
             visuals, collisions, colliders = shapes[path]
             inertial = inertial_of(body.prim, stands[path].scale if path in stands else np.ones(3), colliders, facts,
                                    findings)  # fmt: skip
-            link = replace(body.link, inertial=inertial, visuals=tuple(visuals), collisions=tuple(collisions))
+            floats = float(body.prim.flag("physxRigidBody:disableGravity", False))
+            link = Link(body.link.name, inertial, tuple(visuals), tuple(collisions), place, floats)
             found[path] = replace(body, link=link)
     return BodyTable(found, stands, facts.length)
 

@@ -79,18 +79,6 @@ def _bodies(prims: Sequence[Prim], findings: Findings) -> None:
                 findings.warn(found, "damping in joints")
 
 
-def weightless(facts: Facts, paths: Sequence[str], findings: Findings) -> bool:
-    """Whether gravity acts on none of the bodies at `paths`; where it acts on some only, that is noted."""
-    here = [prim for prim in facts.prims if prim.path in paths]
-    without = [prim for prim in here if prim.flag("physxRigidBody:disableGravity", False)]
-    if without and len(without) < len(here):
-        found = f"physxRigidBody:disableGravity of {len(without)} of {len(here)} bodies, such as <{without[0].path}>"
-        findings.error(found, "gravity on all bodies or on none")
-    elif without:
-        findings.warn("physxRigidBody:disableGravity of all bodies: gravity is 0", "bodies with weight")
-    return bool(without) and len(without) == len(here)
-
-
 def couplings_of(edges: Sequence[Edge], joints: Sequence[Joint], facts: Facts, findings: Findings) -> list[Coupling]:
     """The mimic joints of PhysX: coordinate + gearing * coordinate of the reference + offset = 0, in degrees or units.
 

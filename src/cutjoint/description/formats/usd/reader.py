@@ -21,7 +21,7 @@ from cutjoint.description.formats.common.child import ChildFailed, in_child
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.usd.bodies import read_bodies
 from cutjoint.description.formats.usd.facts import Facts
-from cutjoint.description.formats.usd.foreign import check_foreign, couplings_of, weightless
+from cutjoint.description.formats.usd.foreign import check_foreign, couplings_of
 from cutjoint.description.formats.usd.joints import UNLIMITED, read_joints
 from cutjoint.description.formats.usd.ranges import check_numbers
 from cutjoint.description.formats.usd.tree import home_of, spanned
@@ -67,9 +67,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     kept = {joint.name for joint in tree.joints}
     driven = tuple(edge.joint.name for edge in edges if edge.driven and edge.joint.name in kept)
     tree.actuators = driven
-    fixed = weightless(facts, [one for one in bodies.by_path if one], findings)
-    gravity = readonly(np.zeros(3)) if fixed else _gravity(facts, findings)
-    robot = described(tree, cuts, Extras(driven or None, gravity=gravity), path, findings)
+    robot = described(tree, cuts, Extras(driven or None, gravity=_gravity(facts, findings)), path, findings)
     return replace(robot, homes=home_of(pose, robot.actuators))
 
 

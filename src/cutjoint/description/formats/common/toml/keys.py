@@ -1,7 +1,7 @@
 """The keys of a loops.toml, in a file of its own or inside another.
 
-Actuators, tool and its task, gravity, couplings, homes, variants, title, source, and of joints what the tree's format
-lacks: types, limits, physics.
+Actuators, tool and its task, gravity, couplings, homes, variants, title, source, and what the tree's format lacks: of
+joints types, limits, physics, of links the compensation of their weight.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from cutjoint.arrays import readonly
 from cutjoint.description.findings import Findings, clip
-from cutjoint.description.formats.common.extras import EARTH, Change, Extras
+from cutjoint.description.formats.common.extras import EARTH, Change, Compensated, Extras
 from cutjoint.description.formats.common.physics import CUT_KEYS, KEYS
 from cutjoint.description.formats.common.toml.couplings import take_coupling
 from cutjoint.description.formats.common.toml.physics import take_bushing, take_physics
@@ -57,6 +57,7 @@ def take_extras(top: TomlTable, actuators_required: bool) -> Extras:
     homes = tuple(_home(name, table) for name, table in top.named_tables("home"))
     variants = tuple(_variant(name, table) for name, table in top.named_tables("variant"))
     joints = tuple(_joint(name, table) for name, table in top.named_tables("joint"))
+    links = {name: _link(table) for name, table in top.named_tables("link")}
     gravity = top.vector("gravity", 3, tuple(EARTH))
     tool, task, axes = _tool(top)
     return Extras(
@@ -70,6 +71,7 @@ def take_extras(top: TomlTable, actuators_required: bool) -> Extras:
         homes=homes,
         variants=variants,
         joints=tuple(one for one in joints if one is not None),
+        links={name: one for name, one in links.items() if one is not None},
         name=top.string("name"),
         title=top.string("title"),
         source=top.string("source"),
@@ -154,6 +156,12 @@ def _joint(name: str, table: TomlTable) -> Change | None:
         return None
     first, second = (None if one is None else unit_axis(one, name, table.findings, place) for one in axes)
     return Change(name, JointType(text) if text else None, first, second, velocity, effort, physics, place)
+
+
+def _link(table: TomlTable) -> Compensated | None:
+    share = table.number("gravity_compensation", required=True)
+    table.finish()
+    return None if share is None else Compensated(share, table.place())
 
 
 def _home(name: str, table: TomlTable) -> Home:

@@ -9,7 +9,7 @@ import numpy as np
 from cutjoint.description.formats.common.toml.couplings import coupling_lines
 from cutjoint.description.formats.common.toml.physics import cut_lines
 from cutjoint.description.formats.common.toml.scalars import key, number, numbers, text
-from cutjoint.description.model import Coupling, CutJoint, Frame, Home, RobotDescription, Variant
+from cutjoint.description.model import Coupling, CutJoint, Frame, Home, Link, RobotDescription, Variant
 from cutjoint.description.transforms import rpy_from_rotation
 
 JointKeys = Mapping[str, Mapping[str, object]]
@@ -22,6 +22,7 @@ def toml_text(
     cuts: Iterable[CutJoint],
     couplings: Iterable[Coupling],
     joints: JointKeys,
+    links: Iterable[Link] = (),
     fixed: Mapping[str, str] | None = None,
 ) -> str:
     """The keys of a robot as TOML.
@@ -32,6 +33,7 @@ def toml_text(
         cuts: those that the other file cannot say.
         couplings: likewise.
         joints: [joint.NAME] tables, what the tree's format cannot say of a joint.
+        links: those whose gravity compensation the other file cannot say.
         fixed: link -> name of the fixed joint above it, for formats whose fixed joints have no name.
     """
     lines = [] if urdf is None else ["schema = 1"]
@@ -47,6 +49,8 @@ def toml_text(
         lines += [f"axes = {text(robot.task_axes)}"] if robot.task_axes != "world" else []
     for name, keys in joints.items():
         lines += ["", f"[joint.{key(name)}]", *(f"{one} = {_value(value)}" for one, value in keys.items())]
+    for link in (one for one in links if one.gravity_compensation):
+        lines += ["", f"[link.{key(link.name)}]", f"gravity_compensation = {number(link.gravity_compensation)}"]
     for cut in cuts:
         lines += ["", "[[cut]]", f"name = {text(cut.name)}", f'type = "{cut.type.value}"']
         lines += ["frames = [", f"  {_frame(cut.a)},", f"  {_frame(cut.b)},", "]", *cut_lines(cut)]
