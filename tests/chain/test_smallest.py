@@ -87,6 +87,8 @@ def calls(chain: ClosedChain) -> dict[str, Any]:
         "tangent": lambda: chain.tangent(at),
         "task": lambda: chain.task,
         "terms": lambda: chain.terms(at, v),
+        "to_mujoco": lambda: chain.to_mujoco(at),
+        "from_mujoco": lambda: chain.from_mujoco(chain.to_mujoco(at)),
         "tool": lambda: chain.tool(at, v),
         "with_payload": lambda: chain.with_payload(0.1).home,
         "working_modes": lambda: chain.working_modes(),
