@@ -159,7 +159,7 @@ def test_newton_ends_where_nothing_is_left_to_gain(kit: Any) -> None:
 ONE_PLACE = {
     r"\.shortname\(|JointModel[A-Z]": {"joints.py"},
     r"CutType\.[A-Z]": set(),
-    r"JointType\.[A-Z]": {"joints.py", "qpos.py"},
+    r"JointType\.[A-Z]": {"joints.py"},
     r"pin\.(rnea|aba|crba|compute\w+|forwardKinematics|center\w+|nonLinear\w+|integrate|difference|normalize)\(": {
         "tree.py",
         "rigid.py",

@@ -112,6 +112,8 @@ METHODS: dict[str, Callable[[Any, Any, Pose], Any] | None] = {
     "nv": None,
     "origin": lambda c, at, p: c.origin,
     "posture": lambda c, at, p: c.posture(at),
+    "to_mujoco": lambda c, at, p: c.to_mujoco(at),
+    "from_mujoco": lambda c, at, p: c.from_mujoco(c.to_mujoco(at)),
     "potential_energy": lambda c, at, p: c.potential_energy(at),
     "dissipates": lambda c, at, p: c.dissipates,
     "spring_energy": lambda c, at, p: c.spring_energy(at),

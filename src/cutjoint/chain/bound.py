@@ -12,7 +12,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain.build import bind_frame
 from cutjoint.chain.joints import support, type_of
 from cutjoint.description.curves import Curve, CurvePoint
-from cutjoint.description.cuts import Kind
+from cutjoint.description.cuts import Kind, slide
 from cutjoint.description.model import Coupling, CutJoint, CutType
 from cutjoint.errors import UnknownNameError
 
@@ -114,13 +114,22 @@ class Rows:
         dots: cut, row, axis of A, axis of B; and whether it is of a hinge.
         distances: cut, row and length.
         names, is_length, is_sine: of every row; whether it is a length, or the sine of an angle.
+        along_a: whether rows of points and locks are components along the axes of frame A, not along those of the
+            world: points are three slides then.
     """
 
-    def __init__(self, cuts: tuple[BoundCut, ...]) -> None:
+    def __init__(self, cuts: tuple[BoundCut, ...], along_a: bool = False) -> None:
+        self.along_a = along_a
+        instead = {Kind.POINT: tuple(map(slide, range(3)))} if along_a else {}
         counts = [0, *(cut.type.rows for cut in cuts)]
         self.starts = np.cumsum(counts)[:-1].tolist()
         self.names = tuple(f"{cut.name}.{label}" for cut in cuts for label in cut.type.labels)
-        equations = [(index, equation) for index, cut in enumerate(cuts) for equation in cut.type.equations]
+        equations = [
+            (index, equation)
+            for index, cut in enumerate(cuts)
+            for one in cut.type.equations
+            for equation in instead.get(one.kind, (one,))
+        ]
         *first, self.count = np.cumsum([0, *(equation.rows for _, equation in equations)]).tolist()
         self.is_length = [equation.is_length for _, equation in equations for _ in equation.labels]
         self.is_sine = [equation.kind is Kind.DOT for _, equation in equations for _ in equation.labels]
@@ -148,7 +157,7 @@ class Rows:
             for k in range(3):
                 for cut, row in self.points:
                     self.constant[row + k, side + 6 * cut + k] = sign
-                for cut, row in self.locks:
+                for cut, row in () if self.along_a else self.locks:
                     self.constant[row + k, side + 6 * cut + 3 + k] = sign
         # row r of the point's velocity u + w x p has p[b] w[a] - p[a] w[b], (r, a, b) in cyclic order
         arms = [

@@ -19,7 +19,7 @@ from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
 from cutjoint.chain.closing.closing import Closing
 from cutjoint.chain.closing.reaching import Reaching
-from cutjoint.chain.closing.rounding import check_rounding, trusted_rows
+from cutjoint.chain.closing.rounding import check_rounding, lasting, trusted_rows
 from cutjoint.chain.closing.ways import Near, Ways
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.joints import limit_violations
@@ -76,9 +76,11 @@ class ClosedChain(Sealed):
         rough, keep = rough_home(self.model, description, home)
         driver = self._actuated.hold(rough) if keep else None
         trusted = trusted_rows(k, rough, driver)
-        self._k = k = k if trusted is None else Kinematics(description, trusted)
+        k = k if trusted is None else Kinematics(description, trusted)
         at_home = assembled(k, k.tree.normalised(rough), driver)
-        check_rounding(k, at_home)
+        self._k, gap = k, _ = lasting(k, at_home)
+        at_home = k.at(at_home.q)
+        check_rounding(k, at_home, gap)
         self._postures = Postures(k, self._actuated, at_home)
         self._mobility = Mobility(self._postures)
         self._ways = Ways(self._mobility)

@@ -46,14 +46,17 @@ class Closure:
     The cuts are those that close loops; bushings do not.
 
     Args:
-        trusted: indices of the rows to work with; default all.  The others are left to be met by the geometry.
+        trusted: indices of the rows to work with; default all.  The others are left to be met by the geometry.  Where
+            they are given, rows of points and locks are components along the axes of frame A, which go along where the
+            robot moves: what is left out must be the same direction in every posture.
     """
 
     def __init__(self, model: pin.Model, description: RobotDescription, trusted: Array | None = None) -> None:
         self.nv = int(model.nv)
         self.cuts = tuple(BoundCut.of(model, cut) for cut in description.closing)
         self.couplings = tuple(BoundCoupling.of(model, coupling) for coupling in description.couplings)
-        self._rows = rows = Rows(self.cuts)
+        self.along_a = trusted is not None
+        self._rows = rows = Rows(self.cuts, self.along_a)
         self.all_rows = rows.count + len(self.couplings)
         self.trusted = np.arange(self.all_rows) if trusted is None else np.array(trusted, dtype=int)
         self.rows = len(self.trusted)
@@ -61,8 +64,8 @@ class Closure:
         every = (*rows.names, *gears)
         self.row_names = tuple(every[i] for i in self.trusted)
         self.left_out = tuple(every[i] for i in range(self.all_rows) if i not in set(self.trusted.tolist()))
-        self._all_lengths = np.array(rows.is_length + [one.is_length for one in self.couplings], dtype=bool)
-        self.is_length = self._all_lengths[self.trusted]
+        self.all_lengths = np.array(rows.is_length + [one.is_length for one in self.couplings], dtype=bool)
+        self.is_length = self.all_lengths[self.trusted]
         self.names = (*(cut.name for cut in self.cuts), *gears)
         self._is_sine = np.array([*rows.is_sine, *(False for _ in gears)], dtype=bool)
         self._has_sines = bool(self._is_sine.any())
@@ -95,7 +98,11 @@ class Closure:
         apart = frames.at_b - frames.at_a
         residual[rows.point_rows] = (apart if rows.all_points else apart.take(rows.point_cuts, 0)).ravel()
         if rows.locks:
-            residual[rows.lock_rows] = _rotation_vectors(frames.axes_a[rows.lock_cuts], frames.axes_b[rows.lock_cuts])
+            axes_a = frames.axes_a[rows.lock_cuts]
+            turned = _rotation_vectors(axes_a, frames.axes_b[rows.lock_cuts])
+            if self.along_a:
+                turned = np.einsum("kji,kj->ki", axes_a, turned.reshape(-1, 3)).ravel()
+            residual[rows.lock_rows] = turned
         for cut, row, i in rows.slides:
             residual[row] = frames.axes_a[cut, :, i] @ apart[cut]
         for cut, row, i, j, _ in rows.dots:
@@ -120,6 +127,9 @@ class Closure:
         if len(rows.point_cuts):
             arms = np.concatenate([frames.at_a, frames.at_b]).ravel()
             gather.reshape(-1)[rows.arm_entries] = arms[rows.arm_of] * rows.arm_sign
+        for cut, row in rows.locks if self.along_a else ():
+            for side, sign in ((cut, -1.0), (count + cut, 1.0)):
+                gather[row : row + 3, 6 * side + 3 : 6 * side + 6] = sign * frames.axes_a[cut].T
         for cut, row, i, j, of_hinge in rows.dots:
             axis = (frames.axes_a if of_hinge else frames.axes_b)[cut, :, j]
             normal = cross(axis, frames.axes_a[cut, :, i])
@@ -139,10 +149,14 @@ class Closure:
     def jacobian(self, gather: Array, twists: Array, q: Array) -> Array:
         """Time derivative of the residual per velocity, shape (rows, nv), from G, the joint Jacobians (6, nv) and the
         configuration (nq,)."""
+        return self.kept(self.jacobian_of_all(gather, twists, q))
+
+    def jacobian_of_all(self, gather: Array, twists: Array, q: Array) -> Array:
+        """The same of all rows, trusted or not, shape (all rows, nv)."""
         of_cuts = gather.dot((self.support * twists).reshape(12 * len(self.cuts), self.nv))
         if not self.couplings:
-            return self.kept(of_cuts)
-        return self.kept(np.concatenate([of_cuts, self._coupled if self.linear else self._coupled_rows(q)]))
+            return np.asarray(of_cuts)
+        return np.concatenate([of_cuts, self._coupled if self.linear else self._coupled_rows(q)])
 
     def _coupled_rows(self, q: Array) -> Array:
         return np.array([one.row(q, self.nv) for one in self.couplings]).reshape(len(self.couplings), self.nv)
@@ -170,6 +184,8 @@ class Closure:
         velocity = twists[:, :3] + cross(w, points)
         inward = cross(w, velocity)
         drift[rows.point_rows] += (inward[half:] - inward[:half])[rows.point_cuts].ravel()
+        for cut, row in rows.locks if self.along_a else ():
+            drift[row : row + 3] -= frames.axes_a[cut].T @ cross(w[cut], w[half + cut])
         for cut, row, i, j, _ in rows.dots:
             x, y = frames.axes_a[cut, :, i], frames.axes_b[cut, :, j]
             w_a, w_b = w[cut], w[half + cut]
@@ -188,6 +204,17 @@ class Closure:
             across = speed - (along @ speed) * along
             drift[row] += along @ (inward[half + cut] - inward[cut]) + across @ across / np.linalg.norm(apart)
 
+    def travelled(self, frames: CutFrames, twists: Array, q: Array, motion: Array) -> Array:
+        """How far a motion (nv,) of the joints, each added up by itself, moves frame B of every row's cut against frame
+        A, shape (rows,), [m] and [rad]: what cancels in a row that depends on others."""
+        loop, turns = self.moved[: len(self.cuts)] != self.moved[len(self.cuts) :], np.abs(motion)
+        places = np.concatenate([frames.at_a, frames.at_b])[:, None]
+        arms = np.linalg.norm(twists[:3].T + np.cross(twists[3:].T, places), axis=2).reshape(2, *loop.shape)
+        length, angle = (arms.max(axis=0) * loop) @ turns, (np.linalg.norm(twists[3:], axis=0) * loop) @ turns
+        ends = np.diff([*self._starts[: len(self.cuts)], self._rows.count])
+        of_cuts = np.where(self.all_lengths[: self._rows.count], np.repeat(length, ends), np.repeat(angle, ends))
+        return self.kept(np.concatenate([of_cuts, np.abs(self._coupled_rows(q)) @ turns]))
+
     def kept(self, values: Array) -> Array:
         """The trusted rows among all."""
         return values if self.rows == self.all_rows else values[self.trusted]
@@ -199,8 +226,8 @@ class Closure:
         if self._has_sines:
             residual = np.where(self._is_sine, np.arcsin(np.clip(residual, -1.0, 1.0)), residual)
         size = residual * residual
-        lengths = np.sqrt(np.add.reduceat(size * self._all_lengths, self._starts))
-        return lengths, np.sqrt(np.add.reduceat(size * ~self._all_lengths, self._starts))
+        lengths = np.sqrt(np.add.reduceat(size * self.all_lengths, self._starts))
+        return lengths, np.sqrt(np.add.reduceat(size * ~self.all_lengths, self._starts))
 
 
 _FIRST = np.eye(3)[:, [1, 2, 0, 2, 0, 1]]

@@ -29,8 +29,7 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
-from cutjoint.chain.bound import BoundCut
-from cutjoint.chain.closure import CutFrames, direction
+from cutjoint.chain.closure import Closure, CutFrames, direction
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.kinematics import Kinematics, Moving
 from cutjoint.chain.rank import Split, coordinates_of
@@ -152,7 +151,7 @@ class FullDynamics:
         every[closure.trusted] = multipliers
         of_coupled = every[len(every) - len(closure.couplings) :]
         couplings = {one.name: float(f) for one, f in zip(closure.couplings, of_coupled, strict=True)}
-        forces = wrenches(closure.cuts, placed.frames, every)
+        forces = wrenches(closure, placed.frames, every)
         return FullMotion(readonly(acceleration), readonly_mapping(forces), readonly_mapping(couplings), residual)
 
     def _solve(self, placed: Moving, effort: Array) -> tuple[Array, Array, float]:
@@ -237,15 +236,17 @@ def massless_motions(kinematics: Kinematics, q: Array, allowed: Array) -> Array:
     return Motions.of(allowed, k.tree.mass_matrix(q) * k.column_scale[:, None] * k.column_scale).massless
 
 
-def wrenches(cuts: tuple[BoundCut, ...], frames: CutFrames, multipliers: Array) -> dict[str, Wrench]:
+def wrenches(closure: Closure, frames: CutFrames, multipliers: Array) -> dict[str, Wrench]:
     """Multipliers of all rows of the cuts, one after another, as wrenches on body B at frame b, world axes."""
     found: dict[str, Wrench] = {}
     row = 0
     sides = (frames.axes_a, frames.axes_b, frames.at_a, frames.at_b)
-    for cut, a, b, at_a, at_b in zip(cuts, *sides, strict=True):
+    for cut, a, b, at_a, at_b in zip(closure.cuts, *sides, strict=True):
         force, moment = np.zeros(3), np.zeros(3)
         for equation in cut.type.equations:
             f = multipliers[row : row + equation.rows]
+            if closure.along_a and equation.kind in (Kind.POINT, Kind.LOCK):
+                f = a @ f
             match equation.kind:
                 case Kind.POINT:
                     force += f

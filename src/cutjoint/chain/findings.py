@@ -56,8 +56,8 @@ def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
     if report.dropped_rows:
         distance, angle = report.gap
         yield warning(
-            found=f"the loops close only up to rounding: {', '.join(report.dropped_rows)} dropped, which stay open by "
-            f"{distance:.2g} m, {angle:.2g} rad",
+            found=f"the loops close only up to rounding: {', '.join(report.dropped_rows)} dropped, which are open by "
+            f"{distance:.2g} m, {angle:.2g} rad at home",
             expected="lengths with which all rows can be closed",
             mend="export the frames with more digits",
         )

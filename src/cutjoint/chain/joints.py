@@ -30,6 +30,7 @@ class PinocchioJoint:
         models: its joint models: about or along x, y, z and any axis, or the only one.
         to_q: coordinates of a home posture as configuration; None where they are the same numbers.
         from_q: the reverse, a function of a module (postures pickle it).
+        to_mujoco, from_mujoco: its configuration as MuJoCo has it, and back; None where they are the same numbers.
         anywhere: draws a start for a search; None where every coordinate is drawn within a range of its own.
         about_z: whether the model has its axis along z, so that its frame is turned there.
         first_with_parent: whether its first axis turns with the parent alone, which Pinocchio 4.1 leaves out of the
@@ -40,6 +41,8 @@ class PinocchioJoint:
     models: tuple[type[pin.JointModel], ...]
     to_q: Callable[[Array], Array] | None = None
     from_q: Callable[[Array], Array] | None = None
+    to_mujoco: Callable[[Array], Array] | None = None
+    from_mujoco: Callable[[Array], Array] | None = None
     anywhere: Anywhere | None = None
     about_z: bool = False
     first_with_parent: bool = False
@@ -58,8 +61,23 @@ def _place_and_rpy(q: Array) -> Array:
     return np.concatenate([q[:3], _rpy(q[3:])])
 
 
+def _from_place_and_angle(at: Array) -> Array:
+    return np.array([at[0], at[1], np.cos(at[2]), np.sin(at[2])])
+
+
 def _place_and_angle(q: Array) -> Array:
     return np.array([q[0], q[1], np.arctan2(q[3], q[2])])
+
+
+def _scalar_first(q: Array) -> Array:
+    return np.array([*q[:-4], q[-1], *q[-4:-1]])
+
+
+def _scalar_last(qpos: Array) -> Array:
+    """The quaternion made of length 1, as MuJoCo does; not a number where it has none."""
+    with np.errstate(invalid="ignore"):
+        w, *vector = qpos[-4:] / np.linalg.norm(qpos[-4:])
+    return np.array([*qpos[:-4], *vector, w])
 
 
 def _orientation(random: np.random.Generator) -> Array:
@@ -85,13 +103,17 @@ JOINTS: dict[JointType, PinocchioJoint] = {
         (pin.JointModelSpherical,),
         to_q=_quaternion,
         from_q=_rpy,
+        to_mujoco=_scalar_first,
+        from_mujoco=_scalar_last,
         rates=("wx", "wy", "wz"),
         anywhere=lambda random, middle, reach: _orientation(random),
     ),
     JointType.PLANAR: PinocchioJoint(
         (pin.JointModelPlanar,),
-        to_q=lambda at: np.array([at[0], at[1], np.cos(at[2]), np.sin(at[2])]),
+        to_q=_from_place_and_angle,
         from_q=_place_and_angle,
+        to_mujoco=_place_and_angle,
+        from_mujoco=_from_place_and_angle,
         anywhere=_in_plane,
         about_z=True,
         rates=("vx", "vy", "w"),
@@ -100,6 +122,8 @@ JOINTS: dict[JointType, PinocchioJoint] = {
         (pin.JointModelFreeFlyer,),
         to_q=lambda at: np.concatenate([at[:3], _quaternion(at[3:])]),
         from_q=_place_and_rpy,
+        to_mujoco=_scalar_first,
+        from_mujoco=_scalar_last,
         rates=("vx", "vy", "vz", "wx", "wy", "wz"),
         anywhere=lambda random, middle, reach: np.concatenate(
             [middle + random.uniform(-reach, reach, 3), _orientation(random)]

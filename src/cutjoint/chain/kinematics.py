@@ -20,6 +20,7 @@ from cutjoint.chain.build import base_of, bind_frame, build_model, characteristi
 from cutjoint.chain.closure import Closure, CutFrames
 from cutjoint.chain.joints import support, travelling, velocity_scale
 from cutjoint.chain.physics import ChainPhysics, Elastic
+from cutjoint.chain.rank import singular_values, threshold
 from cutjoint.chain.tree import TreeModel
 from cutjoint.chain.world import World
 from cutjoint.description.model import RobotDescription
@@ -27,6 +28,9 @@ from cutjoint.errors import InputError
 from cutjoint.mechanism import Pose
 
 _UNIT = np.eye(6)
+MAGNIFIED = 1e-2
+"""Part of an acceleration that rows which are left out may make wrong: their gap over the square of how near the others
+are to a singularity."""
 
 
 class Placed:
@@ -175,7 +179,7 @@ class Kinematics:
         closed_length: distance [m] below which a cut counts as closed; `tolerances.CLOSURE` is the same for angles.
     """
 
-    def __init__(self, description: RobotDescription, trusted: Array | None = None) -> None:
+    def __init__(self, description: RobotDescription, trusted: Array | None = None, home: Array | None = None) -> None:
         model = build_model(description)
         centre, far = base_of(model, description)
         self.origin = readonly(centre if far else np.zeros(3))
@@ -209,6 +213,11 @@ class Kinematics:
         self.column_scale = velocity_scale(self.model, self.length)
         self.scale = self.row_scale[:, None] * self.column_scale
         self.scales: dict[object, object] = {}
+        self._usual: tuple[int, float] | None = None
+        if home is not None and self.closure.left_out:
+            values = singular_values(self.at(home).scaled)
+            rank = int(np.count_nonzero(values > threshold(values)))
+            self._usual = rank, float(values[rank - 1])
 
     def at(self, q: Array) -> Placed:
         """The tree at `q`, shape (nq,)."""
@@ -239,6 +248,23 @@ class Kinematics:
         weight = self.tree.mass * self.length
         pull = float(np.linalg.norm(self.model.gravity.linear))
         return float(np.abs(mass).max(initial=0.0)) * (speed**2 + change) + weight * pull
+
+    @cached_property
+    def whole(self) -> Kinematics:
+        """The same with all rows."""
+        closure = self.closure
+        return Kinematics(self.description, np.arange(closure.all_rows)) if closure.left_out else self
+
+    def left_open(self, placed: Placed) -> float:
+        """How far rows that are left out are open beyond what rounding explains, or what they are open by is magnified
+        where the others nearly leave a motion free that home does not; 1 is the limit, and 0 what is below it."""
+        if self._usual is None:
+            return 0.0
+        distance, angle, _ = placed.gap
+        (rank, size), gap = self._usual, max(distance / self.reach, angle)
+        least = min(float(singular_values(placed.scaled)[rank - 1]) / size, 1.0)
+        share = max(gap / tolerances.ROUNDING.value, gap / (MAGNIFIED * max(least, 1e-9) ** 2))
+        return share if share > 1.0 else 0.0
 
     def closed_within(self, q: Array) -> float:
         """Distance [m] below which a cut counts as closed at `q`: bodies that travel far from the origin are rounded to

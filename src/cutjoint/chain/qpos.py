@@ -9,18 +9,34 @@ none here.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
 from cutjoint.arrays import Array, as_vector
 from cutjoint.chain.bound import BoundCoupling
+from cutjoint.chain.joints import JOINTS, flies
 from cutjoint.description.formats.mjcf.types import NUMBERS, OWN, TENDON, carrier_parts, has_carrier
-from cutjoint.description.model import Joint, JointType, RobotDescription
+from cutjoint.description.model import Joint, RobotDescription
 from cutjoint.description.transforms import inverse
 from cutjoint.errors import InputError
 
 WORLD = "world"
+
+
+class _Ordered(NamedTuple):
+    """A joint, where its coordinates are in a configuration and in a qpos, how they are written and read, and whether
+    MuJoCo counts them in the world."""
+
+    joint: Joint
+    here: slice
+    there: slice
+    write: Callable[[Array], Array] | None
+    read: Callable[[Array], Array] | None
+    free: bool
 
 
 class MujocoOrder:
@@ -32,16 +48,19 @@ class MujocoOrder:
 
     def __init__(self, model: pin.Model, description: RobotDescription) -> None:
         joints = {joint.name: joint for joint in description.joints}
-        self._rows: list[tuple[Joint, slice, slice]] = []
-        self._free = {name for name, one in joints.items() if _is_free(one, description)}
+        self._rows: list[_Ordered] = []
         self._nq, self.size = int(model.nq), 0
         for index in range(1, model.njoints):
             joint = joints[model.names[index]]
             if not joint.child.startswith(TENDON):
-                start, count = int(model.idx_qs[index]), int(model.nqs[index])
-                there = count - (joint.type is JointType.PLANAR)
-                self._rows.append((joint, slice(start, start + count), slice(self.size, self.size + there)))
-                self.size += there
+                start, row = int(model.idx_qs[index]), JOINTS[joint.type]
+                here = slice(start, start + int(model.nqs[index]))
+                count = len((row.to_mujoco or np.array)(np.ones(here.stop - start)))
+                # the coordinates of a free joint of MJCF are in the world
+                free = flies(model, index) and joint.parent == description.root == WORLD
+                there = slice(self.size, self.size + count)
+                self._rows.append(_Ordered(joint, here, there, row.to_mujoco, row.from_mujoco, free))
+                self.size = there.stop
         tendons = {joint.name for joint in description.joints if joint.child.startswith(TENDON)}
         self._cuts = description.cuts
         self._lengths = [BoundCoupling.of(model, one) for one in description.couplings if one.joint in tendons]
@@ -54,16 +73,12 @@ class MujocoOrder:
         """
         self._refuse_carriers(np.size(qpos))
         values, q = as_vector("qpos", qpos, self.size), np.zeros(self._nq)
-        for joint, here, there in self._rows:
-            part = values[there]
-            if joint.name in self._free:
-                q[here] = _seen_from(inverse(joint.placement), part[:3], _quaternion(part[3:], joint))
-            elif joint.type in (JointType.SPHERICAL, JointType.FLOATING):
-                q[here] = [*part[:-4], *_quaternion(part[-4:], joint).coeffs()]
-            elif joint.type is JointType.PLANAR:
-                q[here] = [part[0], part[1], np.cos(part[2]), np.sin(part[2])]
-            else:
-                q[here] = part
+        for one in self._rows:
+            part = values[one.there] if one.read is None else one.read(values[one.there])
+            if not np.isfinite(part).all():
+                name = one.joint.name
+                raise InputError(f"qpos has the quaternion 0 0 0 0 for joint '{name}'; no rotation is 1 0 0 0")
+            q[one.here] = _seen_from(inverse(one.joint.placement), part) if one.free else part
         for length in self._lengths:
             q[length.q_index[0]] = -length.residual(q)
         return q
@@ -83,34 +98,13 @@ class MujocoOrder:
     def qpos(self, q: Array) -> Array:
         """The qpos (size,) of a configuration (nq,)."""
         values = np.zeros(self.size)
-        for joint, here, there in self._rows:
-            part = q[here]
-            if joint.name in self._free:
-                part = _seen_from(joint.placement, part[:3], pin.Quaternion(part[3:]))
-            if joint.type in (JointType.SPHERICAL, JointType.FLOATING):
-                values[there] = [*part[:-4], part[-1], *part[-4:-1]]
-            elif joint.type is JointType.PLANAR:
-                values[there] = [part[0], part[1], np.arctan2(part[3], part[2])]
-            else:
-                values[there] = part
+        for one in self._rows:
+            part = _seen_from(one.joint.placement, q[one.here]) if one.free else q[one.here]
+            values[one.there] = part if one.write is None else one.write(part)
         return values
 
 
-def _is_free(joint: Joint, description: RobotDescription) -> bool:
-    """Whether MJCF has it as a free joint, whose coordinates are in the world."""
-    return joint.type is JointType.FLOATING and joint.parent == description.root == WORLD
-
-
-def _seen_from(frame: Array, place: Array, turn: pin.Quaternion) -> Array:
+def _seen_from(frame: Array, part: Array) -> Array:
     """Place and quaternion (x, y, z, w) after a placement (4, 4), with the sign that the quaternion has."""
     before = pin.Quaternion(np.array(frame[:3, :3]))
-    return np.concatenate([frame[:3, :3] @ place + frame[:3, 3], (before * turn).coeffs()])
-
-
-def _quaternion(values: Array, joint: Joint) -> pin.Quaternion:
-    """MuJoCo's quaternion (w, x, y, z), made of length 1."""
-    length = float(np.linalg.norm(values))
-    if not length > 0.0:
-        raise InputError(f"qpos has the quaternion 0 0 0 0 for joint '{joint.name}'; no rotation is 1 0 0 0")
-    w, x, y, z = values / length
-    return pin.Quaternion(w, x, y, z)
+    return np.concatenate([frame[:3, :3] @ part[:3] + frame[:3, 3], (before * pin.Quaternion(part[3:])).coeffs()])

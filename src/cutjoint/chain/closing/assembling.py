@@ -15,14 +15,16 @@ from cutjoint.chain.closing.newton import settle
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.errors import ClosureError
 
+ROUNDED = 1e-6
+"""Sum of squared errors below which the loops of a robot are as good as closed where some rows cannot be."""
 RESTARTS = 8
 """Starts around a configuration that are tried where none is found from itself."""
 
 
 def assemble(kinematics: Kinematics, q: Array, driver: Driver | None) -> Placed | None:
     """A closed configuration from any start `q`, shape (nq,), or None; damped least squares, then Newton."""
-    near, cost = nearest(kinematics, q, driver)
-    return settle(kinematics, near, driver, inf) if cost < 1e-12 else None
+    near, cost = nearest(kinematics.whole, q, driver)
+    return settle(kinematics, near, driver, inf) if cost < (ROUNDED if kinematics.closure.left_out else 1e-12) else None
 
 
 def assembled(kinematics: Kinematics, q: Array, driver: Driver | None) -> Placed:
@@ -36,7 +38,7 @@ def assembled(kinematics: Kinematics, q: Array, driver: Driver | None) -> Placed
         found = assemble(kinematics, start, driver)
         if found is not None:
             return found
-    distance, angle, cut = kinematics.at(nearest(kinematics, q, driver)[0]).gap
+    distance, angle, cut = kinematics.at(nearest(kinematics.whole, q, driver)[0]).gap
     raise ClosureError(
         f"{kinematics.name}: no closed posture found from this configuration or around it; it comes to rest with "
         f"gaps of up to {distance:.3g} m and {angle:.3g} rad, the worst at "

@@ -73,7 +73,8 @@ class System:
             raw = np.concatenate([raw, self.driver.error(placed, fraction)])
         closed = scales.closed_by(self.k.closed_within(placed.q)) if scales.closed is None else scales.closed
         left = raw * closed
-        return Equations(self, placed, fraction, scales.scale * raw, sqrt(left.dot(left)))
+        openness = max(sqrt(left.dot(left)), self.k.left_open(placed))
+        return Equations(self, placed, fraction, scales.scale * raw, openness)
 
 
 class Equations(NamedTuple):
@@ -83,7 +84,8 @@ class Equations(NamedTuple):
         placed: the configuration.
         fraction: of the driver's way.
         error: of all rows, dimensionless, shape (rows,).
-        openness: norm of the errors in units of what counts as closed; 1 is closed.
+        openness: norm of the errors in units of what counts as closed; 1 is closed.  Rows that are left out count where
+            they are open by more than rounding.
     """
 
     system: System

@@ -17,7 +17,6 @@ import numpy as np
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.chain.closure import Closure
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import Split
 from cutjoint.errors import DynamicsError
@@ -51,8 +50,7 @@ class LoopForces:
         own = k.closure
         self._trusted = own.trusted
         self._loose = np.setdiff1d(np.arange(own.all_rows), own.trusted)
-        self._closure = Closure(k.model, k.description) if self._loose.size else own
-        self._row_scale = np.where(self._closure.is_length, 1.0 / k.length, 1.0)
+        self._row_scale = np.where(own.all_lengths, 1.0 / k.length, 1.0)
 
     def carrying(self, placed: Placed, pull: Array, size: Array) -> CarriedLoops:
         """Forces that do what the generalised forces `pull` (nv,) do; `size` (nv,) is that of the terms of these.
@@ -60,7 +58,7 @@ class LoopForces:
         Raises:
             DynamicsError: no forces of the loops do.
         """
-        k, closure = self._k, self._closure
+        k, closure = self._k, self._k.closure
         split = Split.of(placed.scaled)
         least = split.solve_transposed(k.column_scale * pull)
         self._check(placed, pull, size, least)
@@ -68,7 +66,8 @@ class LoopForces:
         every = np.zeros((closure.all_rows, 1 + exact.shape[1] + self._loose.size))
         every[self._trusted, : 1 + exact.shape[1]] = np.column_stack([least, exact])
         if self._loose.size:
-            rows = closure.jacobian(placed.gather, placed.twists, placed.q) * self._row_scale[:, None] * k.column_scale
+            rows = closure.jacobian_of_all(placed.gather, placed.twists, placed.q)
+            rows = rows * self._row_scale[:, None] * k.column_scale
             balanced = -split.solve_transposed(rows[self._loose].T)
             sizes = np.sqrt(1.0 + np.sum(balanced**2, axis=0))
             every[self._trusted, 1 + exact.shape[1] :] = balanced / sizes
