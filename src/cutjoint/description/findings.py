@@ -5,10 +5,11 @@ from __future__ import annotations
 import difflib
 from collections.abc import Collection, Iterable
 from dataclasses import replace
+from functools import lru_cache
 from typing import Literal, Self
 
 from cutjoint.description.model import Place
-from cutjoint.errors import DescriptionError, Problem
+from cutjoint.errors import DescriptionError, Problem, shown
 
 MOST = 300
 """Errors after which nothing more is looked at, and three times as many warnings that are listed."""
@@ -80,7 +81,7 @@ class Findings:
     ) -> None:
         place = at if isinstance(at, Place) else Place(self.file, at)
         words = (_bounded(found), _bounded(expected), _bounded(mend))
-        self.problems.append(Problem(*words, place.file or self.file, place.line, severity, tolerable))
+        self.problems.append(Problem(*words, shown(place.file or self.file), place.line, severity, tolerable))
 
     @property
     def failed(self) -> bool:
@@ -116,8 +117,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 def closest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str:
     """The known name nearest to `name`, case ignored; empty when none is near."""
+    return _closest(name.lower()[:200], frozenset(known), cutoff)
+
+
+@lru_cache(maxsize=256)
+def _closest(name: str, known: frozenset[str], cutoff: float) -> str:
     by_lower = {one.lower(): one for one in sorted(known)}
-    found = difflib.get_close_matches(name.lower()[:200], by_lower, n=1, cutoff=cutoff)
+    found = difflib.get_close_matches(name, by_lower, n=1, cutoff=cutoff)
     return by_lower[found[0]] if found else ""
 
 
