@@ -127,8 +127,6 @@ METHODS: dict[str, Callable[[Any, Any, Pose], Any] | None] = {
     "tangent": lambda c, at, p: c.tangent(at),
     "task": lambda c, at, p: c.task,
     "terms": lambda c, at, p: c.terms(at, v(c)),
-    "from_mujoco": lambda c, at, p: c.from_mujoco(c.to_mujoco(at.q_full)),
-    "to_mujoco": lambda c, at, p: c.to_mujoco(at.q_full),
     "tool": lambda c, at, p: c.tool(at, v(c)),
     "with_payload": None,
     "working_modes": None,

@@ -292,13 +292,10 @@ def swapped(word: str) -> str:
 
 
 SEED = Path(__file__).parent / "samples" / "everything.xml"
-ELEMENTS = len(list(etree.fromstring(SEED.read_bytes()).iter(etree.Element)))
 
 
-@pytest.mark.parametrize(
-    "number", [pytest.param(n, marks=[] if n in (9, 20) else pytest.mark.slow) for n in range(ELEMENTS)]
-)
-def test_every_slip_of_a_name_is_found(number: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [9, 20])
+def test_a_slip_of_a_name_is_found_with_what_was_meant(number: int, tmp_path: Path) -> None:
     """The tag and every attribute of an element, two letters swapped: an error that names it and what was meant."""
     attributes = list(list(etree.fromstring(SEED.read_bytes()).iter(etree.Element))[number].attrib)
     for slip in ["", *attributes]:

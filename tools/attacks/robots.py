@@ -17,12 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from attacks.judging import Attack, Wrong
+from attacks.seeds import laid, seeds
 from cutjoint.description import RobotDescription, load_description, read_checked
-from cutjoint.description.formats import WRITERS, write
 
 Random = np.random.Generator
-ROBOTS = ("fourbar", "cpm", "stewart", "fivebar")
-SAMPLES = Path(__file__).resolve().parents[2] / "tests" / "description" / "samples"
 NUMBER = re.compile(r"(?<![\w.#])-?\d+(\.\d+)?(e[+-]?\d+)?(?![\w.])")
 TOKEN = re.compile(r"[\w.+-]+|[^\w\s]")
 WORDS = (
@@ -50,15 +48,15 @@ WORDS = (
 
 def attacks(seed: int, count: int, folder: Path) -> Iterator[Attack]:
     """`count` files, of all seeds in turn."""
-    seeds = list(_seeds(folder))
+    sources = list(seeds())
     for number in range(count):
-        source = seeds[number % len(seeds)]
+        source = sources[number % len(sources)]
         yield Attack(f"robots {source} {seed}:{number}", partial(_act, source, seed, number, folder))
 
 
 def _act(source: str, seed: int, number: int, folder: Path) -> str:
     rng = np.random.default_rng([seed, number])
-    files = dict(_seeds(folder)[source])
+    files = seeds()[source]
     which = list(files)[int(rng.integers(len(files)))]
     kind = list(KINDS)[int(rng.integers(len(KINDS)))]
     spoiled = files[which]
@@ -66,10 +64,7 @@ def _act(source: str, seed: int, number: int, folder: Path) -> str:
         spoiled = KINDS[kind](rng, spoiled)
     place = folder / "spoiled"
     shutil.rmtree(place, ignore_errors=True)
-    place.mkdir()
-    for name, text in files.items():
-        (place / name).write_text(spoiled if name == which else text, encoding="utf-8", errors="replace")
-    reading = read_checked(place / next(iter(files)))
+    reading = read_checked(laid({**files, which: spoiled}, place))
     if reading.description is None:
         if not any(one.severity == "error" for one in reading.problems):
             raise Wrong("refused without an error")
@@ -89,32 +84,8 @@ def _act(source: str, seed: int, number: int, folder: Path) -> str:
 
 
 @cache
-def _seeds(folder: Path) -> Mapping[str, Mapping[str, str]]:
-    """Name of a seed -> its files, the one to load first."""
-    seeds = {}
-    for robot in ROBOTS:
-        for form, kind in WRITERS.items():
-            place = folder / f"{robot}-{form}"
-            path = place if kind.folder else place / kind.place(robot).name
-            seeds[f"{robot} as {form}"] = {
-                one.name: one.read_text(encoding="utf-8") for one in write(load_description(robot), path, form)
-            }
-    for sample in sorted(SAMPLES.iterdir()):
-        names = ("robot.yaml", "robot.urdf") if sample.is_dir() else (sample.name,)
-        inside = sample if sample.is_dir() else SAMPLES
-        seeds[sample.name] = {name: (inside / name).read_text(encoding="utf-8") for name in names}
-    return seeds
-
-
-@cache
 def _original(source: str, folder: Path) -> RobotDescription:
-    place = folder / "original"
-    shutil.rmtree(place, ignore_errors=True)
-    place.mkdir()
-    files = _seeds(folder)[source]
-    for name, text in files.items():
-        (place / name).write_text(text, encoding="utf-8")
-    return load_description(place / next(iter(files)), lenient=True)
+    return load_description(laid(seeds()[source], folder / "original"), lenient=True)
 
 
 def _numbers(value: object) -> list[float]:

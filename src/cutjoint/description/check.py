@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 
 from cutjoint.description.catalogue import is_example, resolve
@@ -37,15 +38,16 @@ def check(robot: RobotDescription | str | os.PathLike[str], lenient: bool = Fals
 def check_description(robot: RobotDescription) -> tuple[Problem, ...]:
     """All problems of the values of a description, wherever they came from; errors first."""
     findings = Findings(str(robot.path or ""))
-    check_tree(robot, findings)
-    sound = not findings.failed
-    check_joints(robot, findings)
-    check_physics(robot, findings)
-    check_inertias(robot, findings)
-    check_loops(robot, sound, findings)
-    check_shapes(robot, findings)
-    if sound:
-        check_moved_mass(robot, findings)
+    with suppress(DescriptionError):  # very many errors, all of them found
+        check_tree(robot, findings)
+        sound = not findings.failed
+        check_joints(robot, findings)
+        check_physics(robot, findings)
+        check_inertias(robot, findings)
+        check_loops(robot, sound, findings)
+        check_shapes(robot, findings)
+        if sound:
+            check_moved_mass(robot, findings)
     return _sorted(findings.problems)
 
 
@@ -58,7 +60,7 @@ def read_checked(source: str | os.PathLike[str], lenient: bool = False) -> Readi
     reading = read(path)
     problems = list(reading.problems)
     if reading.description is not None:
-        problems += [one for one in check_description(reading.description) if one not in problems]
+        problems = list(dict.fromkeys((*problems, *check_description(reading.description))))
     if lenient or is_example(path):
         problems = _tolerated(problems)
     ordered = _sorted(problems)

@@ -4,10 +4,47 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Collection, Iterable
-from typing import Literal
+from dataclasses import replace
+from functools import lru_cache
+from typing import Literal, Self
 
 from cutjoint.description.model import Place
-from cutjoint.errors import Problem
+from cutjoint.errors import DescriptionError, Problem, shown
+
+MOST = 300
+"""Errors after which nothing more is looked at, and three times as many warnings that are listed."""
+
+
+class Problems(list[Problem]):
+    """Problems, each once.  Appending raises a DescriptionError with all of them where there are very many errors."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._seen: set[Problem] = set()
+        self._passed = 0
+
+    def append(self, problem: Problem) -> None:
+        """Add a problem that is not there yet."""
+        passed = problem.severity == "warning" or problem.tolerable
+        if passed and self._passed >= 3 * MOST:
+            problem = replace(problem, found="more than is listed here", expected="", mend="", line=None)
+        if problem in self._seen:
+            return
+        self._seen.add(problem)
+        super().append(problem)
+        self._passed += passed
+        if len(self) - self._passed == MOST:
+            super().append(replace(problem, found=f"{MOST} errors: what follows is not read", expected="", mend=""))
+            raise DescriptionError(self)
+
+    def extend(self, problems: Iterable[Problem]) -> None:
+        """Add those that are not there yet."""
+        for one in problems:
+            self.append(one)
+
+    def __iadd__(self, problems: Iterable[Problem]) -> Self:  # type: ignore[override,misc]
+        self.extend(problems)
+        return self
 
 
 class Findings:
@@ -15,7 +52,7 @@ class Findings:
 
     def __init__(self, file: str = "") -> None:
         self.file = file
-        self.problems: list[Problem] = []
+        self.problems = Problems()
 
     def error(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
         """Note an error at a place (or at a line of `file`)."""
@@ -43,17 +80,8 @@ class Findings:
         tolerable: bool = False,
     ) -> None:
         place = at if isinstance(at, Place) else Place(self.file, at)
-        problem = Problem(
-            _bounded(found),
-            _bounded(expected),
-            _bounded(mend),
-            place.file or self.file,
-            place.line,
-            severity,
-            tolerable,
-        )
-        if problem not in self.problems:
-            self.problems.append(problem)
+        words = (_bounded(found), _bounded(expected), _bounded(mend))
+        self.problems.append(Problem(*words, shown(place.file or self.file), place.line, severity, tolerable))
 
     @property
     def failed(self) -> bool:
@@ -89,8 +117,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 def closest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str:
     """The known name nearest to `name`, case ignored; empty when none is near."""
+    return _closest(name.lower()[:200], frozenset(known), cutoff)
+
+
+@lru_cache(maxsize=256)
+def _closest(name: str, known: frozenset[str], cutoff: float) -> str:
     by_lower = {one.lower(): one for one in sorted(known)}
-    found = difflib.get_close_matches(name.lower()[:200], by_lower, n=1, cutoff=cutoff)
+    found = difflib.get_close_matches(name, by_lower, n=1, cutoff=cutoff)
     return by_lower[found[0]] if found else ""
 
 

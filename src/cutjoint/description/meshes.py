@@ -8,12 +8,13 @@ from __future__ import annotations
 import io
 import logging
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 from urllib.parse import unquote
 
 import numpy as np
 
 from cutjoint.description.findings import clip
+from cutjoint.description.formats.common.child import ChildFailed, in_child
 from cutjoint.description.mesh_guards import GUARDS, LARGEST, MeshFault
 from cutjoint.errors import FileError, InputError, shown
 from cutjoint.files import read_file
@@ -21,6 +22,11 @@ from cutjoint.files import read_file
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
+AT_ONCE = 200_000
+"""Bytes of a mesh that is read at once; larger ones, which can be made to take minutes, are read in a child process."""
+SECONDS = 5.0
+MEGABYTES = 4000
+"""Of the child process: a million triangles in words take 4 s."""
 MOST_FACES = 1_000_000
 FURTHEST = 1e6
 """Of a corner from the origin, in the units of the file."""
@@ -40,12 +46,16 @@ def read_meshes(path: Path) -> tuple[Trimesh, ...]:
     try:
         data = read_file(path, LARGEST)
         guard(data)
-        with np.errstate(all="ignore"):
-            return _checked(_parsed(data, path))
+        if len(data) <= AT_ONCE:
+            return parsed((path, data))
+        return cast("tuple[Trimesh, ...]", in_child(f"{__name__}:parsed", (path.absolute(), data), SECONDS, MEGABYTES))
     except FileError as error:
         if error.missing:
             raise InputError(f"mesh file {shown(str(path))} is not there; give it or remove the shape") from error
         raise InputError(f"mesh file {error}") from error
+    except ChildFailed as error:
+        words = error.reason.removeprefix("raised MeshFault: ")
+        raise InputError(f"mesh file {shown(str(path))} cannot be read: {words}") from error
     except InputError:
         raise
     except Exception as error:  # parsers of meshes raise whatever they stumble over
@@ -86,6 +96,13 @@ class _Beside:
     def namespaced(self, _: str) -> _Beside:
         """For a folder inside."""
         return self
+
+
+def parsed(file: tuple[Path, bytes]) -> tuple[Trimesh, ...]:
+    """The checked parts of a mesh file: its path and its content."""
+    path, data = file
+    with np.errstate(all="ignore"):
+        return _checked(_parsed(data, path))
 
 
 def _parsed(data: bytes, path: Path) -> list[Trimesh]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from cutjoint.description.findings import Findings
 from cutjoint.description.model import Link, RobotDescription, Shape
+from cutjoint.description.numbers import LARGEST_LENGTH
 
 COUNTS = {"box": 3, "cylinder": 2, "capsule": 2, "sphere": 1, "mesh": 3}
 
@@ -46,6 +47,8 @@ def _wrong(shape: Shape) -> tuple[str, str] | None:
         return f"{shape.kind} with the size {shape.size}", "no negative length [m]"
     if not np.isfinite(shape.placement).all() or np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-6:
         return f"{shape.kind} whose placement is no rigid motion", "a rotation and a position"
+    if max(np.abs(size).max(), np.abs(shape.placement).max()) > LARGEST_LENGTH:
+        return f"{shape.kind} of the size {shape.size} at {shape.placement[:3, 3]}", f"up to {LARGEST_LENGTH:g} m"
     if shape.colour is not None and not all(0.0 <= part <= 1.0 for part in shape.colour):
         return f"the colour {shape.colour}", "four numbers from 0 to 1"
     return None

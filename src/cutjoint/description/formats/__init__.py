@@ -20,7 +20,7 @@ from cutjoint.description.formats.common.unsaid import MESHES
 from cutjoint.description.formats.common.unsaid import left_out as undrawn
 from cutjoint.description.formats.common.unsaid import unsaid as beyond
 from cutjoint.description.model import RobotDescription
-from cutjoint.errors import FileError, UnknownNameError, shown
+from cutjoint.errors import DescriptionError, FileError, UnknownNameError, shown
 from cutjoint.files import is_file, read_file, write_files
 
 __all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "left_out", "read", "unsaid", "write"]
@@ -126,7 +126,12 @@ def read(path: Path) -> Reading:
     file = _of_folder(path, findings) if os.path.isdir(path) else path
     if file is not None:
         findings.file = shown(str(file))
-        description = format_of(file).read(file, findings)
+        try:
+            description = format_of(file).read(file, findings)
+        except DescriptionError as error:  # very many errors
+            findings.problems[:] = dict.fromkeys((*findings.problems, *error.problems))
+        except RecursionError:
+            findings.error("parts that lead on to each other without end", "some hundred levels at most")
     return Reading(description, tuple(findings.problems))
 
 

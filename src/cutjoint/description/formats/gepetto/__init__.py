@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     import yaml
 
 
+DEEPEST = 20
+MOST_VALUES = 10_000
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 CUTS = {"3d": CutType.SPHERICAL, "6d": CutType.FIXED}
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
@@ -163,9 +165,16 @@ def read_yaml(path: Path, findings: Findings) -> dict[str, YamlItem] | None:
         findings.error("PyYAML is not installed", "PyYAML, to read robot.yaml", 'pip install "cutjoint[formats]"')
         return None
     try:
-        for event in yaml.parse(data, Loader=yaml.SafeLoader):
+        deep = 0
+        for number, event in enumerate(yaml.parse(data, Loader=yaml.SafeLoader)):
+            line = event.start_mark.line + 1
             if isinstance(event, yaml.AliasEvent):
-                findings.error("a YAML alias", "plain values", "write it out", event.start_mark.line + 1)
+                findings.error("a YAML alias", "plain values", "write it out", line)
+                return None
+            deep += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+            if deep > DEEPEST or number > MOST_VALUES:
+                found = "lists in lists without end" if deep > DEEPEST else f"more than {MOST_VALUES} values"
+                findings.error(found, f"a {' or '.join(KEYS[:2])} of a robot", "", line)
                 return None
         root = yaml.compose(data, Loader=yaml.SafeLoader)
     except yaml.MarkedYAMLError as error:

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings
+from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.mjcf.compiled import BodyRow, JointRow, Model
 from cutjoint.description.formats.mjcf.geom import shape_of
@@ -90,6 +90,10 @@ class Bodies:
         for number, joint in enumerate(self.tree.joints):
             if not joint.type.moves and joint.child in names:
                 self.tree.joints[number] = replace(joint, name=names[joint.child])
+        known = {joint.child for joint in self.tree.joints if not joint.type.moves}
+        for link in names.keys() - known:
+            found = f"[fixed] of the text 'cutjoint' names '{link}'"
+            self.findings.error(found, "a link on a fixed joint", nearest(link, known))
 
     def drop_empty_world(self, used: Collection[str]) -> None:
         """Leave the world out where it is nothing but the place on which one body stands fixed."""

@@ -15,7 +15,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from cutjoint.arrays import readonly
-from cutjoint.description.findings import Findings, Harmless, clip, nearest
+from cutjoint.description.findings import Findings, Harmless, clip, listing, nearest
 from cutjoint.description.formats.common.child import ChildFailed, in_child
 from cutjoint.description.formats.common.extras import Extras, actuated_by_default, described
 from cutjoint.description.formats.common.toml.keys import read_extras
@@ -58,6 +58,9 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
     _unused(source, findings)
     bodies = Bodies(model, source, extras is not None, findings)
     check_range(model.gravity, "gravity", findings, None)
+    if extras is not None and list(extras.gravity) != list(model.gravity):
+        found = f"<option gravity> {listing(map(str, model.gravity))} is not used"
+        findings.warn(found, f"that of the text 'cutjoint', {listing(map(str, extras.gravity))}", "change both")
     extras = extras or Extras(gravity=readonly(model.gravity))
     known = {cut.name for cut in extras.cuts} | {coupling.name for coupling in extras.couplings}
     cuts, followers = read_equalities(bodies, known, actuated_joints(bodies), findings)

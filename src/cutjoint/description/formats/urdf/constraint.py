@@ -60,6 +60,9 @@ def _constraint(element: Element, findings: Findings) -> CutJoint | None:
     axes = [_axis(element, side, name or "?", kind, findings) for side in ("parent", "child")]
     if name is None or kind is None or None in frames or axes[0] is None or axes[1] is None:
         return None
+    if kind.axes == "z" and element.find("child_axis") is not None and np.linalg.norm(axes[0] - axes[1]) > 1e-6:
+        found = f"<constraint> '{name}' whose child_axis differs from its parent_axis, which alone is used"
+        findings.warn(found, "the same axis: the frames coincide", "turn child_origin instead", element.sourceline)
     align = _alignment(kind, axes[0], axes[1], name, findings, element.sourceline)
     a, b = (Frame(frame.link, turned(frame.placement, align)) for frame in frames if frame is not None)
     physics = read_dynamics(element, f"<constraint> '{name}'", findings)
