@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import typer.main
@@ -107,7 +108,9 @@ def outcome(arguments: list[str], folder: Path) -> str:
     try:
         os.chdir(folder)
         sys.argv = ["cutjoint", *arguments]
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        # the program watches signals for as long as it lives; this process lives on
+        unwatched = patch("cutjoint.interrupts.watch")
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), unwatched:
             cli.main()
     except SystemExit as end:
         status = end.code if isinstance(end.code, int) else 1 if end.code else 0

@@ -50,9 +50,9 @@ def command(
     if html is not None or png is not None:
         write(document, html, png, time, size)
         return
-    with Bridge(document.files(), host=host, port=port) as bridge:
+    with Bridge(document.files(), host=host, port=port) as bridge, served():
         announce(bridge.url, bridge.open_to_others, host, open_browser)
-        served(bridge.wait)
+        bridge.wait()
 
 
 def _document(source: str, trajectory: str | None, robot: str | None, variant: str | None, lenient: bool) -> Document:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ from cutjoint.commands.output import console
 from cutjoint.commands.stopping import stopped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Iterator
 
     from cutjoint.viewer import Document
 
@@ -47,9 +48,9 @@ def command(
     if html is not None or png is not None:
         write(show(chain), html, png, 0.0, size)
         return
-    with LiveView(chain, host=host, port=port) as view:
+    with LiveView(chain, host=host, port=port) as view, served():
         announce(view.url, view.bridge.open_to_others, host, open_browser)
-        served(view.wait)
+        view.wait()
 
 
 def write(document: Document, html: Path | None, png: Path | None, time: float, size: str) -> None:
@@ -71,15 +72,16 @@ def write(document: Document, html: Path | None, png: Path | None, time: float, 
         raise stopped(f"{only}{' and '.join(done)} was written" if done else "nothing was written") from None
 
 
-def served(wait: Callable[[], None]) -> None:
-    """Wait for Ctrl-C, which is how a viewer ends, or for SIGTERM.
+@contextmanager
+def served() -> Iterator[None]:
+    """From before the address is told on: Ctrl-C is how a viewer ends.
 
     Raises:
         typer.Exit: it was SIGTERM.
     """
     try:
         with interrupts.asking():
-            wait()
+            yield
     except KeyboardInterrupt:
         console().print("closed")
         if interrupts.name() == "SIGTERM":
