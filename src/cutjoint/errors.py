@@ -104,7 +104,7 @@ class DescriptionError(CutjointError):
         lines = [head + ":", *map(str, self.problems)]
         errors = [one for one in self.problems if one.severity == "error"]
         if errors and all(one.tolerable for one in errors):
-            lines.append("none of these changes the motion: --lenient, or lenient=True, passes them")
+            lines.append("--lenient, or lenient=True, passes these: it tells each, and what it leaves out")
         super().__init__("\n  ".join(lines))
 
 
