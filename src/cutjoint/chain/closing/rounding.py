@@ -9,7 +9,8 @@ Where all rows can be closed, all of them count, however small their singular va
 one of a metre is no rounding.  But a file may be written at its home, where the loops then close to the last digit, and
 nowhere else: two parallelograms on one crank lock each other as soon as their lengths differ.  So the robot is moved
 without the rows that nearly depend on others, and those of them are dropped that open by no more than a tiny part of
-what the motions of their joints, which cancel in them, would do one by one.  Those that open by more are what they are.
+what the motions of their joints, which cancel in them, would do one by one.  Where any of them opens by more, the
+robot is made so, and all its rows count.
 """
 
 from __future__ import annotations
@@ -87,9 +88,12 @@ def lasting(kinematics: Kinematics, home: Placed) -> tuple[Kinematics, Gap]:
             terms = own.row_scale * own.closure.travelled(there.frames, there.twists, moved.q, motion)
             opened, part = np.maximum(opened, left / closed), np.maximum(part, left / np.maximum(terms, closed))
             gap = max(gap, there.gap)
-    rounded = (opened > WELL) & (part < tolerances.ROUNDED_GAP.value)
+    spare = np.setdiff1d(np.arange(len(matrix)), main)
+    small = part < tolerances.ROUNDED_GAP.value
+    locks = bool((opened > 1.0)[spare][~small[spare]].any())  # a robot that is made so, and not by rounding
+    rounded = (opened > WELL) & small
     rounded[main] = False
-    if not (opened[rounded] > 1.0).any():
+    if locks or not (opened[rounded] > 1.0).any():
         return _finished(k, home, k.closure.trusted), home.gap
     return _finished(k, home, own.closure.trusted[~rounded]), gap
 
