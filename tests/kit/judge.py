@@ -201,7 +201,10 @@ def full_inverse(chain: Any, state: State, at: Any, v: Array, effort: Array) -> 
     wanted, part = state.efforts_for(motion.joints)
     assert part < 1e-9, "the oracle's own motion by its actuators needs others"
     found = chain.full_inverse_dynamics(at, v, acceleration).effort
-    loads = 1e-3 * float(np.abs(state.placed._velocity_scale * (state.placed.tree.T @ motion.load)).max(initial=0.0))
+    p = state.placed
+    # efforts are what is left of the terms of all bodies, whose rounding they bear
+    terms = np.abs(p.tree).T @ (np.abs(p.mass) @ np.abs(motion.accelerations) + np.abs(motion.load))
+    loads = 1e-3 * float((p._velocity_scale * terms).max(initial=0.0))
     return relative(found * _sizes(chain), np.array(list(wanted.values())) * _sizes(chain), loads)
 
 

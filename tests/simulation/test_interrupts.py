@@ -148,7 +148,8 @@ def test_before_anything_is_computed_it_just_ends(tmp_path: Path, moment: float)
     else:
         assert process.returncode in (130, -signal.SIGINT), err
         assert "Traceback" not in err
-    assert list(tmp_path.iterdir()) == []
+    left = [one.name for one in tmp_path.iterdir()]
+    assert left == (["run.stopped.npz"] if "run.stopped.npz" in err else [])  # a quick machine is further by then
 
 
 @pytest.mark.slow

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.polynomial import Polynomial as Series
 
 from cutjoint.description.curves import Polynomial
-from cutjoint.description.findings import Findings
+from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.formats.mjcf.body import Bodies
 from cutjoint.description.formats.mjcf.compiled import EqualityRow, Numbers
 from cutjoint.description.formats.mjcf.couplings import Followers, Relation
 from cutjoint.description.formats.mjcf.tendon import lengths_of, quoted
 from cutjoint.description.formats.mjcf.told_apart import passed_over
-from cutjoint.description.formats.mjcf.types import EQUALITIES, OWN
+from cutjoint.description.formats.mjcf.types import EQUALITIES, NUMBERED, OWN
 from cutjoint.description.model import Coupling, CutJoint, CutType, DriverCurve, Frame, Place
 from cutjoint.description.transforms import from_rotation, rotation_from_quaternion
 
@@ -38,7 +38,13 @@ def read_equalities(
     for number, row in enumerate(bodies.model.equalities, 1):
         name = row.name or f"{row.kind}_{number}"
         place = bodies.source.place(row.line, row.kind) or Place(findings.file)
-        if not row.active or passed_over(name, known) or (known and name.startswith(OWN)):
+        if not row.active or passed_over(name, known):
+            continue
+        if known and name.startswith(OWN):
+            own = name.removeprefix(OWN)
+            if not (passed_over(own, known) or passed_over(NUMBERED.sub("", own), known)):
+                found = f"<{row.kind}> '{name}' is of no cut or coupling of the text that cutjoint wrote"
+                findings.error(found, f"{OWN} and one of {listing(sorted(known))}", nearest(own, known), place)
             continue
         if row.kind in EQUALITIES:
             cuts.append(_cut(row, name, bodies, place))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -29,6 +30,8 @@ NUMBERS: Mapping[str, int] = {"hinge": 1, "slide": 1, "ball": 4}
 
 EQUALITIES: Mapping[str, CutType] = {"connect": CutType.SPHERICAL, "weld": CutType.FIXED}
 
+NUMBERED = re.compile(r"#\d+$")
+"""What the name of a coupling ends with among the equalities of cutjoint's own."""
 OWN = "cutjoint:"
 """Names of what cutjoint's writer adds to close loops; the cuts themselves are among the extras."""
 TENDON = "tendon:"
