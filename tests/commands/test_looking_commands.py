@@ -194,6 +194,7 @@ def test_main_prints_errors_plainly_with_status_2(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["cutjoint", "info", "omega"])
+    monkeypatch.setattr("cutjoint.interrupts.watch", lambda: None)  # this process lives on
     with pytest.raises(SystemExit) as caught:
         main()
     assert caught.value.code == 2
