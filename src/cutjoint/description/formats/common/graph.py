@@ -127,11 +127,11 @@ def attach(tree: OpenTree, edge: Joint, backwards: bool, world: dict[str, Array]
     parent, child = (edge.child, edge.parent) if backwards else (edge.parent, edge.child)
     sign = -1.0 if backwards else 1.0
     swap = backwards and edge.type.axes == 2
-    axis, axis2 = (edge.axis2, edge.axis) if swap else (edge.axis, edge.axis2)
+    axis, axis2 = (-edge.axis2, -edge.axis) if swap else (sign * edge.axis, edge.axis2)
     here = np.array_equal(edge.placement, world[child])
     moved = child if here else f"{child}_at_{edge.name}"
     placed = inverse(world[parent]) @ edge.placement
-    joint = replace(edge, parent=parent, child=moved, placement=placed, axis=sign * axis, axis2=sign * axis2)
+    joint = replace(edge, parent=parent, child=moved, placement=placed, axis=axis, axis2=axis2)
     tree.joints.append(joint)
     if not here:
         offset = readonly(inverse(edge.placement) @ world[child])

@@ -20,7 +20,7 @@ AS_WRITTEN = "qpos0"
 
 
 def read_homes(bodies: Bodies, actuators: Collection[str], findings: Findings) -> tuple[Home, ...]:
-    """Each `<key>` with a qpos as a home; without one the posture of the file, unless it is that of zeros."""
+    """Each `<key>` with a qpos as a home; without one the posture of a foreign file, unless it is that of zeros."""
     homes = []
     said = [(one, place) for one, place in bodies.source.all("key") if one.get("qpos") is not None]
     unnamed = iter([pair for pair in said if not pair[0].get("name")])
@@ -34,7 +34,7 @@ def read_homes(bodies: Bodies, actuators: Collection[str], findings: Findings) -
             findings.error(f"qpos of key '{name}': {count} numbers", f"{len(row.qpos)} numbers", "", place)
         elif check_range(row.qpos, f"qpos of key '{name}'", findings, place):
             homes.append(_home(name, row.qpos, bodies, actuators))
-    if not homes and any(bodies.model.qpos0):
+    if not homes and not bodies.own and any(bodies.model.qpos0):
         home = _home(AS_WRITTEN, bodies.model.qpos0, bodies, actuators)
         moved = [np.any(value) for value in (*home.actuated.values(), *home.passive.values())]
         homes += [home] if any(moved) else []
