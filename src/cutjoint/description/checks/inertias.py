@@ -73,7 +73,7 @@ def _check(inertial: Inertial, what: str, findings: Findings, place: Place) -> N
             place,
         )
     if inertial.mass == 0.0 and moments[2] > 0.0:
-        found = f"{what} has no mass but moments of inertia {shown} kg m2"
+        found = f"{what} has no mass but moments of inertia {shown} kg m2: not used"
         findings.warn(found, "a mass > 0, or no inertia", "", place)
 
 
