@@ -82,6 +82,9 @@ def loops(coupling: str, folder: Path) -> Path:
         ('driver = ["ja", "jx"]', "jx"),
         ('driver = "ja"\ndrives = [{ driver = "jb" }]', "either drives"),
         ('drives = [{ driver = "ja", rato = 2.0 }]', "rato"),
+        ("drives = []", "at least one joint"),
+        ("driver = []", "at least one joint"),
+        ('driver = "ja"\ntable = [[0.0, 0.0], [1e-300, 1.0]]', "slope"),
         ("", "driver"),
     ],
 )

@@ -12,6 +12,8 @@ from cutjoint.description.curves import Curve, Table
 from cutjoint.description.findings import Findings, clip, listing, nearest
 from cutjoint.description.model import TASK_AXES, TASK_NAMES, Frame, Home, JointType, Place, RobotDescription
 
+STEEPEST = 1e9
+"""Slope of a table beyond which its points lie on each other."""
 SINGLE = "a joint with one coordinate: " + listing(kind.value for kind in JointType if kind.single)
 
 
@@ -129,6 +131,10 @@ def _wrong_curve(curve: Curve) -> tuple[str, str] | None:
             return "a table", "two or more points [x, y], all numbers"
         if not (np.diff(points[:, 0]) > 0.0).all():
             return "a table whose x do not grow", "points in the order of growing x, each x once"
+        with np.errstate(all="ignore"):
+            steep = np.abs(np.diff(points[:, 1]) / np.diff(points[:, 0])).max()
+        if not steep < STEEPEST:
+            return f"a table with a slope of {steep:.3g}", f"slopes below {STEEPEST:g}: points whose x lie apart"
         return None
     finite = all(np.isfinite(one).all() for piece in curve.pieces for one in piece.coefficients)
     return None if finite else ("a curve with coefficients that are no numbers", "finite numbers")

@@ -36,6 +36,10 @@ def take_coupling(table: TomlTable) -> Coupling | None:
         if not drives and "offset" not in table.data:
             table.take("driver", required=True, expected="the joint that drives it; or an offset at which it is held")
             drives = [None]
+    if not drives and "offset" not in table.data:
+        key = "drives" if "drives" in table.data else "driver"
+        table.wrong(key, table.data.get(key), "at least one joint; or an offset at which the joint is held")
+        drives = [None]
     table.finish()
     kept = [one for one in drives if one is not None]
     if not (name and joint) or offset is None or len(kept) < len(drives):
