@@ -303,6 +303,19 @@ class Interrupted(_Whole, KeyboardInterrupt):
         super().__init__(message)
 
 
+class MissingPackageError(InputError):
+    """An optional package is needed and not installed.
+
+    Attributes:
+        package: as it is imported.
+        extra: the extra of cutjoint that brings it.
+    """
+
+    def __init__(self, what: str, package: str, extra: str) -> None:
+        self.package, self.extra = package, extra
+        super().__init__(f"{what} needs {package}, which is not installed: pip install 'cutjoint[{extra}]'")
+
+
 class FileError(InputError):
     """A path at which there is no file that could be read.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.errors import InputError
+from cutjoint.extras import needed
+from cutjoint.simulation.panels import Panel
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -59,33 +60,6 @@ SETTINGS = {
 
 HEIGHT = 2.9
 WIDTHS = {1: 4.6, 2: 7.8, 3: 11.2}
-
-
-@dataclass(frozen=True)
-class Panel:
-    """Quantities over time.
-
-    Attributes:
-        title: what is shown.
-        time: shape (m,), [s].
-        values: shape (m, n), in `unit`.
-        unit: SI unit; small lengths are shown in mm or µm.
-        quantity: what the vertical axis measures.
-        names: of the n curves.
-        bound: a limit to draw at plus and minus this value, in `unit`.
-        since: time from which the bound counts [s].
-        zoom: stretch of time [s] that is shown again, enlarged, or None.
-    """
-
-    title: str
-    time: Array
-    values: Array
-    unit: str
-    quantity: str
-    names: Sequence[str]
-    bound: float | None = None
-    since: float = 0.0
-    zoom: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -165,13 +139,9 @@ def plotting() -> ModuleType:
     """Matplotlib.
 
     Raises:
-        InputError: it is not installed.
+        MissingPackageError: it is not installed.
     """
-    try:
-        import matplotlib as mpl
-    except ImportError as error:
-        raise InputError("reports need matplotlib: pip install 'cutjoint[report]'") from error
-    return mpl
+    return needed("matplotlib", "a plot")
 
 
 def scaled(values: Array, unit: str) -> tuple[float, str]:
