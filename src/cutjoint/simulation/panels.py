@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, Values, readonly
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.simulation.result import Result
 
 
-@dataclass(frozen=True)
-class Panel:
+@dataclass(frozen=True, eq=False)
+class Panel(Values):
     """Quantities over time.
 
     Attributes:
@@ -38,6 +38,10 @@ class Panel:
     bound: float | None = None
     since: float = 0.0
     zoom: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("time", "values"):
+            object.__setattr__(self, name, readonly(getattr(self, name)))
 
 
 def _error(result: Result) -> list[Panel]:
