@@ -22,14 +22,16 @@ COMMANDS = ("list", "info", "check", "crosscheck", "simulate", "reproduce", "vie
 RARELY = 50_000
 """New objects until Python looks for circles among them: a command makes many that stay, and ends soon."""
 
-STATUS = """Exit status: 0 done, 1 a check did not hold, 2 bad input, 70 a fault of cutjoint itself, 130 and 143 interrupted (SIGINT,
-SIGTERM).  Messages go to stderr; CUTJOINT_TRACEBACK=1 shows where in the code an error came from."""
+STATUS = (
+    "Exit status: 0 done, 1 a check did not hold, 2 bad input, 70 a fault of cutjoint itself, 130 and 143 interrupted "
+    "(SIGINT, SIGTERM). Messages go to stderr; CUTJOINT_TRACEBACK=1 shows where in the code an error came from."
+)
 
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog=" ".join(STATUS.split()),
+    epilog=STATUS,
 )
 for _name in COMMANDS:
     app.command(_name)(told(import_module(f"cutjoint.commands.{_name}").command))

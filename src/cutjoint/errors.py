@@ -142,7 +142,9 @@ class UnknownNameError(CutjointError, KeyError):
     def __init__(self, kind: str, name: str, known: Sequence[str], everything: str = "") -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
         near = [f"'{shown(one)}'" for one in nearest(name, self.known)]
-        hint = f"; did you mean {' or '.join([*([', '.join(near[:-1])] if near[1:] else []), near[-1]])}?" if near else "."
+        hint = (
+            f"; did you mean {' or '.join([*([', '.join(near[:-1])] if near[1:] else []), near[-1]])}?" if near else "."
+        )
         more = len(self.known) - MOST_KNOWN
         if more > 0 and near:
             told = ""

@@ -185,7 +185,9 @@ def _laid_out(table: TextTable, width: int) -> list[_Layout]:
         found = found or beside([i for i in every if i not in below], tight, below)
     if found is None and table.right and not prose:
         turned = table.turned()
-        heads = [max(map(_word, (turned.columns[i], *(row[i] for row in turned.rows)))) for i in range(len(table.rows) + 1)]
+        heads = [
+            max(map(_word, (turned.columns[i], *(row[i] for row in turned.rows)))) for i in range(len(table.rows) + 1)
+        ]
         if _sum(heads) <= width:
             return _laid_out(turned, width)
     return found or _bands(table, prose, tight, width)

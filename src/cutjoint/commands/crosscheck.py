@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint import interrupts
-from cutjoint.commands import options
+from cutjoint.commands import completing, options
 from cutjoint.commands.output import plain, print_json, say, show
 from cutjoint.commands.progress import progress
 from cutjoint.commands.stopping import stopped, stopped_name
@@ -33,13 +33,19 @@ class Engine(StrEnum):
 
 
 def command(
-    robot: Annotated[str, typer.Argument(metavar="[ROBOT]", help="A robot with a published model, or all.")] = "all",
+    robot: Annotated[
+        str,
+        typer.Argument(
+            metavar="[ROBOT]", help="A robot with a published model, or all.", autocompletion=completing.published
+        ),
+    ] = "all",
     samples: Annotated[int, typer.Option(min=1, help="Random reachable states per robot.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
     variant: Annotated[
         str | None,
         typer.Option(
-            help="Inertias of the chain; default the paper's hypothesis. With `distributed` the hypothesis' cost."
+            help="Inertias of the chain; default the paper's hypothesis. With `distributed` the hypothesis' cost.",
+            autocompletion=completing.variants,
         ),
     ] = None,
     engine: Annotated[
