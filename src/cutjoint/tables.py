@@ -133,7 +133,8 @@ class _Layout:
         table, lines = self.table, []
         if any(table.columns):
             lines += self._row([Cell(one, "") for one in table.columns], plainly)
-            lines.append((" " * GAP).join("-" * width for width in self.widths))
+            heads = zip(self.columns, self.widths, strict=True)
+            lines.append((" " * GAP).join("-" * width if table.columns[i] else " " * width for i, width in heads).rstrip())
         rows = [self._row(row, paint) for row in table.rows]
         apart = any(len(row) > 2 for row in rows) and bool(self.below)
         for number, row in enumerate(rows):
@@ -207,7 +208,7 @@ def _bands(table: TextTable, prose: Sequence[int], widths: Sequence[int], width:
     room = width - GAP - least[0]
     if len(others) == 1 and room >= max(LEAST_PROSE, _word_of(table, others[0])):
         found.append(_Layout(table, [0, *others], [least[0], room], (), width))
-    elif others:
+    elif others or not found:
         found.append(_Layout(table, [0], least[:1], others, width))
     return found
 

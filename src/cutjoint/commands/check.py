@@ -103,14 +103,14 @@ def _show(file: str, robot: RobotDescription | None, problems: Sequence[Problem]
     for problem in problems:
         style = "bad" if problem.severity == "error" else "caution"
         place = f"{problem.file}:{problem.line}" if problem.line else problem.file
-        say(Cell(problem.severity, style), " ", Cell(place, "bold"))
+        say(Cell(problem.severity, style), " " if place else "", Cell(place, "bold"))
         for what, text in (("found", problem.found), ("expected", problem.expected), ("mend", problem.mend)):
             if text:
                 say(text, first=f"  {what:<8}  ")
     errors = sum(problem.severity == "error" for problem in problems)
     counts = f"{_count(errors, 'error')}, {_count(len(problems) - errors, 'warning')}"
     if robot is None:
-        say(Cell(f"{shown(file)} does not load", "bad"), f": {counts}")
+        say(Cell(f"{shown(file) or 'no name'} does not load", "bad"), f": {counts}")
         if any(problem.tolerable for problem in problems if problem.severity == "error"):
             say(Cell("--lenient passes flaws that do not prevent computing", "dim"))
         return

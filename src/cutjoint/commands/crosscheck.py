@@ -16,7 +16,7 @@ from cutjoint.commands import completing, options
 from cutjoint.commands.output import plain, print_json, say, show
 from cutjoint.commands.progress import progress
 from cutjoint.commands.stopping import stopped, stopped_name
-from cutjoint.files import write_whole
+from cutjoint.files import check_place, write_whole
 from cutjoint.tables import TextTable
 from cutjoint.texts import Cell
 
@@ -32,6 +32,7 @@ class Engine(StrEnum):
     YOURDFPY = "yourdfpy"
 
 
+# long: its options, a line or three each
 def command(
     robot: Annotated[
         str,
@@ -70,6 +71,8 @@ def command(
     """
     from cutjoint.robots import PUBLISHED, hypothesis_cost_of, published
 
+    if json is not None and not _quiet(json):
+        check_place(json)
     names = list(PUBLISHED) if robot == "all" else [robot]
     if engine is Engine.PAPER:
         for name in names:
