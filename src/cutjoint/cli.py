@@ -3,9 +3,7 @@ which imports what is heavy only when it runs, so that `cutjoint --help` is quic
 
 from __future__ import annotations
 
-import contextlib
 import gc
-import os
 import sys
 import warnings
 from importlib import import_module
@@ -69,37 +67,10 @@ def main() -> None:
             stream.reconfigure(errors="backslashreplace")  # a mark or a name that the encoding has no sign for
     try:
         status = app(prog_name="cutjoint", standalone_mode=False) or 0
-        _flush()
     except KeyboardInterrupt:
         status = interrupts.status()
-    except BrokenPipeError:
-        status = _unheard()
     except Exception as error:
         status = failed(error)
     finally:
-        with contextlib.suppress(OSError, ValueError):
-            _flush()
         interrupts.done()
     sys.exit(interrupts.status() if status == 128 + interrupts.SIGNALS[0] else status)
-
-
-def _flush() -> None:
-    """Write what is not written yet.
-
-    Raises:
-        OSError: it cannot be.
-    """
-    try:
-        if sys.stdout is not None:
-            sys.stdout.flush()
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, "standard output") from error
-
-
-def _unheard() -> int:
-    """Nobody reads the output any more, as with `| head`: the rest of it goes nowhere."""
-    with contextlib.suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 0

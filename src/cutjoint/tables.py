@@ -133,8 +133,8 @@ class _Layout:
         table, lines = self.table, []
         if any(table.columns):
             lines += self._row([Cell(one, "") for one in table.columns], plainly)
-            heads = zip(self.columns, self.widths, strict=True)
-            lines.append((" " * GAP).join("-" * width if table.columns[i] else " " * width for i, width in heads).rstrip())
+            rules = [("-" if table.columns[i] else " ") * w for i, w in zip(self.columns, self.widths, strict=True)]
+            lines.append((" " * GAP).join(rules).rstrip())
         rows = [self._row(row, paint) for row in table.rows]
         apart = any(len(row) > 2 for row in rows) and bool(self.below)
         for number, row in enumerate(rows):

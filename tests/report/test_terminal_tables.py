@@ -42,6 +42,7 @@ def test_nothing_is_broken_or_lost_at_any_width(table, width):
             assert column not in table.right or any(cell in line for line in lines)
 
 
+@settings(max_examples=20)
 @given(tables())
 def test_turned_twice_is_the_same(table):
     back = table.turned().turned()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
@@ -53,15 +54,17 @@ def show(table: TextTable) -> None:
 
 
 def write(text: str) -> None:
-    """Write a text and a line break to standard output as they are.
+    """Write a text and a line break to standard output as they are, or nowhere if nobody reads any more (`| head`).
 
     Raises:
         OSError: nothing can be written there.
     """
     try:
-        typer.echo(text)
+        if sys.stdout is not None:
+            print(text, flush=True)
     except BrokenPipeError:
-        raise
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
         raise OSError(error.errno, error.strerror, "standard output") from error
 
