@@ -53,8 +53,8 @@ def _still(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
 
 def shown(path: str, longest: int = 200) -> str:
     """A path as messages show it: one that is very long is cut in the middle, what cannot be printed is escaped."""
-    text = "".join(one if one.isprintable() else ascii(one)[1:-1] for one in path)
-    return text if len(text) <= longest else f"{text[: longest // 2]}...{text[-longest // 4 :]}"
+    whole = path if len(path) <= longest else f"{path[: longest // 2]}...{path[-longest // 4 :]}"
+    return "".join(one if one.isprintable() else ascii(one)[1:-1] for one in whole)
 
 
 class RoundingWarning(UserWarning):

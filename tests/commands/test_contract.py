@@ -32,48 +32,41 @@ HERE = "{here}"
 ODD = "[red]漢 crank[/]"
 
 USUAL: dict[str, list[tuple[str, int]]] = {
-    "list": [("", 0), ("--examples", 0), ("--json", 0)],
+    "list": [("", 0), ("--json", 0)],
+    "info": [("underactuated --no-modes", 0), ("redundant --no-modes --json", 0)],
+    "check": [("redundant", 0), (f"{HERE}/wrong.urdf", 1), (f"{HERE}/wrong.urdf --json", 1), ("nothing", 1)],
+    "crosscheck": [("cpm --samples 1", 0), ("omega3 --samples 1 --json -", 0)],
+    "simulate": [
+        ("fourbar --free --duration 0.01 --plant chain", 0),
+        ("fourbar --free --duration 0.01 --plant chain --json", 0),
+    ],
+    "reproduce": [],
+    "view": [(f"fourbar --html {HERE}/page.html", 0)],
+    "play": [],
+    "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
+    "compile": [("fourbar --functions tool --no-cache", 0)],
+}
+SLOW: dict[str, list[tuple[str, int]]] = {
+    "list": [("--examples", 0)],
     "info": [
-        ("cpm --variant lumped --no-modes", 0),
-        ("underactuated --no-modes", 0),
-        ("redundant --no-modes --json", 0),
-        (f"{HERE}/hostile --no-modes", 0),
-    ],
-    "check": [
-        ("redundant", 0),
-        ("fourbar --json", 0),
+        *((one, 0) for one in ("omega3", "stewart", "cpm", "redundant", "talos", "stewart --json")),
         (f"{HERE}/hostile", 0),
-        (f"{HERE}/wrong.urdf", 1),
-        (f"{HERE}/wrong.urdf --json", 1),
-        ("nothing", 1),
+        ("cpm --variant lumped --no-modes", 0),
     ],
+    "check": [("omega3", 0), ("talos", 0), ("talos --json", 0), ("fourbar --json", 0), (f"{HERE}/hostile", 0)],
     "crosscheck": [
-        ("cpm --samples 1", 0),
-        ("omega3 --samples 1 --json -", 0),
+        ("all --samples 50", 0),
+        ("all --samples 50 --engine yourdfpy", 0),
         ("cpm --variant distributed", 0),
         ("cpm_rotary --samples 1 --variant distributed --engine mujoco", 0),
     ],
     "simulate": [
-        ("fourbar --free --duration 0.01 --plant chain", 0),
-        ("fourbar --free --duration 0.01 --plant chain --json", 0),
-        (f"fourbar --free --duration 0.01 --plant chain --save {HERE}/run.npz --reactions {HERE}/run.csv", 0),
+        (f"omega3 --save {HERE}/run.npz --reactions {HERE}/run.csv", 0),
+        ("cpm --rate 100 --noise 1e-5 --controller pd-gravity", 0),
     ],
-    "reproduce": [],
-    "view": [(f"fourbar --html {HERE}/page.html", 0)],
     "play": [(f"fivebar --trajectory hold --html {HERE}/page.html", 0)],
-    "export": [
-        (f"fourbar -o {HERE}/fourbar.xml", 0),
-        (f"stewart --to urdf -o {HERE}/stewart.urdf", 0),
-        (f"cpm --to loops -o {HERE}/folder", 0),
-    ],
-    "compile": [("fourbar --functions tool --no-cache", 0), ("fourbar --functions tool --no-cache --json", 0)],
-}
-SLOW: dict[str, list[str]] = {
-    "info": ["omega3", "stewart", "cpm", "redundant", "talos", "stewart --json"],
-    "check": ["omega3", "talos", "talos --json"],
-    "crosscheck": ["all --samples 50", "all --samples 50 --engine yourdfpy"],
-    "simulate": [f"omega3 --reactions {HERE}/run.csv", "cpm --rate 100 --noise 1e-5 --controller pd-gravity"],
-    "compile": ["omega3 --no-cache --measure"],
+    "export": [(f"stewart --to urdf -o {HERE}/stewart.urdf", 0)],
+    "compile": [("omega3 --no-cache --measure", 0), ("fourbar --functions tool --no-cache --json", 0)],
 }
 WRONG: dict[str, list[str]] = {
     "list": ["omega3", "--exmaples", "--json=1"],
@@ -187,8 +180,8 @@ def rows(table: dict[str, list[tuple[str, int]]]) -> list[tuple[str, str, int]]:
     return [(command, arguments, status) for command, found in table.items() for arguments, status in found]
 
 
-def with_status(table: dict[str, list[str]], status: int) -> list[tuple[str, str, int]]:
-    return rows({command: [(one, status) for one in found] for command, found in table.items()})
+def wrong(table: dict[str, list[str]]) -> list[tuple[str, str, int]]:
+    return rows({command: [(one, 2) for one in found] for command, found in table.items()})
 
 
 def test_every_command_has_rows() -> None:
@@ -197,7 +190,7 @@ def test_every_command_has_rows() -> None:
     assert all(WRONG.values())
 
 
-@pytest.mark.parametrize(("command", "arguments", "status"), rows(USUAL) + with_status(WRONG, 2))
+@pytest.mark.parametrize(("command", "arguments", "status"), rows(USUAL) + wrong(WRONG))
 def test_commands_keep_the_contract(
     command: str, arguments: str, status: int, cutjoint: Cutjoint, folder: Path
 ) -> None:
@@ -205,7 +198,7 @@ def test_commands_keep_the_contract(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("command", "arguments", "status"), with_status(SLOW, 0))
+@pytest.mark.parametrize(("command", "arguments", "status"), rows(SLOW))
 def test_large_robots_and_long_runs_keep_the_contract(
     command: str, arguments: str, status: int, cutjoint: Cutjoint, folder: Path
 ) -> None:
@@ -214,7 +207,9 @@ def test_large_robots_and_long_runs_keep_the_contract(
     judge(cutjoint(*words_of(command, arguments, folder)), status, as_json="--json" in arguments)
 
 
-@pytest.mark.parametrize("command", TAKES_A_ROBOT)
+@pytest.mark.parametrize(
+    "command", [one if one == "info" else pytest.param(one, marks=pytest.mark.slow) for one in TAKES_A_ROBOT]
+)
 def test_hostile_names_are_told_as_they_are(command: str, cutjoint: Cutjoint) -> None:
     more = ["--trajectory", "hold"] if command == "play" else []
     for name in HOSTILE:
@@ -285,16 +280,21 @@ def test_foreign_errors_are_one_line(
 
 
 def test_progress_is_a_log_where_nobody_looks(cutjoint: Cutjoint, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(progress, "EVERY", 0.005)
-    ended = cutjoint("crosscheck", "cpm", "--samples", "60", "--json", "-")
+    monkeypatch.setattr(progress, "EVERY", 0.002)
+    ended = cutjoint("crosscheck", "cpm", "--samples", "20", "--json", "-")
     judge(ended, 0, as_json=True)
     lines = ended.err.splitlines()
     assert lines
     assert all(line.startswith("cpm (lumped): cross-check: ") for line in lines)
-    assert " of 60 states after " in lines[-1]
+    assert " of 20 states after " in lines[-1]
+
+
+@pytest.mark.slow
+def test_progress_without_an_end_is_told_too(cutjoint: Cutjoint, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "EVERY", 0.002)
     ended = cutjoint("info", "fivebar", "--json")
     judge(ended, 0, as_json=True)
-    assert "searching modes" in ended.err
+    assert "fivebar: searching modes: 0 s so far" in ended.err
 
 
 def test_completion_offers_what_there_is(cutjoint: Cutjoint, monkeypatch: pytest.MonkeyPatch) -> None:
