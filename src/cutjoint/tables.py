@@ -20,6 +20,8 @@ INDENT = 4
 """Blanks before prose below its row."""
 LEAST_PROSE = 30
 """Narrowest column that prose is wrapped in."""
+A_FEW_WORDS = 24
+"""Longest text that is never wrapped."""
 MARKS = {"good": "✓", "half": "◐", "bad": "✗"}
 """What stands before a cell that is a verdict."""
 
@@ -163,7 +165,7 @@ def _laid_out(table: TextTable, width: int) -> list[_Layout]:
     natural, tight = _natural(table), _tight(table)
     if _sum(natural) <= width:
         return [_Layout(table, every, natural, (), width)]
-    prose = [i for i in every[1:] if table.columns[i] not in table.right and _word_of(table, i) < natural[i]]
+    prose = [i for i in every[1:] if _is_prose(table, i)]
     found = _beside(table, every, tight, (), width)
     if found is None and every[-1] in prose:
         least = [*tight[:-1], max(LEAST_PROSE, _word_of(table, every[-1]))]
@@ -202,13 +204,19 @@ def _bands(table: TextTable, prose: Sequence[int], widths: Sequence[int], width:
         if not bands or _sum([least[j] for j in (*bands[-1], i)]) > width:
             bands.append([0])
         bands[-1].append(i)
-    found = [_Layout(table, band, [least[j] for j in band], (), width) for band in bands]
+    found = [layout for band in bands if (layout := _beside(table, band, least, (), width))]
     room = width - GAP - least[0]
     if len(others) == 1 and room >= max(LEAST_PROSE, _word_of(table, others[0])):
-        found.append(_Layout(table, [0, *others], [least[0], room], (), width))
+        found.append(_Layout(table, [0, *others], [least[0], min(room, _natural(table)[others[0]])], (), width))
     elif others or not found:
         found.append(_Layout(table, [0], least[:1], others, width))
     return found
+
+
+def _is_prose(table: TextTable, i: int) -> bool:
+    """Whether a column holds texts that may be wrapped: not numbers, nor a few words."""
+    cells = [row[i] for row in table.rows]
+    return table.columns[i] not in table.right and any(broad(one) > A_FEW_WORDS and " " in one for one in cells)
 
 
 def _sum(widths: Sequence[int]) -> int:
