@@ -30,6 +30,16 @@ demo: setup
 	@$(BIN)/cutjoint crosscheck all
 	@mkdir -p out
 	@$(BIN)/cutjoint reproduce all --output out/reproduction.html
+	@printf '\nWhere to go next\n'
+	@printf '  %-53s  %s\n' \
+	  'out/reproduction.html' 'the report with all figures, for a browser' \
+	  '$(BIN)/cutjoint list' 'all robots by name' \
+	  '$(BIN)/cutjoint info stewart' 'what a robot is and how it can move' \
+	  '$(BIN)/cutjoint view omega3' 'a robot in the browser, moved by hand' \
+	  '$(BIN)/cutjoint simulate omega3 --save out/run.npz' 'a controller leads it along a curve' \
+	  '$(BIN)/cutjoint play out/run.npz' 'that simulation in the browser' \
+	  '. $(BIN)/activate' 'puts cutjoint on the path of this shell' \
+	  '$(BIN)/cutjoint --install-completion' 'the Tab key completes commands and robots'
 
 test: setup
 	@$(PYTEST) -m "not slow"
