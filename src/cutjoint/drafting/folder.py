@@ -11,16 +11,18 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cutjoint import interrupts
-from cutjoint.chain.findings import NEAR_SINGULAR, kinematic_problems
-from cutjoint.chain.mobility import MobilityReport
-from cutjoint.description import catalogue, read_checked
+from cutjoint.description import catalogue
 from cutjoint.drafting.readme import readme_text
 from cutjoint.drafting.templates import DEFAULT, TEMPLATES, Template
 from cutjoint.drafting.text import loops_text, urdf_text
 from cutjoint.errors import InputError, UnknownNameError, shown
 from cutjoint.files import path_name, write_files
+
+if TYPE_CHECKING:
+    from cutjoint.chain.mobility import MobilityReport
 
 SMALLEST, LARGEST = 1e-3, 100.0
 """Lengths that a robot of a template may have [m]."""
@@ -114,9 +116,9 @@ def write_draft(made: Draft, folder: str | os.PathLike[str]) -> tuple[Path, ...]
     target = Path(path_name(folder))
     if target.exists() or target.is_symlink():
         if not target.is_dir():
-            raise InputError(f"{shown(str(target))} is there already, and is no folder; choose another name")
+            raise InputError(f"{shown(str(target))} is there already, and is no folder; choose another name or -o")
         if any(target.iterdir()):
-            raise InputError(f"the folder {shown(str(target))} is there already and not empty; choose another one")
+            raise InputError(f"the folder {shown(str(target))} is there already and not empty; choose another name or -o")
     try:
         with interrupts.held():
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -165,6 +167,9 @@ def _tried(template: str, files: Mapping[str, str], mobility: int) -> tuple[Mobi
     Raises:
         InputError: it does not load, does not close, or does not move as it should.
     """
+    from cutjoint.chain.findings import NEAR_SINGULAR, kinematic_problems
+    from cutjoint.description import read_checked
+
     with tempfile.TemporaryDirectory() as folder:
         write_files({Path(folder, name): text.encode() for name, text in files.items()}, private=True)
         reading = read_checked(Path(folder))

@@ -34,12 +34,12 @@ def readme_text(name: str, template: str, row: Template, sketch: Sketch, sizes: 
         f"Motors: {', '.join(f'`{one}`' for one in sketch.driven)}. It can move in {sketch.mobility} "
         f"way{'s' if sketch.mobility > 1 else ''}.",
         "",
-        "Next, beside this folder:",
+        "Next, in this folder:",
         "",
         "```sh",
-        f"cutjoint check {name}       # everything that is wrong after a change, and the mobility",
-        f"cutjoint view {name}        # in the browser, with a slider per motor",
-        f"cutjoint simulate {name}    # under a controller",
+        "cutjoint check .      # everything that is wrong after a change, and the mobility",
+        "cutjoint view .       # in the browser, with a slider per motor",
+        "cutjoint simulate .   # under a controller",
         "```",
         "",
     ]
