@@ -23,6 +23,7 @@ from cutjoint.files import path_name, write_files
 
 if TYPE_CHECKING:
     from cutjoint.chain.mobility import MobilityReport
+    from cutjoint.description import RobotDescription
 
 SMALLEST, LARGEST = 1e-3, 100.0
 """Lengths that a robot of a template may have [m]."""
@@ -113,26 +114,42 @@ def write_draft(made: Draft, folder: str | os.PathLike[str]) -> tuple[Path, ...]
     Raises:
         InputError: something is there already, or it cannot be written.
     """
+    return _write({name: text.encode() for name, text in made.files.items()}, folder)
+
+
+def write_description(robot: RobotDescription, folder: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """Write a robot as loops.toml and robot.urdf into a folder that is new or empty; both or none.
+
+    Raises:
+        InputError: something is there already, or it cannot be written.
+    """
+    from cutjoint.description.formats.loops_toml import files
+
+    target = Path(path_name(folder))
+    return _write({file.name: content for file, content in files(robot, target).items()}, target)
+
+
+def _write(contents: Mapping[str, bytes], folder: str | os.PathLike[str]) -> tuple[Path, ...]:
     target = Path(path_name(folder))
     if target.exists() or target.is_symlink():
         if not target.is_dir():
             raise InputError(f"{shown(str(target))} is there already, and is no folder; choose another name or -o")
         if any(target.iterdir()):
-            raise InputError(f"the folder {shown(str(target))} is there already and not empty; choose another name or -o")
+            raise InputError(f"{shown(str(target))} is there already and not empty; choose another name or -o")
     try:
         with interrupts.held():
             target.parent.mkdir(parents=True, exist_ok=True)
-            _place(made.files, target)
+            _place(contents, target)
     except OSError as error:
         raise InputError(f"cannot write {shown(str(target))}: {error.strerror or error}") from error
-    return tuple(target / one for one in made.files)
+    return tuple(target / one for one in contents)
 
 
-def _place(files: Mapping[str, str], target: Path) -> None:
+def _place(contents: Mapping[str, bytes], target: Path) -> None:
     """Write the files into a neighbour of the folder, which then takes its place."""
     beside = Path(tempfile.mkdtemp(prefix=".new-", dir=target.absolute().parent))
     try:
-        write_files({beside / name: text.encode() for name, text in files.items()})
+        write_files({beside / name: content for name, content in contents.items()})
         umask = os.umask(0)
         os.umask(umask)
         beside.chmod(0o777 & ~umask)

@@ -83,15 +83,15 @@ def _rank(joint: Joint, tree: Tree) -> tuple[bool, int, int]:
 
 
 def respan(
-    robot: RobotDescription, names: Sequence[str], at_home: Mapping[str, Array] | None
+    robot: RobotDescription, names: Sequence[str], at_homes: Mapping[str, Mapping[str, Array]]
 ) -> tuple[RobotDescription, tuple[Problem, ...]]:
     """The robot with the named joints as cuts, and other cuts in the tree instead; what is not used then is told.
 
     Args:
         robot: with the cuts that it has.
         names: joints of its loops (cuts may be named too, and stay).
-        at_home: world placement of every link at its closed home, from which the homes of joints that are new in the
-            tree are read; None where the robot has no home.
+        at_homes: name of a home -> world placement of every link when it is closed, from which the coordinates of
+            joints that are new in the tree are read.
 
     Raises:
         UnknownNameError: there is no such joint or cut.
@@ -120,7 +120,7 @@ def respan(
     left = [_cut(edge, findings) for edge in edges if edge.name not in inside]
     kept = [cut for cut in robot.cuts if cut not in robot.closing or cut.type not in _JOINTS]
     changed = replace(robot, links=tuple(tree.links), joints=tuple(tree.joints), cuts=(*left, *kept))
-    homes = tuple(_home(one, changed, used, at_home) for one in robot.homes[:1])
+    homes = tuple(_home(one, used, at_homes[one.name]) for one in robot.homes if one.name in at_homes)
     return replace(changed, homes=homes), tuple(findings.problems)
 
 
@@ -161,9 +161,7 @@ def _hung(edges: Sequence[Edge], cut: Collection[str], root: str) -> list[tuple[
     return used
 
 
-def _home(
-    home: Home, robot: RobotDescription, used: Sequence[tuple[Edge, bool]], at_home: Mapping[str, Array] | None
-) -> Home:
+def _home(home: Home, used: Sequence[tuple[Edge, bool]], at_home: Mapping[str, Array]) -> Home:
     """A home on the new tree: coordinates of single joints as they were, of others as the links lie."""
     passive = {}
     for edge, backwards in used:
@@ -173,7 +171,7 @@ def _home(
         if edge.cut is None and (kind.single or not backwards):
             if name in home.passive:
                 passive[name] = home.passive[name]
-        elif at_home is not None:
+        else:
             ends = at_home[edge.joint.parent] @ edge.at_parent, at_home[edge.joint.child] @ edge.at_child
             value = _coordinates(edge.joint, np.asarray(inverse(ends[0]) @ ends[1]), backwards)
             if value is not None:

@@ -55,7 +55,7 @@ class Tree:
 
     @cached_property
     def ends(self) -> tuple[str, ...]:
-        """Links of bodies that carry no other body, in the order of the file."""
+        """Links of bodies that carry no other body and are not the base, in the order of the file."""
         carrying = {self.body(one.parent) for one in self.robot.joints if one.type.moves}
         root = self.robot.root
         return tuple(one for one in self.links if self.body(one) not in carrying | {root})
