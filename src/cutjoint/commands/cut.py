@@ -13,7 +13,7 @@ from cutjoint.commands.output import print_json
 from cutjoint.tables import TextTable
 
 if TYPE_CHECKING:
-    from cutjoint.drafting.cutting.proposing import Proposal
+    from cutjoint.drafting.cutting.proposal import Proposal
 
 
 def command(
@@ -92,9 +92,7 @@ def _show(file: str, found: Proposal) -> None:
 
 
 def _tables(found: Proposal) -> Iterator[TextTable]:
-    rows = [
-        (one.name, one.type, *one.frames, one.why, f"{one.distance:.3g}", f"{one.angle:.3g}") for one in found.cuts
-    ]
+    rows = [(one.name, one.type, *one.frames, one.why, f"{one.distance:.3g}", f"{one.angle:.3g}") for one in found.cuts]
     columns = ("cut", "type", "frame on", "and on", "told by", "apart [m]", "turned [rad]")
     note = "Apart and turned: the two frames in the zero configuration, loops open."
     yield TextTable("cuts", columns, rows, right=columns[-2:], note=note)
@@ -110,8 +108,8 @@ def _tables(found: Proposal) -> Iterator[TextTable]:
         for number, choice in enumerate(one.choices)
     ]
     if choices:
-        columns = ("cut", "type", "", "mobility", "redundant rows")
-        yield TextTable("types that these cuts may have", columns, choices, right=columns[-2:])
+        heads = ("cut", "type", "", "mobility", "redundant rows")
+        yield TextTable("types that these cuts may have", heads, choices, right=heads[-2:])
     instead = [(one.name, ", ".join(one.instead)) for one in found.cuts if one.instead]
     if instead:
         note = "Take one with --cut JOINT: mobility and redundant rows stay."

@@ -16,7 +16,7 @@ from cutjoint.drafting.folder import ALUMINIUM
 from cutjoint.drafting.templates import DEFAULT, TEMPLATES
 
 if TYPE_CHECKING:
-    from cutjoint.drafting import Draft
+    from cutjoint.drafting import NewRobot
 
 Command = TypeVar("Command", bound=Callable[..., None])
 KINDS = "; ".join(f"{name} ({row.about})" for name, row in TEMPLATES.items())
@@ -35,9 +35,7 @@ def with_sizes(command: Command) -> Command:
     for name, about in takers.items():
         if name in whole.parameters:
             raise ValueError(f"a size of a template is called like another option: --{name}; rename it")
-        shown = typer.Option(
-            metavar="M", help=f"{'; '.join(about)}.", rich_help_panel="Sizes in metres, by template"
-        )
+        shown = typer.Option(metavar="M", help=f"{'; '.join(about)}.", rich_help_panel="Sizes in metres, by template")
         made.append(
             Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=Annotated[str | None, shown])
         )
@@ -87,7 +85,7 @@ def _number(option: str, text: str, unit: str, example: float) -> float:
         raise InputError(f"{option} must be a number of {unit}, such as {example:g}; found '{shown(text)}'") from None
 
 
-def _data(made: Draft, folder: Path, files: tuple[Path, ...]) -> dict[str, object]:
+def _data(made: NewRobot, folder: Path, files: tuple[Path, ...]) -> dict[str, object]:
     return {
         "name": made.name,
         "template": made.template,
@@ -101,7 +99,7 @@ def _data(made: Draft, folder: Path, files: tuple[Path, ...]) -> dict[str, objec
     }
 
 
-def _show(made: Draft, folder: Path) -> None:
+def _show(made: NewRobot, folder: Path) -> None:
     from cutjoint.description import catalogue
 
     report = made.report

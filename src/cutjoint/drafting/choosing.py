@@ -13,15 +13,13 @@ import numpy as np
 from cutjoint.arrays import Array
 
 NEARLY = 0.85
-"""Part of the best score that is good enough where it is nearer to the angle that is preferred."""
+"""LinkSketch of the best score that is good enough where it is nearer to the angle that is preferred."""
 USABLE = 0.12
 """Score that a joint with limits keeps within them."""
 STEPS = 1440
 
 
-def best_angle(
-    score: Callable[[float], float], preferred: float, least: float = -pi, most: float = pi
-) -> float | None:
+def best_angle(score: Callable[[float], float], preferred: float, least: float = -pi, most: float = pi) -> float | None:
     """The angle [rad] nearest to the preferred one whose score is nearly the best; None where nothing closes."""
     angles = np.append(np.linspace(least, most, STEPS), preferred)
     scores = np.array([score(angle) for angle in angles])

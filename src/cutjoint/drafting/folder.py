@@ -35,7 +35,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,62}")
 
 
 @dataclass(frozen=True)
-class Draft:
+class NewRobot:
     """A robot that is not written yet, but has been closed and checked.
 
     Attributes:
@@ -61,7 +61,7 @@ class Draft:
 
 def draft(
     name: str, template: str = DEFAULT, sizes: Mapping[str, float] | None = None, density: float = ALUMINIUM
-) -> Draft:
+) -> NewRobot:
     """A robot of a template, drawn, closed and checked; nothing is written.
 
     Args:
@@ -87,7 +87,7 @@ def draft(
         "README.md": readme_text(name, template, row, sketch, lengths),
     }
     report, told = _tried(template, files, sketch.mobility)
-    return Draft(name, template, sketch.title, lengths, density, files, report, told)
+    return NewRobot(name, template, sketch.title, lengths, density, files, report, told)
 
 
 def check_name(name: str) -> None:
@@ -108,7 +108,7 @@ def check_name(name: str) -> None:
         )
 
 
-def write_draft(made: Draft, folder: str | os.PathLike[str]) -> tuple[Path, ...]:
+def write_draft(made: NewRobot, folder: str | os.PathLike[str]) -> tuple[Path, ...]:
     """Write a drafted robot into a folder that is new or empty; all files or none.  Returns their paths.
 
     Raises:

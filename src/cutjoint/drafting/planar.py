@@ -12,7 +12,7 @@ from math import acos, atan2, cos, hypot, pi, sin
 
 import numpy as np
 
-from cutjoint.drafting.sketch import Body, Solid, Tie, Vector, bar, box, rod
+from cutjoint.drafting.sketch import LinkSketch, Solid, Tie, Vector, bar, box, rod
 
 UPRIGHT: Vector = (0.5 * pi, 0.0, 0.0)
 UPRIGHT_NOTE = "It stands in the x-z plane; angles count from x towards z, which points up."
@@ -61,19 +61,19 @@ class Plane:
         """A motor's body from layer `low` to `high`."""
         return rod(self.at(at, low), self.at(at, high), 1.1 * self.width, "dark")
 
-    def link(self, name: str, about: str, length: float, k: int, colour: str, *more: Solid) -> Body:
+    def link(self, name: str, about: str, length: float, k: int, colour: str, *more: Solid) -> LinkSketch:
         """A straight link along local x from its joint, and what else is to be seen on it."""
         ends = [self.end((x, 0.0), k, colour) for x in (0.0, length)]
-        return Body(name, about, [self.bar((0.0, 0.0), (length, 0.0), k, colour)], [*ends, *more])
+        return LinkSketch(name, about, [self.bar((0.0, 0.0), (length, 0.0), k, colour)], [*ends, *more])
 
-    def base(self, about: str, motors: Sequence[float], pins: Sequence[float] = ()) -> Body:
+    def base(self, about: str, motors: Sequence[float], pins: Sequence[float] = ()) -> LinkSketch:
         """A rail behind the layers, with a block under each motor (world's x [m]) and a post under each pin."""
         w, back = self.width, -self.layer(-3)
         xs = [*motors, *pins]
         middle, wide = 0.5 * (min(xs) + max(xs)), max(xs) - min(xs) + 4.0 * w
         rail = box((wide, 2.0 * w, 0.8 * w), "grey", (middle, back, -2.0 * w))
         posts = [box((1.2 * w, w, 2.0 * w), "grey", (x, back, -0.9 * w)) for x in xs]
-        return Body("base", about, (), [rail, *posts])
+        return LinkSketch("base", about, (), [rail, *posts])
 
 
 def hinge(

@@ -65,7 +65,7 @@ class Solid:
 
 
 @dataclass(frozen=True)
-class Body:
+class LinkSketch:
     """A link: what it is, the solids that weigh, and what is only to be seen."""
 
     name: str
@@ -131,7 +131,7 @@ class Sketch:
     title: str
     source: str
     notes: Sequence[str]
-    bodies: Sequence[Body]
+    bodies: Sequence[LinkSketch]
     ties: Sequence[Tie]
     loops: Sequence[Loop]
     tool: str

@@ -7,7 +7,7 @@ from math import floor, log10
 from textwrap import fill
 
 from cutjoint.arrays import Array
-from cutjoint.drafting.sketch import COLOURS, ZERO, Body, Loop, Sketch, Solid, Tie, Vector
+from cutjoint.drafting.sketch import COLOURS, ZERO, LinkSketch, Loop, Sketch, Solid, Tie, Vector
 
 WIDTH = 100
 GRAVITY = 9.81
@@ -40,7 +40,7 @@ def _comment(lines: Sequence[str], indent: str) -> list[str]:
     return "\n".join([*whole[:-1], f"{whole[-1]} -->"]).split("\n")
 
 
-def _body(body: Body, density: float) -> Iterator[str]:
+def _body(body: LinkSketch, density: float) -> Iterator[str]:
     if body.about:
         yield from _comment([body.about], "  ")
     if not (body.solids or body.looks):

@@ -18,6 +18,11 @@ from cutjoint.errors import ClosureError, RoundingWarning
 STARTS = 40
 """Random configurations from which closing is tried where it fails from the robot's own home."""
 
+NOTHING = 1e-9
+"""Size of a row of the loops beside the largest below which it holds nothing."""
+DECIMALS = 12
+"""Of the coordinates of a home posture that is found here, [m] or [rad]."""
+
 
 def with_cuts(robot: RobotDescription, cuts: Sequence[CutJoint]) -> RobotDescription:
     """A copy with these cuts."""
@@ -46,9 +51,10 @@ def home_of(chain: ClosedChain, name: str | None = None) -> Home:
     passive: dict[str, float | tuple[float, ...]] = {}
     for joint in moving:
         if joint.name not in robot.actuators:
-            value = at[joint.name]
-            passive[joint.name] = float(value) if joint.type.single else tuple(np.asarray(value).tolist())
-    return replace(said, actuated=at.actuated, passive=passive)
+            value = np.round(np.atleast_1d(at[joint.name]), DECIMALS) + 0.0
+            passive[joint.name] = float(value[0]) if joint.type.single else tuple(value.tolist())
+    actuated = {name: said.actuated.get(name, round(value, DECIMALS) + 0.0) for name, value in at.actuated.items()}
+    return replace(said, actuated=actuated, passive=passive)
 
 
 def motors_of(chain: ClosedChain, preferred: Sequence[str]) -> tuple[str, ...]:
@@ -71,14 +77,13 @@ def motors_of(chain: ClosedChain, preferred: Sequence[str]) -> tuple[str, ...]:
 
 
 def _ways(chain: ClosedChain) -> Array:
-    """Orthonormal basis of the motions that the loops allow at home, dimensionless, shape (nv, m)."""
-    matrix, model, robot = np.array(chain.constraint_jacobian(chain.home)), chain.model, chain.description
-    lengths = [one.is_length for cut in robot.closing for one in cut.type.equations for _ in range(one.rows)]
-    rows = np.array([*lengths, *[False] * (len(matrix) - len(lengths))], dtype=bool)
-    slides = [model.idx_vs[model.getJointId(one.name)] for one in robot.joints if one.type.single and one.type.slides]
-    matrix[rows] /= chain.length
-    matrix[:, slides] *= chain.length
-    return null_space(matrix)
+    """Orthonormal basis of the motions that the loops allow at home, shape (nv, m), slides in lengths of the robot."""
+    matrix, model = np.array(chain.constraint_jacobian(chain.home)), chain.model
+    joints = [one for one in chain.description.joints if one.type.single and one.type.slides]
+    matrix[:, [model.idx_vs[model.getJointId(one.name)] for one in joints]] *= chain.length
+    sizes = np.linalg.norm(matrix, axis=1)
+    rows = sizes > NOTHING * sizes.max(initial=0.0)
+    return null_space(matrix[rows] / sizes[rows, None])
 
 
 def _built(robot: RobotDescription) -> ClosedChain | None:

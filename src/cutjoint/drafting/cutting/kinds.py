@@ -24,7 +24,7 @@ from cutjoint.drafting.cutting.tree import Tree
 
 
 @dataclass(frozen=True)
-class Choice:
+class TypeChoice:
     """A type that a cut may have, and what the robot would come to.
 
     Attributes:
@@ -44,7 +44,7 @@ def loose_cut(pair: Pair) -> CutJoint:
     return CutJoint(pair.name, CutType.SPHERICAL, Frame(pair.a), Frame(pair.b))
 
 
-def choices_of(chain: ClosedChain, pair: Pair) -> tuple[list[CutJoint], list[Choice]]:
+def choices_of(chain: ClosedChain, pair: Pair) -> tuple[list[CutJoint], list[TypeChoice]]:
     """The cuts that a pair may be, the proposed one first, and what each comes to.
 
     Args:
@@ -56,8 +56,8 @@ def choices_of(chain: ClosedChain, pair: Pair) -> tuple[list[CutJoint], list[Cho
     axis = normal if normal is not None else _shared_axis(pair, placed)
     cuts = [loose_cut(pair)]
     if axis is not None:
-        frames = [_along(link, placed[link], axis) for link in (pair.a, pair.b)]
-        cuts.append(CutJoint(pair.name, CutType.REVOLUTE, *frames))
+        a, b = (_along(link, placed[link], axis) for link in (pair.a, pair.b))
+        cuts.append(CutJoint(pair.name, CutType.REVOLUTE, a, b))
     cuts.append(CutJoint(pair.name, CutType.UNIVERSAL, Frame(pair.a), Frame(pair.b)))
     cuts.append(CutJoint(pair.name, CutType.FIXED, Frame(pair.a), Frame(pair.b)))
     tried = [(cut, _choice(robot, cut, chain)) for cut in cuts]
@@ -90,12 +90,12 @@ def with_cut(robot: RobotDescription, cut: CutJoint) -> RobotDescription:
     return with_cuts(robot, [cut if one.name == cut.name else one for one in robot.cuts])
 
 
-def _choice(robot: RobotDescription, cut: CutJoint, near: ClosedChain) -> Choice:
+def _choice(robot: RobotDescription, cut: CutJoint, near: ClosedChain) -> TypeChoice:
     chain = closed(with_cut(robot, cut), near)
     if chain is None:
-        return Choice(cut.type.value, False, -1, -1)
+        return TypeChoice(cut.type.value, False, -1, -1)
     report = chain.mobility()
-    return Choice(cut.type.value, True, report.mobility, len(report.redundant_rows))
+    return TypeChoice(cut.type.value, True, report.mobility, len(report.redundant_rows))
 
 
 def _shared_axis(pair: Pair, placed: Mapping[str, Array]) -> Array | None:

@@ -102,10 +102,10 @@ def _by_name(tree: Tree, frames: list[str]) -> tuple[list[Pair], list[str]]:
 
 
 def _in_one_place(tree: Tree, taken: set[str]) -> Iterator[Pair]:
-    """Frames of bodies that carry no other, in one place at zero; mere frames first."""
+    """Links of bodies that carry no other, in one place at zero, at least one of them a mere frame."""
     ends = sorted((one for one in tree.ends if one not in taken), key=lambda one: not tree.is_frame(one))
     for a, b in combinations(ends, 2):
-        if tree.body(a) == tree.body(b) or len(tree.between(a, b)) < 2:
+        if not tree.is_frame(a) or tree.body(a) == tree.body(b) or len(tree.between(a, b)) < 2:
             continue
         if np.linalg.norm(tree.at_zero[a][:3, 3] - tree.at_zero[b][:3, 3]) <= SAME_PLACE * tree.size:
             yield _pair(tree, f"{a}_to_{b}", a, b, "in one place at zero")

@@ -4,70 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.findings import kinematic_problems
-from cutjoint.chain.mobility import MobilityReport
-from cutjoint.description import catalogue, read_checked
-from cutjoint.description.findings import Findings
-from cutjoint.description.formats import format_of
-from cutjoint.description.formats.urdf.plain import read_robot
-from cutjoint.description.formats.urdf.transmission import driven
-from cutjoint.description.model import CutJoint, CutType, RobotDescription
+from cutjoint.description.model import Frame, Joint, RobotDescription
 from cutjoint.drafting.cutting.closing import closed, home_of, motors_of, with_cuts
-from cutjoint.drafting.cutting.kinds import Choice, choices_of, loose_cut, with_cut
+from cutjoint.drafting.cutting.kinds import TypeChoice, choices_of, loose_cut, with_cut
 from cutjoint.drafting.cutting.pairs import Pair, between, pairs_of
+from cutjoint.drafting.cutting.proposal import Proposal, Proposed
 from cutjoint.drafting.cutting.respan import instead_of, respan
+from cutjoint.drafting.cutting.source import read_source, sentence
 from cutjoint.drafting.cutting.tree import Tree
-from cutjoint.errors import ClosureError, DescriptionError, InputError, Problem
+from cutjoint.errors import InputError, Problem
 
-Found = tuple[Pair, Sequence[CutJoint], Sequence[Choice]]
-
-
-@dataclass(frozen=True)
-class Proposed:
-    """A cut that is proposed.
-
-    Attributes:
-        name, type: of the cut.
-        frames: the links that its frames are on.
-        why: the file's own cut, the names of its frames, or their place at zero.
-        distance, angle: between the frames at zero [m], [rad].
-        choices: types that it may have instead, itself first; empty where the file says the type.
-        instead: joints of its loop that may be cut instead, the best first.
-    """
-
-    name: str
-    type: str
-    frames: tuple[str, str]
-    why: str
-    distance: float
-    angle: float
-    choices: tuple[Choice, ...]
-    instead: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Proposal:
-    """What comes of a file.
-
-    Attributes:
-        robot: closed as proposed, with actuators and home; None where nothing is there to close.
-        cuts: what is proposed.
-        report: mobility of the robot at home; None with the robot.
-        told: what was found and not used, or could not be told, a sentence each.
-        ends: a link of each body that carries no other: where a loop may be open.
-        chose_motors: whether the actuators are chosen here, since the file does not say them.
-    """
-
-    robot: RobotDescription | None
-    cuts: tuple[Proposed, ...]
-    report: MobilityReport | None
-    told: tuple[str, ...]
-    ends: tuple[str, ...]
-    chose_motors: bool
+Found = tuple[Pair, Sequence[TypeChoice]]
 
 
 def propose(source: str | os.PathLike[str], cut: Sequence[str] = (), lenient: bool = False) -> Proposal:
@@ -80,95 +31,39 @@ def propose(source: str | os.PathLike[str], cut: Sequence[str] = (), lenient: bo
 
     Raises:
         DescriptionError: the file cannot be read.
-        UnknownNameError, InputError: a joint of `cut` cannot be cut.
+        UnknownNameError, InputError: a joint of `cut` cannot be cut, or frames whose names belong together do not
+            close.
         ClosureError: the loops cannot be closed.
     """
-    path = catalogue.resolve(source)
-    reading = read_checked(source, lenient)
-    if reading.description is None:
-        raise DescriptionError(reading.problems)
-    robot, told = reading.description, [_sentence(one) for one in reading.problems]
-    robot = _untyped(robot, path)
+    file = read_source(source, lenient)
+    robot, told, given = file.robot, [*file.told], {one.name for one in file.robot.cuts}
     tree = Tree(robot)
     pairs, alone = pairs_of(tree)
-    told += alone
-    if not (robot.closing or pairs):
-        return Proposal(None, (), None, tuple(told), _ends(tree), False)
-    if cut:
-        robot, lost = _recut(robot, cut)
-        told += [_sentence(one) for one in lost]
-    declared = _declared(path) if not robot.cuts else robot.actuators
-    given = robot.cuts
-    robot, found, locked = _with_pairs(replace(robot, actuators=() if not given else robot.actuators), pairs)
-    told += locked
+    robot, found, locked = _with_pairs(robot, pairs)
+    told += [*alone, *locked]
     if not robot.closing:
         return Proposal(None, (), None, tuple(told), _ends(tree), False)
     chain = _closed(robot)
-    chose = not robot.actuators or not chain.mobility().determined and not given
+    chose = not robot.actuators
     if chose:
-        robot = replace(chain.description, actuators=motors_of(chain, declared))
-        chain = _closed(replace(robot, homes=(home_of(chain),)))
-        chain = _closed(replace(robot, homes=(home_of(chain),)))
-    elif not robot.homes:
-        chain = _closed(replace(chain.description, homes=(home_of(chain),)))
-    problems, _ = kinematic_problems(chain.description)
-    told += [_sentence(one) for one in problems]
-    cuts = _proposed(chain.description, {one.name for one in given}, found)
-    return Proposal(chain.description, cuts, chain.mobility(), tuple(dict.fromkeys(told)), _ends(tree), chose)
-
-
-def _recut(robot: RobotDescription, names: Sequence[str]) -> tuple[RobotDescription, Sequence[Problem]]:
-    """The robot on another tree, with all of its homes."""
-    chain = _closed(robot)
-    chains = {one.name: ClosedChain(robot, one.name) for one in robot.homes} or {"default": chain}
-    homes = tuple(home_of(one, name) for name, one in chains.items())
-    places = {name: one.link_placements(one.home) for name, one in chains.items()}
-    return respan(replace(robot, homes=homes), names, places)
-
-
-def _ends(tree: Tree) -> tuple[str, ...]:
-    """The last link of each body that carries no other: frames come after what they are fixed to."""
-    return tuple({tree.body(one): one for one in tree.ends}.values())
-
-
-def _sentence(problem: Problem) -> str:
-    """A problem in one sentence, with how to mend it."""
-    return f"{problem.found} ({problem.mend})" if problem.mend else problem.found
-
-
-def _untyped(robot: RobotDescription, path: Path) -> RobotDescription:
-    """Without the cuts between closing frames whose type a URDF does not say, which are held at a point: they are pairs
-    of frames like others."""
-    if not _is_urdf(path):
-        return robot
-    return with_cuts(
-        robot,
-        [
-            one
-            for one in robot.cuts
-            if one.type is not CutType.SPHERICAL or (one.a.link, one.b.link) != (f"{one.name}_1", f"{one.name}_2")
-        ],
-    )
-
-
-def _is_urdf(path: Path) -> bool:
-    return not path.is_dir() and format_of(path).name == "URDF"
-
-
-def _declared(path: Path) -> tuple[str, ...]:
-    """The joints that the transmissions of a URDF drive."""
-    if not _is_urdf(path):
-        return ()
-    root = read_robot(path, Findings(str(path)))
-    return () if root is None else driven(root)
-
-
-def _closed(robot: RobotDescription) -> ClosedChain:
-    chain = closed(robot)
-    if chain is None:
-        ClosedChain(robot)  # says where it fails
-        raise ClosureError(f"the loops of {robot.name} were not closed; give a home posture in a loops.toml")
-    return chain
+        robot = replace(robot, homes=(home_of(chain), *chain.description.homes[1:]))
+        chain = _closed(replace(robot, actuators=motors_of(chain, file.preferred)))
+    robot, more = _with_tool(chain.description)
+    if cut:
+        before = {one.name for one in robot.cuts}
+        robot, lost = _recut(robot, cut, file.originals)
+        back = before - {one.name for one in robot.cuts}
+        told = [one for one in told if not any(f"'{name}'" in one and name in file.originals for name in back)]
+        told += [sentence(one) for one in lost]
+        given |= {one.name for one in robot.cuts} - {pair.name for pair, _ in found}
+    if chose or not robot.homes:
+        chain = _closed(robot)
+        robot = replace(robot, homes=(home_of(chain), *robot.homes[1:]))
+    problems, at_home = kinematic_problems(robot)
+    chain = at_home or _closed(robot)
+    told += [*more, *_limits_lost(robot, file.originals), *map(sentence, problems)]
+    cuts = _proposed(robot, given, found)
+    return Proposal(robot, cuts, chain.mobility(), tuple(dict.fromkeys(told)), _ends(tree), chose)
 
 
 def _with_pairs(robot: RobotDescription, pairs: Sequence[Pair]) -> tuple[RobotDescription, list[Found], list[str]]:
@@ -181,29 +76,78 @@ def _with_pairs(robot: RobotDescription, pairs: Sequence[Pair]) -> tuple[RobotDe
             kept.append(pair)
         elif pair.why == "names":
             what = "the loops do not close" if chain is None else "nothing moves any more"
-            raise InputError(f"with frames '{pair.a}' and '{pair.b}' held together at a point {what}; if they are no "
-                             "loop, rename them")  # fmt: skip
+            raise InputError(
+                f"with frames '{pair.a}' and '{pair.b}' held together at a point {what}; if they are no loop, rename "
+                "them"
+            )
         else:
-            what = "do not close with it" if chain is None else "lock the robot"
-            told.append(f"frames '{pair.a}' and '{pair.b}' are in one place at zero, but they {what}: not proposed")
+            what = "loops do not close with it" if chain is None else "that locks the robot"
+            told.append(f"frames '{pair.a}' and '{pair.b}' are in one place at zero, but {what}: not proposed")
     robot = with_cuts(robot, [*robot.cuts, *map(loose_cut, kept)])
     found: list[Found] = []
     for pair in kept:
         chain = _closed(robot)
         cuts, choices = choices_of(chain, pair)
-        robot = with_cut(replace(chain.description, homes=(home_of(chain),)), cuts[0])
-        found.append((pair, cuts, choices))
+        robot = with_cut(replace(chain.description, homes=(home_of(chain), *chain.description.homes[1:])), cuts[0])
+        found.append((pair, choices))
     return robot, found, told
+
+
+def _recut(
+    robot: RobotDescription, names: Sequence[str], originals: Mapping[str, Joint]
+) -> tuple[RobotDescription, Sequence[Problem]]:
+    """The robot on another tree, with all of its homes."""
+    chain = _closed(robot)
+    chains = {one.name: ClosedChain(robot, one.name) for one in robot.homes} or {"default": chain}
+    homes = tuple(home_of(one, name) for name, one in chains.items())
+    places = {name: one.link_placements(one.home) for name, one in chains.items()}
+    return respan(replace(robot, homes=homes), names, places, originals)
+
+
+def _closed(robot: RobotDescription) -> ClosedChain:
+    """The chain, closed somewhere; where that fails, the error says how far it came from the robot's own home."""
+    return closed(robot) or ClosedChain(robot)
+
+
+def _with_tool(robot: RobotDescription) -> tuple[RobotDescription, list[str]]:
+    """With the only frame that is no end of a cut as tool, where the file names none."""
+    if robot.tool is not None:
+        return robot, []
+    tree = Tree(robot)
+    ends = {one for cut in robot.cuts for one in (cut.a.link, cut.b.link)}
+    free = [one for one in tree.links if one not in ends and tree.is_frame(one) and tree.body(one) != robot.root]
+    if len(free) == 1:
+        return replace(robot, tool=Frame(free[0])), [f"the only frame left, '{free[0]}', is taken as the tool"]
+    some = f", such as {', '.join(free[:5])}" if free else ""
+    return robot, [f"the file names no tool: say a frame{some} under [tool] of the loops.toml"]
+
+
+def _limits_lost(robot: RobotDescription, originals: Mapping[str, Joint]) -> list[str]:
+    """Cuts that were joints with limits, where another joint of the loop has none to lose."""
+    told, instead = [], instead_of(robot)
+    for cut in robot.closing:
+        was, others = originals.get(cut.name), instead.get(cut.name, ())
+        if was is None or (was.limits.lower, was.limits.upper) == (None, None) or not others:
+            continue
+        limits = robot.joint(others[0]).limits
+        if (limits.lower, limits.upper) == (None, None):
+            told.append(f"'{cut.name}' has limits, which a cut cannot have: --cut {others[0]} keeps them")
+    return told
+
+
+def _ends(tree: Tree) -> tuple[str, ...]:
+    """The last link of each body that carries no other: frames come after what they are fixed to."""
+    return tuple({tree.body(one): one for one in tree.ends}.values())
 
 
 def _proposed(robot: RobotDescription, given: set[str], found: Sequence[Found]) -> tuple[Proposed, ...]:
     tree, instead = Tree(robot), instead_of(robot)
-    tried: Mapping[str, Found] = {pair.name: (pair, cuts, choices) for pair, cuts, choices in found}
+    tried: Mapping[str, Found] = {pair.name: (pair, choices) for pair, choices in found}
     rows = []
     for cut in robot.closing:
         ends = tree.at_zero[cut.a.link] @ cut.a.placement, tree.at_zero[cut.b.link] @ cut.b.placement
         why = "the file" if cut.name in given else tried[cut.name][0].why
-        choices = () if cut.name in given else tuple(tried[cut.name][2])
+        choices = () if cut.name in given else tuple(tried[cut.name][1])
         frames = (cut.a.link, cut.b.link)
         rows.append(
             Proposed(cut.name, cut.type.value, frames, why, *between(*ends), choices, instead.get(cut.name, ()))

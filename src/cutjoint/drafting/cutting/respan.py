@@ -32,7 +32,7 @@ X, Y, Z = np.eye(3)
 
 
 @dataclass(frozen=True, eq=False)
-class Edge:
+class Connection:
     """A joint between two links; its frame (4, 4) on either.  `cut` is what it was, where it was one."""
 
     joint: Joint
@@ -46,17 +46,19 @@ class Edge:
         return self.joint.name
 
 
-def edges_of(robot: RobotDescription) -> list[Edge]:
-    """All joints, and the cuts that may be joints."""
-    edges = [Edge(one, one.placement, IDENTITY) for one in robot.joints]
+def edges_of(robot: RobotDescription, originals: Mapping[str, Joint]) -> list[Connection]:
+    """All joints, and the cuts that may be joints, with limits and physics of the joints that they were in the file."""
+    edges = [Connection(one, one.placement, IDENTITY) for one in robot.joints]
     for cut in robot.closing:
         if cut.type in _JOINTS:
             axis = Z if cut.type.axes == "z" else X
-            joint = Joint(
-                cut.name, _JOINTS[cut.type], cut.a.link, cut.b.link, IDENTITY, axis, Y, physics=cut.physics,
-                place=cut.place,
-            )  # fmt: skip
-            edges.append(Edge(joint, cut.a.placement, cut.b.placement, cut))
+            joint = Joint(cut.name, _JOINTS[cut.type], cut.a.link, cut.b.link, IDENTITY, axis, Y, place=cut.place)
+            was = originals.get(cut.name)
+            if was is not None and was.type.cut == cut.type:
+                joint = replace(joint, type=was.type, limits=was.limits, physics=was.physics)
+            else:
+                joint = replace(joint, physics=cut.physics)
+            edges.append(Connection(joint, cut.a.placement, cut.b.placement, cut))
     return edges
 
 
@@ -83,7 +85,10 @@ def _rank(joint: Joint, tree: Tree) -> tuple[bool, int, int]:
 
 
 def respan(
-    robot: RobotDescription, names: Sequence[str], at_homes: Mapping[str, Mapping[str, Array]]
+    robot: RobotDescription,
+    names: Sequence[str],
+    at_homes: Mapping[str, Mapping[str, Array]],
+    originals: Mapping[str, Joint],
 ) -> tuple[RobotDescription, tuple[Problem, ...]]:
     """The robot with the named joints as cuts, and other cuts in the tree instead; what is not used then is told.
 
@@ -92,12 +97,13 @@ def respan(
         names: joints of its loops (cuts may be named too, and stay).
         at_homes: name of a home -> world placement of every link when it is closed, from which the coordinates of
             joints that are new in the tree are read.
+        originals: cut -> the joint that it was in the file, as far as that is known, with its limits.
 
     Raises:
         UnknownNameError: there is no such joint or cut.
         InputError: it cannot be cut: no loop goes through it, or it is actuated or coupled.
     """
-    edges = edges_of(robot)
+    edges = edges_of(robot, originals)
     known = {one.name: one for one in edges}
     for name in names:
         if name not in known:
@@ -129,7 +135,7 @@ def _choices(robot: RobotDescription) -> str:
     return f"joints that can be: {', '.join(names)}" if names else "none can be"
 
 
-def _cut(edge: Edge, findings: Findings) -> CutJoint:
+def _cut(edge: Connection, findings: Findings) -> CutJoint:
     if edge.cut is not None:
         return edge.cut
     cut = cut_of(edge.joint, edge.at_parent, edge.at_child, findings)
@@ -137,7 +143,7 @@ def _cut(edge: Edge, findings: Findings) -> CutJoint:
     return cut
 
 
-def _hung(edges: Sequence[Edge], cut: Collection[str], root: str) -> list[tuple[Edge, bool]]:
+def _hung(edges: Sequence[Connection], cut: Collection[str], root: str) -> list[tuple[Connection, bool]]:
     """The edges of the tree as they are reached from the root, and whether backwards: rather those that were joints."""
     part: dict[str, str] = {}
 
@@ -152,7 +158,7 @@ def _hung(edges: Sequence[Edge], cut: Collection[str], root: str) -> list[tuple[
         if ends[0] != ends[1]:
             part[ends[0]] = ends[1]
             kept.append(edge)
-    reached, used, pending = {root}, list[tuple[Edge, bool]](), kept
+    reached, used, pending = {root}, list[tuple[Connection, bool]](), kept
     while pending:
         near = next(one for one in pending if (one.joint.parent in reached) != (one.joint.child in reached))
         used.append((near, near.joint.child in reached))
@@ -161,7 +167,7 @@ def _hung(edges: Sequence[Edge], cut: Collection[str], root: str) -> list[tuple[
     return used
 
 
-def _home(home: Home, used: Sequence[tuple[Edge, bool]], at_home: Mapping[str, Array]) -> Home:
+def _home(home: Home, used: Sequence[tuple[Connection, bool]], at_home: Mapping[str, Array]) -> Home:
     """A home on the new tree: coordinates of single joints as they were, of others as the links lie."""
     passive = {}
     for edge, backwards in used:

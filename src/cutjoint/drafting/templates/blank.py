@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import asin, cos, sin
 
 from cutjoint.drafting.planar import UPRIGHT, UPRIGHT_NOTE, Plane, hinge
-from cutjoint.drafting.sketch import Body, Loop, Sketch, Tie, box
+from cutjoint.drafting.sketch import LinkSketch, Loop, Sketch, Tie, box
 from cutjoint.drafting.template import Sizes, Template
 
 CRANK, ROD, HOME = 0.1, 0.3, 1.0
@@ -27,12 +27,12 @@ def sketch(_: Sizes) -> Sketch:
             "it: leave out one joint of every loop, and say in loops.toml where it was.",
         ),
         bodies=(
-            Body("base", "What does not move. CHANGE the shapes: any <visual>, or none.", (), [rail]),
+            LinkSketch("base", "What does not move. CHANGE the shapes: any <visual>, or none.", (), [rail]),
             plane.link("crank_link", "The first branch of the tree: a link on the motor ...", CRANK, 0, "blue",
                        plane.motor((0.0, 0.0), -3, 0), plane.pin((CRANK, 0.0), 0, 1)),
             plane.link("rod_link", "... and the next one, whose far end has no joint: there the loop is cut.", ROD, 1,
                        "orange", plane.pin((ROD, 0.0), 0, 1)),
-            Body("piston_link", "The second branch of the tree, which meets the first at the cut.",
+            LinkSketch("piston_link", "The second branch of the tree, which meets the first at the cut.",
                  [box((2.0 * w, 2.0 * w, plane.thick), "green")]),
         ),
         ties=(

@@ -12,7 +12,7 @@ from math import asin, atan2, cos, nan, pi, radians, sin, sqrt
 
 from cutjoint.drafting.choosing import best_angle
 from cutjoint.drafting.planar import wrapped
-from cutjoint.drafting.sketch import Body, Coordinate, Loop, Sketch, Tie, Vector, ball, bar, box, rod
+from cutjoint.drafting.sketch import Coordinate, LinkSketch, Loop, Sketch, Tie, Vector, ball, bar, box, rod
 from cutjoint.drafting.template import Size, Sizes, Template
 from cutjoint.errors import InputError
 
@@ -29,32 +29,15 @@ def sketch(size: Sizes) -> Sketch:
     Raises:
         InputError: it cannot close.
     """
-    base, platform, arm, rods = (size[one] for one in ("base", "platform", "arm", "rod"))
-
-    def out(angle: float) -> float:
-        """How far an elbow is outside the balls of the platform."""
-        return base + arm * cos(angle) - platform
-
-    def down(angle: float) -> float:
-        """How far the platform is below the elbows."""
-        return sqrt(rods**2 - out(angle) ** 2)
-
-    def score(angle: float) -> float:
-        """How well arms move rods (type 1), and rods hold the platform sideways and up (type 2)."""
-        if not 0.0 < out(angle) < rods:
-            return nan
-        sideways, deep = out(angle) / rods, down(angle) / rods
-        return min(abs(sin(angle) * sideways + cos(angle) * deep), 1.5 * sideways, deep)
-
-    home = best_angle(score, PREFERRED, *ARM_RANGE)
+    limb = _Limb(size)
+    home = best_angle(limb.score, PREFERRED, *ARM_RANGE)
     if home is None:
         raise InputError(
             f"a Delta of these sizes cannot close with its elbows out: from the elbow to the platform it is at least "
-            f"{min(out(ARM_RANGE[0]), out(ARM_RANGE[1])):.6g} m sideways, the rod is {rods:.6g} m long; "
-            "the rod must be longer than that, and it must be above 0: base larger than platform, or arm longer"
+            f"{min(map(limb.out, ARM_RANGE)):.6g} m sideways, the rod is {limb.rod:.6g} m long; the rod must be longer "
+            "than that, and an elbow can be outside the platform: base larger than platform, or arm longer"
         )
-    height = -arm * sin(home) - down(home)
-    limb = _Limb(size)
+    height = -limb.arm * sin(home) - limb.down(home)
     bodies, ties, loops = [_base(size)], [], []
     passive: dict[str, Coordinate] = {}
     for i in range(3):
@@ -63,7 +46,7 @@ def sketch(size: Sizes) -> Sketch:
         loops += limb.loops(i)
         ways = limb.angles((0.0, 0.0, height), i)
         passive |= {f"elbow{i + 1}": ways[1], f"rod{i + 1}a": ways[2], f"rod{i + 1}b": ways[2]}
-    bodies += [_platform(size), Body("tool", "The tool, in the middle of the platform.")]
+    bodies += [_platform(size), LinkSketch("tool", "The tool, in the middle of the platform.")]
     ties += [
         Tie("platform", "floating", "base", "platform_link", "The platform is free; the rods hold it."),
         Tie("tool_mount", "fixed", "platform_link", "tool"),
@@ -94,12 +77,27 @@ def turned(i: int, v: Vector) -> Vector:
 
 
 class _Limb:
-    """The parts of a limb."""
+    """The geometry of a limb, and its parts."""
 
     def __init__(self, size: Sizes) -> None:
         self.base, self.platform, self.arm = size["base"], size["platform"], size["arm"]
         self.rod, self.half = size["rod"], 0.5 * size["spacing"]
         self.thin = min(0.012 * (self.arm + self.rod), 0.3 * self.half, 0.25 * self.arm)
+
+    def out(self, angle: float) -> float:
+        """How far an elbow is outside the balls of a platform in the middle."""
+        return self.base + self.arm * cos(angle) - self.platform
+
+    def down(self, angle: float) -> float:
+        """How far a platform in the middle is below the elbows."""
+        return sqrt(self.rod**2 - self.out(angle) ** 2)
+
+    def score(self, angle: float) -> float:
+        """How well arms move rods (type 1), and rods hold the platform sideways and up (type 2)."""
+        if not 0.0 < self.out(angle) < self.rod:
+            return nan
+        sideways, deep = self.out(angle) / self.rod, self.down(angle) / self.rod
+        return min(abs(sin(angle) * sideways + cos(angle) * deep), 1.5 * sideways, deep)
 
     def angles(self, tool: Vector, i: int) -> tuple[float, float, float]:
         """Arm, elbow and swing of the rods of limb i with the tool at a point, elbow out."""
@@ -111,13 +109,13 @@ class _Limb:
         ux, uz = x - self.arm * cos(arm), z + self.arm * sin(arm)
         return arm, wrapped(atan2(-uz, ux) - arm), asin(y / self.rod)
 
-    def bodies(self, i: int) -> list[Body]:
+    def bodies(self, i: int) -> list[LinkSketch]:
         """Arm, cross bar and two rods."""
         thin, colour, end = self.thin, COLOURS[i], (self.arm, 0.0, 0.0)
         across: tuple[Vector, Vector] = ((0.0, -self.half, 0.0), (0.0, self.half, 0.0))
         far = (self.rod, 0.0, 0.0)
         rods = [
-            Body(
+            LinkSketch(
                 f"rod{i + 1}{side}_link",
                 "",
                 [rod((0.0, 0.0, 0.0), far, 0.55 * thin, colour)],
@@ -126,13 +124,13 @@ class _Limb:
             for side in "ab"
         ]
         return [
-            Body(
+            LinkSketch(
                 f"arm{i + 1}_link",
                 f"Limb {i + 1}: the arm on its motor, the cross bar at the elbow, two parallel rods.",
                 [bar((0.0, 0.0, 0.0), end, (2.6 * thin, 1.6 * thin), colour)],
                 [rod((0.0, -2.2 * thin, 0.0), (0.0, 2.2 * thin, 0.0), 2.4 * thin, "dark")],
             ),
-            Body(
+            LinkSketch(
                 f"elbow{i + 1}_link",
                 "",
                 [rod(*across, 0.7 * thin, "light")],
@@ -168,7 +166,7 @@ class _Limb:
         return made
 
 
-def _base(size: Sizes) -> Body:
+def _base(size: Sizes) -> LinkSketch:
     """A disc above the arms, with a block down to each motor."""
     limb = _Limb(size)
     thin, r = limb.thin, size["base"]
@@ -178,10 +176,10 @@ def _base(size: Sizes) -> Body:
         for side in (-1.0, 1.0):
             at = turned(i, (r, 3.0 * side * thin, 1.2 * thin))
             looks.append(box((3.0 * thin, 1.4 * thin, 4.4 * thin), "grey", at, (0.0, 0.0, 2.0 * pi * i / 3.0)))
-    return Body("base", "The base, which does not move.", (), looks)
+    return LinkSketch("base", "The base, which does not move.", (), looks)
 
 
-def _platform(size: Sizes) -> Body:
+def _platform(size: Sizes) -> LinkSketch:
     """A disc with a bar for the two balls of each limb."""
     limb = _Limb(size)
     thin, r, half = limb.thin, size["platform"], limb.half
@@ -189,7 +187,7 @@ def _platform(size: Sizes) -> Body:
     bars = [rod(turned(i, (r, -half, 0.0)), turned(i, (r, half, 0.0)), 0.6 * thin, "dark") for i in range(3)]
     spokes = [bar((0.0, 0.0, 0.0), turned(i, (r, 0.0, 0.0)), (1.2 * thin, 2.4 * thin), "light") for i in range(3)]
     tip = rod((0.0, 0.0, -3.5 * thin), (0.0, 0.0, 0.0), 0.9 * thin, "dark")
-    return Body("platform_link", "The platform, which stays level.", [disc], [*bars, *spokes, tip])
+    return LinkSketch("platform_link", "The platform, which stays level.", [disc], [*bars, *spokes, tip])
 
 
 TEMPLATE = Template(

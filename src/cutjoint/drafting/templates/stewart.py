@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import asin, atan2, cos, radians, sin, sqrt
 
-from cutjoint.drafting.sketch import Body, Coordinate, Loop, Sketch, Solid, Tie, Vector, ball, bar, box, rod
+from cutjoint.drafting.sketch import Coordinate, LinkSketch, Loop, Sketch, Solid, Tie, Vector, ball, bar, box, rod
 from cutjoint.drafting.template import Size, Sizes, Template
 from cutjoint.errors import InputError
 
@@ -53,7 +53,7 @@ def sketch(size: Sizes) -> Sketch:
             legs.base(),
             *(body for i in range(6) for body in legs.bodies(i)),
             legs.plate(),
-            Body("tool", "The tool, in the middle of the platform."),
+            LinkSketch("tool", "The tool, in the middle of the platform."),
         ],
         ties=[
             *(tie for i in range(6) for tie in legs.ties(i)),
@@ -97,7 +97,7 @@ class _Legs:
         x, y = cos(turn) * dx + sin(turn) * dy, -sin(turn) * dx + cos(turn) * dy
         return atan2(-y, dz), asin(x / length), length
 
-    def bodies(self, i: int) -> list[Body]:
+    def bodies(self, i: int) -> list[LinkSketch]:
         """Cross, cylinder and piston."""
         n, t, colour = i + 1, self.thick, COLOURS[i]
         arms = [rod((-1.4 * t, 0.0, 0.0), (1.4 * t, 0.0, 0.0), 0.25 * t, "light")]
@@ -105,9 +105,9 @@ class _Legs:
         fork = [box((0.8 * t, 0.25 * t, 2.0 * t), "dark", (0.0, side * 1.2 * t, 0.5 * t)) for side in (-1.0, 1.0)]
         tube = 0.92 * self.shortest
         return [
-            Body(f"leg{n}_cross", f"Leg {n}: a cross on the base, the cylinder, the piston with its ball.", arms),
-            Body(f"leg{n}_cylinder", "", [rod((0.0, 0.0, t), (0.0, 0.0, tube), t, colour)], fork),
-            Body(
+            LinkSketch(f"leg{n}_cross", f"Leg {n}: a cross on the base, the cylinder, the piston with its ball.", arms),
+            LinkSketch(f"leg{n}_cylinder", "", [rod((0.0, 0.0, t), (0.0, 0.0, tube), t, colour)], fork),
+            LinkSketch(
                 f"leg{n}_piston", "",
                 [rod((0.0, 0.0, -0.9 * tube), (0.0, 0.0, 0.0), 0.5 * t, "light")], [ball(0.8 * t, "dark")],
             ),
@@ -126,7 +126,7 @@ class _Legs:
                 limits=(self.length - half, self.length + half), driven=True),
         ]  # fmt: skip
 
-    def base(self) -> Body:
+    def base(self) -> LinkSketch:
         """A disc with a pair of ears for the cross of each leg."""
         t, r = self.thick, self.size["base"]
         looks: list[Solid] = [rod((0.0, 0.0, -3.4 * t), (0.0, 0.0, -2.2 * t), r + 3.0 * t, "grey")]
@@ -134,15 +134,15 @@ class _Legs:
             for side in (-1.3, 1.3):
                 x, y, _ = _on_circle(r + side * t, angle)
                 looks.append(box((0.35 * t, t, 2.8 * t), "dark", (x, y, -0.9 * t), (0.0, 0.0, radians(angle))))
-        return Body("base", "The base, which does not move.", (), looks)
+        return LinkSketch("base", "The base, which does not move.", (), looks)
 
-    def plate(self) -> Body:
+    def plate(self) -> LinkSketch:
         """A disc with bars out to the balls."""
         t, r = self.thick, self.size["platform"]
         disc = rod((0.0, 0.0, -0.5 * t), (0.0, 0.0, 0.5 * t), 0.8 * r, "light")
         bars = [bar((0.0, 0.0, 0.0), one, (0.8 * t, 1.8 * t), "light") for one in self.top]
         hub = rod((0.0, 0.0, 0.5 * t), (0.0, 0.0, 1.4 * t), 0.2 * r, "dark")
-        return Body("platform_link", "The platform.", [disc], [*bars, hub])
+        return LinkSketch("platform_link", "The platform.", [disc], [*bars, hub])
 
 
 def _on_circle(radius: float, degrees: float) -> Vector:
