@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,6 +21,10 @@ def command(
     cut: Annotated[
         list[str] | None,
         typer.Option("--cut", metavar="JOINT", help="Cut this joint of a loop instead; may be repeated."),
+    ] = None,
+    type: Annotated[
+        list[str] | None,
+        typer.Option("--type", metavar="CUT=TYPE", help="Take another type for a cut at a pair of frames; repeatable."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -41,8 +45,8 @@ def command(
     from cutjoint.drafting.cutting.proposing import propose
     from cutjoint.drafting.folder import write_description
 
-    found = propose(file, cut or (), lenient)
-    files = () if out is None or found.robot is None else write_description(found.robot, out)
+    found = propose(file, cut or (), _types(type or ()), lenient)
+    files = () if out is None or found.robot is None else write_description(found.robot, out, _head(file, found))
     if json:
         print_json(_data(file, found, files))
     else:
@@ -53,6 +57,34 @@ def command(
             typer.echo(f"next: cutjoint check {out}")
     if found.robot is None:
         raise typer.Exit(1)
+
+
+def _types(given: Sequence[str]) -> dict[str, str]:
+    from cutjoint.errors import InputError, shown
+
+    types = {}
+    for one in given:
+        name, sign, kind = one.partition("=")
+        if not (name and sign and kind):
+            raise InputError(f"a type is given as --type CUT=TYPE, found '{shown(one)}'")
+        if name in types:
+            raise InputError(f"the type of cut '{shown(name)}' is given twice")
+        types[name] = kind
+    return types
+
+
+def _head(file: str, found: Proposal) -> str:
+    """What the file of cuts begins with: where it is from, and what is still to be decided."""
+    from cutjoint.errors import shown
+
+    lines = [f"Cut by `cutjoint cut` out of {shown(Path(file).name)}: what closes the tree of robot.urdf."]
+    for one in found.cuts:
+        others = [f"{choice.type} (mobility {choice.mobility})" for choice in one.choices[1:] if choice.closes]
+        if others:
+            lines.append(f"'{one.name}' is {one.type} (mobility {one.choices[0].mobility}); else {', '.join(others)}.")
+    if found.chose_motors:
+        lines.append("The actuators are a choice: name those that your robot has.")
+    return "".join(f"# {line}\n" for line in lines)
 
 
 def _data(file: str, found: Proposal, files: tuple[Path, ...]) -> dict[str, object]:

@@ -117,8 +117,10 @@ def write_draft(made: NewRobot, folder: str | os.PathLike[str]) -> tuple[Path, .
     return _write({name: text.encode() for name, text in made.files.items()}, folder)
 
 
-def write_description(robot: RobotDescription, folder: str | os.PathLike[str]) -> tuple[Path, ...]:
+def write_description(robot: RobotDescription, folder: str | os.PathLike[str], head: str = "") -> tuple[Path, ...]:
     """Write a robot as loops.toml and robot.urdf into a folder that is new or empty; both or none.
+
+    `head` is what the loops.toml begins with: lines of comments.
 
     Raises:
         InputError: something is there already, or it cannot be written.
@@ -126,7 +128,8 @@ def write_description(robot: RobotDescription, folder: str | os.PathLike[str]) -
     from cutjoint.description.formats.loops_toml import files
 
     target = Path(path_name(folder))
-    return _write({file.name: content for file, content in files(robot, target).items()}, target)
+    contents = {file.name: content for file, content in files(robot, target / "loops.toml").items()}
+    return _write(contents | {"loops.toml": head.encode() + contents["loops.toml"]}, target)
 
 
 def _write(contents: Mapping[str, bytes], folder: str | os.PathLike[str]) -> tuple[Path, ...]:

@@ -3,7 +3,9 @@
 - Where all joints of the loop turn about parallel axes or slide across them, the loop is planar: a hinge about the
   normal (`revolute`) takes nothing away that a ball would leave.
 - Otherwise the frames are held at a point (`spherical`), unless their z axes lie along each other and a hinge there
-  leaves the same mobility.
+  leaves the same mobility, or leaves some and the frames are turned about that axis against each other: nobody puts
+  them so but for a hinge.
+- Frames that cannot be brought together may slide along each other (`prismatic`).
 - What else is possible is shown with the mobility that would come out, and is for the user to choose.
 """
 
@@ -19,8 +21,11 @@ from cutjoint.chain import ClosedChain
 from cutjoint.description.model import CutJoint, CutType, Frame, RobotDescription
 from cutjoint.description.transforms import frame_along, from_rotation
 from cutjoint.drafting.cutting.closing import closed, with_cuts
-from cutjoint.drafting.cutting.pairs import SAME_DIRECTION, Pair
+from cutjoint.drafting.cutting.pairs import SAME_DIRECTION, Pair, between
 from cutjoint.drafting.cutting.tree import Tree
+
+TURNED = 1e-3
+"""Angle [rad] beyond which frames with one z axis are turned against each other."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +49,21 @@ def loose_cut(pair: Pair) -> CutJoint:
     return CutJoint(pair.name, CutType.SPHERICAL, Frame(pair.a), Frame(pair.b))
 
 
+def sliding_cut(pair: Pair) -> CutJoint:
+    """The pair as a slide along the z axes of its frames."""
+    return CutJoint(pair.name, CutType.PRISMATIC, Frame(pair.a), Frame(pair.b))
+
+
 def choices_of(chain: ClosedChain, pair: Pair) -> tuple[list[CutJoint], list[TypeChoice]]:
     """The cuts that a pair may be, the proposed one first, and what each comes to.
 
     Args:
-        chain: closed, with the pair held at a point.
+        chain: closed, with the pair held at a point, or as a slide.
         pair: of its frames.
     """
+    held = next(one for one in chain.description.cuts if one.name == pair.name)
+    if held.type is CutType.PRISMATIC:
+        return [held], [_choice(chain.description, held, chain)]
     robot, placed = chain.description, chain.link_placements(chain.home)
     normal = planar_normal(Tree(robot), pair, placed)
     axis = normal if normal is not None else _shared_axis(pair, placed)
@@ -63,8 +76,10 @@ def choices_of(chain: ClosedChain, pair: Pair) -> tuple[list[CutJoint], list[Typ
     tried = [(cut, _choice(robot, cut, chain)) for cut in cuts]
     loose = tried[0][1]
     hinge = next((i for i, (cut, _) in enumerate(tried) if cut.type is CutType.REVOLUTE), None)
-    if hinge is not None and tried[hinge][1].closes and tried[hinge][1].mobility == loose.mobility:
-        tried.insert(0, tried.pop(hinge))
+    if hinge is not None and tried[hinge][1].closes:
+        meant = between(placed[pair.a], placed[pair.b])[1] > TURNED and tried[hinge][1].mobility > 0
+        if meant or tried[hinge][1].mobility == loose.mobility:
+            tried.insert(0, tried.pop(hinge))
     return [cut for cut, _ in tried], [choice for _, choice in tried]
 
 

@@ -25,6 +25,10 @@ _ENDS = re.compile(r"(?P<stem>.*[^A-Za-z0-9])(?P<end>1|2|a|b|A|B|parent|child)(?
 _COUPLES = ({"1", "2"}, {"a", "b"}, {"A", "B"}, {"parent", "child"})
 
 
+BY_NAME, BY_PLACE = "names", "in one place at zero"
+"""What tells that two frames belong together."""
+
+
 @dataclass(frozen=True)
 class Pair:
     """Two frames that a cut would join.
@@ -93,7 +97,7 @@ def _by_name(tree: Tree, frames: list[str]) -> tuple[list[Pair], list[str]]:
         for couple in _COUPLES:
             here = [ends[one] for one in sorted(couple & set(ends), reverse="parent" in couple)]
             if len(here) == 2 and tree.body(here[0]) != tree.body(here[1]):
-                pairs.append(_pair(tree, name, here[0], here[1], "names"))
+                pairs.append(_pair(tree, name, here[0], here[1], BY_NAME))
             elif len(here) == 2:
                 told.append(f"frames '{here[0]}' and '{here[1]}' are on one body, so nothing is closed between them")
             elif len(here) == 1:
@@ -102,10 +106,11 @@ def _by_name(tree: Tree, frames: list[str]) -> tuple[list[Pair], list[str]]:
 
 
 def _in_one_place(tree: Tree, taken: set[str]) -> Iterator[Pair]:
-    """Links of bodies that carry no other, in one place at zero, at least one of them a mere frame."""
-    ends = sorted((one for one in tree.ends if one not in taken), key=lambda one: not tree.is_frame(one))
+    """Links of the base and of bodies that carry no other, in one place at zero, at least one of them a mere frame."""
+    links = [one for one in (*tree.ends, *tree.on_base) if one not in taken]
+    ends = sorted(links, key=lambda one: not tree.is_frame(one))
     for a, b in combinations(ends, 2):
         if not tree.is_frame(a) or tree.body(a) == tree.body(b) or len(tree.between(a, b)) < 2:
             continue
         if np.linalg.norm(tree.at_zero[a][:3, 3] - tree.at_zero[b][:3, 3]) <= SAME_PLACE * tree.size:
-            yield _pair(tree, f"{a}_to_{b}", a, b, "in one place at zero")
+            yield _pair(tree, f"{a}_to_{b}", a, b, BY_PLACE)

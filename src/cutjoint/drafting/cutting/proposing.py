@@ -6,40 +6,49 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.findings import kinematic_problems
+from cutjoint.description.check import check_description
 from cutjoint.description.model import Frame, Joint, RobotDescription
 from cutjoint.drafting.cutting.closing import closed, home_of, motors_of, with_cuts
-from cutjoint.drafting.cutting.kinds import TypeChoice, choices_of, loose_cut, with_cut
-from cutjoint.drafting.cutting.pairs import Pair, between, pairs_of
+from cutjoint.drafting.cutting.kinds import TypeChoice, choices_of, loose_cut, sliding_cut, with_cut
+from cutjoint.drafting.cutting.pairs import BY_NAME, BY_PLACE, Pair, between, pairs_of
 from cutjoint.drafting.cutting.proposal import Proposal, Proposed
 from cutjoint.drafting.cutting.respan import instead_of, respan
 from cutjoint.drafting.cutting.source import read_source, sentence
 from cutjoint.drafting.cutting.tree import Tree
-from cutjoint.errors import InputError, Problem
+from cutjoint.errors import InputError, Problem, UnknownNameError
 
 Found = tuple[Pair, Sequence[TypeChoice]]
 
 
-def propose(source: str | os.PathLike[str], cut: Sequence[str] = (), lenient: bool = False) -> Proposal:
+def propose(
+    source: str | os.PathLike[str],
+    cut: Sequence[str] = (),
+    types: Mapping[str, str] | None = None,
+    lenient: bool = False,
+) -> Proposal:
     """Where to cut the robot of a file, and what comes out of it.
 
     Args:
         source: any file or folder that can be read, or the name of a robot.
         cut: joints that shall be cut; others of their loops go into the tree instead.
+        types: cut at a pair of frames -> the type that it shall have.
         lenient: as in `load_description`.
 
     Raises:
         DescriptionError: the file cannot be read.
-        UnknownNameError, InputError: a joint of `cut` cannot be cut, or frames whose names belong together do not
-            close.
+        UnknownNameError, InputError: a joint of `cut` cannot be cut, a cut cannot have the type that is asked for, or
+            frames whose names belong together do not close.
         ClosureError: the loops cannot be closed.
     """
     file = read_source(source, lenient)
     robot, told, given = file.robot, [*file.told], {one.name for one in file.robot.cuts}
     tree = Tree(robot)
     pairs, alone = pairs_of(tree)
-    robot, found, locked = _with_pairs(robot, pairs)
+    robot, found, locked = _with_pairs(robot, pairs, types or {})
     told += [*alone, *locked]
     if not robot.closing:
         return Proposal(None, (), None, tuple(told), _ends(tree), False)
@@ -56,6 +65,9 @@ def propose(source: str | os.PathLike[str], cut: Sequence[str] = (), lenient: bo
         told = [one for one in told if not any(f"'{name}'" in one and name in file.originals for name in back)]
         told += [sentence(one) for one in lost]
         given |= {one.name for one in robot.cuts} - {pair.name for pair, _ in found}
+    wrong = [sentence(one) for one in check_description(robot) if one.severity == "error" and not one.tolerable]
+    if wrong:
+        raise InputError(f"cut so, {robot.name} is no robot that can be computed with: {'; '.join(wrong)}")
     if chose or not robot.homes:
         chain = _closed(robot)
         robot = replace(robot, homes=(home_of(chain), *robot.homes[1:]))
@@ -66,31 +78,53 @@ def propose(source: str | os.PathLike[str], cut: Sequence[str] = (), lenient: bo
     return Proposal(robot, cuts, chain.mobility(), tuple(dict.fromkeys(told)), _ends(tree), chose)
 
 
-def _with_pairs(robot: RobotDescription, pairs: Sequence[Pair]) -> tuple[RobotDescription, list[Found], list[str]]:
+def _with_pairs(
+    robot: RobotDescription, pairs: Sequence[Pair], types: Mapping[str, str]
+) -> tuple[RobotDescription, list[Found], list[str]]:
     """The robot closed at the pairs of frames too, what was tried for each, and pairs that are left out."""
     told = []
     kept: list[Pair] = []
     for pair in pairs:
-        chain = closed(with_cuts(robot, [*robot.cuts, *map(loose_cut, kept), loose_cut(pair)]))
-        if chain is not None and chain.mobility().mobility > 0:
+        ways = (loose_cut(pair), sliding_cut(pair)) if pair.why == BY_NAME else (loose_cut(pair),)
+        before = closed(robot) if pair.why == BY_PLACE else None
+        most = before.mobility().mobility if before is not None else np.inf
+        chains = ((way, closed(with_cuts(robot, [*robot.cuts, way]))) for way in ways)
+        mobile = ((way, chain.mobility().mobility) for way, chain in chains if chain is not None)
+        moves = next(((way, mobility) for way, mobility in mobile if mobility > 0), None)
+        if moves is not None and moves[1] < most:
             kept.append(pair)
-        elif pair.why == "names":
-            what = "the loops do not close" if chain is None else "nothing moves any more"
+            robot = with_cuts(robot, [*robot.cuts, moves[0]])
+        elif pair.why == BY_NAME:
             raise InputError(
-                f"with frames '{pair.a}' and '{pair.b}' held together at a point {what}; if they are no loop, rename "
-                "them"
+                f"frames '{pair.a}' and '{pair.b}' are named like ends of a loop, but held together at a point, or "
+                "along their z axes, they do not close it or nothing moves any more; if they are no loop, rename them"
             )
         else:
-            what = "loops do not close with it" if chain is None else "that locks the robot"
-            told.append(f"frames '{pair.a}' and '{pair.b}' are in one place at zero, but {what}: not proposed")
-    robot = with_cuts(robot, [*robot.cuts, *map(loose_cut, kept)])
+            told.append(
+                f"frames '{pair.a}' and '{pair.b}' are in one place at zero, but a cut there "
+                f"{'would lock the robot' if moves is None else 'holds nothing that is not held already'}: not proposed"
+            )
+    for name in types:
+        if name not in [pair.name for pair in kept]:
+            raise UnknownNameError("cut at a pair of frames", name, [pair.name for pair in kept])
     found: list[Found] = []
     for pair in kept:
         chain = _closed(robot)
         cuts, choices = choices_of(chain, pair)
-        robot = with_cut(replace(chain.description, homes=(home_of(chain), *chain.description.homes[1:])), cuts[0])
-        found.append((pair, choices))
+        wanted = _wanted(pair.name, choices, types)
+        robot = with_cut(replace(chain.description, homes=(home_of(chain), *chain.description.homes[1:])), cuts[wanted])
+        found.append((pair, [choices[wanted], *choices[:wanted], *choices[wanted + 1 :]]))
     return robot, found, told
+
+
+def _wanted(name: str, choices: Sequence[TypeChoice], types: Mapping[str, str]) -> int:
+    """The number of the choice that is asked for, else the first."""
+    if name not in types:
+        return 0
+    possible = [one.type for one in choices if one.closes]
+    if types[name] not in possible:
+        raise InputError(f"cut '{name}' cannot be '{types[name]}': with these frames it may be {', '.join(possible)}")
+    return [one.type for one in choices].index(types[name])
 
 
 def _recut(

@@ -74,7 +74,10 @@ def instead_of(robot: RobotDescription) -> Mapping[str, tuple[str, ...]]:
     found = {}
     for cut in robot.closing:
         if cut.type in _JOINTS:
-            loop = [one for one in tree.between(cut.a.link, cut.b.link) if one.name not in stay and one.type.cut]
+            loop = tree.between(cut.a.link, cut.b.link)
+            if cut.type is CutType.FIXED and len(loop) == 1:
+                continue  # what is cut then would be within one body
+            loop = [one for one in loop if one.name not in stay and one.type.cut]
             found[cut.name] = tuple(one.name for one in sorted(loop, key=lambda one: _rank(one, tree)))
     return found
 

@@ -12,7 +12,7 @@ from cutjoint.description.formats import format_of
 from cutjoint.description.formats.urdf.joint import read_joint
 from cutjoint.description.formats.urdf.plain import read_robot
 from cutjoint.description.formats.urdf.transmission import driven
-from cutjoint.description.model import CutType, Joint, RobotDescription
+from cutjoint.description.model import CutJoint, CutType, Joint, RobotDescription
 from cutjoint.description.xml import children
 from cutjoint.errors import DescriptionError, Problem
 
@@ -45,7 +45,7 @@ def read_source(source: str | os.PathLike[str], lenient: bool) -> SourceFile:
     reading = read_checked(source, lenient)
     if reading.description is None:
         raise DescriptionError(reading.problems)
-    robot = reading.description
+    robot = _untyped(reading.description)
     told = tuple(sentence(one) for one in reading.problems if "are held together at a point" not in one.found)
     if path.is_dir() or format_of(path).name != "URDF":
         return SourceFile(robot, robot.actuators, {}, told)
@@ -53,7 +53,6 @@ def read_source(source: str | os.PathLike[str], lenient: bool) -> SourceFile:
     if root is None:
         return SourceFile(robot, robot.actuators, {}, told)
     read = [read_joint(one, Findings(str(path)))[0] for one in children(root, "joint")]
-    robot = _untyped(robot)
     if not robot.cuts:
         robot = replace(robot, actuators=(), tool=None)  # those of a chain without loops, taken unsaid
     return SourceFile(robot, driven(root), {one.name: one for one in read if one is not None}, told)
@@ -67,9 +66,10 @@ def sentence(problem: Problem) -> str:
 def _untyped(robot: RobotDescription) -> RobotDescription:
     """Without the cuts between closing frames of onshape-to-robot, which are held at a point where the URDF does not
     say the type: they are pairs of frames like others."""
-    kept = [
-        one
-        for one in robot.cuts
-        if one.type is not CutType.SPHERICAL or (one.a.link, one.b.link) != (f"{one.name}_1", f"{one.name}_2")
-    ]
-    return replace(robot, cuts=tuple(kept))
+
+    def unsaid(cut: CutJoint) -> bool:
+        ends = (f"{cut.name}_1", f"{cut.name}_2")
+        own = cut.place.file.endswith(".toml")
+        return cut.type is CutType.SPHERICAL and (cut.a.link, cut.b.link) == ends and not own
+
+    return replace(robot, cuts=tuple(one for one in robot.cuts if not unsaid(one)))

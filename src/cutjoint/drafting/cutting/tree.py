@@ -61,6 +61,12 @@ class Tree:
         return tuple(one for one in self.links if self.body(one) not in carrying | {root})
 
     @cached_property
+    def on_base(self) -> tuple[str, ...]:
+        """Mere frames of the base that carry nothing."""
+        parents, root = {one.parent for one in self.robot.joints}, self.robot.root
+        return tuple(one for one in self.links if one not in parents and self.is_frame(one) and self.body(one) == root)
+
+    @cached_property
     def at_zero(self) -> Mapping[str, Array]:
         """World placement (4, 4) of every link in the zero configuration."""
         placed: dict[str, Array] = {}

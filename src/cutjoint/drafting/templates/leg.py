@@ -23,7 +23,7 @@ HOME = 2.0
 
 def sketch(size: Sizes) -> Sketch:
     """The leg with its foot down."""
-    leg = _Leg(size["unit"])
+    leg = _Leg(size["crank"] / UNITS["m"])
     return Sketch(
         title="Walking leg (Theo Jansen's linkage)",
         source="a template of cutjoint; proportions of T. Jansen, The Great Pretender, 010 Publishers, 2007",
@@ -130,6 +130,6 @@ def _triangle(plane: Plane, name: str, about: str, b: Point, c: Point, k: int, c
 
 TEMPLATE = Template(
     "a walking leg, Theo Jansen's linkage: one motor, seven links, three loops",
-    {"unit": Size(0.004, "one of Jansen's units: the crank has 15, the leg reaches about 100")},
+    {"crank": Size(0.06, "the crank; the rest has Jansen's proportions")},
     sketch,
 )
