@@ -125,8 +125,10 @@ def test_random_robots_on_other_trees_are_the_same(seed: int, tmp_path: Path) ->
 LINK = """<link name="{}"><inertial><mass value="1"/>
   <inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
 """
-JOINT = """<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/><origin xyz="{}"/><axis xyz="0 0 1"/>{}</joint>
+JOINT = """<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/><origin xyz="{}"/>
+  <axis xyz="0 0 1"/>{}</joint>
 """
+LIMIT = '<limit lower="-3" upper="3" effort="1" velocity="1"/>'
 
 
 def two_parents(folder: Path) -> Path:

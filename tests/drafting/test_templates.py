@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from kit import closed_forms
+from kit.quickly import few
 
 import cutjoint
 from cutjoint.description import check
@@ -15,7 +16,7 @@ from cutjoint.errors import CutjointError, InputError
 
 MOBILITY = {"fourbar": 1, "fivebar": 2, "delta": 3, "stewart": 6, "leg": 1, "blank": 1}
 CASES = [
-    pytest.param(template, seed, marks=[] if seed == 0 and template != "leg" else pytest.mark.slow)
+    pytest.param(template, seed, marks=[] if (template, seed) == ("fivebar", 0) else pytest.mark.slow)
     for template in TEMPLATES
     for seed in range(12)
 ]
@@ -44,7 +45,7 @@ def postures(chain, seed: int):
 def test_a_template_closes_moves_and_follows_its_geometry(template: str, seed: int, tmp_path: Path) -> None:
     sizes = random_sizes(template, seed)
     if not closed_forms.CLOSES[template](sizes):
-        with pytest.raises(InputError, match="cannot|too flat"):
+        with pytest.raises(InputError, match=r"cannot|too flat"):
             draft("robot", template, sizes)
         return
     made = draft("robot", template, sizes)
@@ -64,7 +65,7 @@ def test_a_template_closes_moves_and_follows_its_geometry(template: str, seed: i
         assert np.linalg.eigvalsh(mass)[0] > 0.0
 
 
-@pytest.mark.parametrize("template", ["fivebar", "delta", "stewart"])
+@pytest.mark.parametrize("template", few(["fivebar", "delta", "stewart"], "delta"))
 def test_the_tool_is_reached_and_the_motors_bring_it_back(template: str, tmp_path: Path) -> None:
     write_draft(draft("robot", template), tmp_path / "robot")
     chain = cutjoint.load(str(tmp_path / "robot"))

@@ -65,12 +65,12 @@ def propose(
         told = [one for one in told if not any(f"'{name}'" in one and name in file.originals for name in back)]
         told += [sentence(one) for one in lost]
         given |= {one.name for one in robot.cuts} - {pair.name for pair, _ in found}
-    wrong = [sentence(one) for one in check_description(robot) if one.severity == "error" and not one.tolerable]
-    if wrong:
-        raise InputError(f"cut so, {robot.name} is no robot that can be computed with: {'; '.join(wrong)}")
     if chose or not robot.homes:
         chain = _closed(robot)
         robot = replace(robot, homes=(home_of(chain), *robot.homes[1:]))
+    wrong = [sentence(one) for one in check_description(robot) if one.severity == "error" and not one.tolerable]
+    if wrong:
+        raise InputError(f"cut so, {robot.name} is no robot that can be computed with: {'; '.join(wrong)}")
     problems, at_home = kinematic_problems(robot)
     chain = at_home or _closed(robot)
     told += [*more, *_limits_lost(robot, file.originals), *map(sentence, problems)]
