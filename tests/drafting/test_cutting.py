@@ -203,6 +203,7 @@ def test_what_cannot_be_cut(cut: list[str], types: dict[str, str], error: type[C
     assert told in str(caught.value)
 
 
+@pytest.mark.slow
 def test_frames_that_cannot_meet_are_refused(tmp_path: Path) -> None:
     chain = original("parallelogram", tmp_path / "a")
     robot = uncut(chain.description, ENDS[0])

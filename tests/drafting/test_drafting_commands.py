@@ -118,6 +118,15 @@ def test_the_help_teaches_which_template_has_which_size() -> None:
             assert f"{template}: {size.about} ({size.default:g})" in text
 
 
+def test_the_guide_lists_all_sizes() -> None:
+    guide = (Path(__file__).resolve().parents[2] / "docs/adding-a-robot.md").read_text()
+    for template, row in TEMPLATES.items():
+        (line,) = [one for one in guide.splitlines() if one.startswith(f"| `{template}` |")]
+        assert line.count("`--") == len(row.sizes)
+        for name, size in row.sizes.items():
+            assert f"`--{name}` {size.default:g}" in line
+
+
 def _app() -> typer.Typer:
     app = typer.Typer()
     app.command()(new.command)
@@ -145,6 +154,7 @@ def test_cut_writes_a_robot_that_check_has_nothing_against(here: Path) -> None:
     assert isinstance(run(cut, file, "-o", "closed").exception, InputError)
 
 
+@pytest.mark.slow
 def test_cut_takes_the_type_that_is_asked_for(here: Path) -> None:
     file = open_parallelogram(here)
     name = json.loads(run(cut, file, "--json").output)["cuts"][0]["name"]
