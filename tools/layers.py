@@ -46,10 +46,11 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "compile": RUN | {"papers"},
     "viewer": RUN,
     "engines": CHAIN | {"crosscheck"},
+    "drafting": CHAIN,
     "robots": ROBOTS,
     "experiments": ROBOTS | {"report"},
     "report": ROBOTS | {"viewer"},
-    "commands": ROBOTS | {"engines", "experiments", "viewer", "report", "plugins", PACKAGE},
+    "commands": ROBOTS | {"drafting", "engines", "experiments", "viewer", "report", "plugins", PACKAGE},
     "cli": BASE | {"commands", PACKAGE},
     "__main__": frozenset({"cli", "interrupts"}),
     PACKAGE: ROBOTS | {"report"},  # result.plot() asks the package for it, at call time

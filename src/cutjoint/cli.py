@@ -15,7 +15,9 @@ from cutjoint import interrupts
 from cutjoint.commands.failing import complain, failed
 from cutjoint.commands.stopping import told
 
-COMMANDS = ("list", "info", "check", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
+COMMANDS = (
+    "new", "cut", "list", "info", "check", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile",
+)  # fmt: skip
 
 RARELY = 50_000
 """New objects until Python looks for circles among them: a command makes many that stay, and ends soon."""
