@@ -1,6 +1,7 @@
 """Trajectories of the tool and of the actuators, and the motion of the actuators that follows them through a
 mechanism."""
 
+from cutjoint.motion.about_home import JointSwing, ToolSwing, about_home
 from cutjoint.motion.catalogue import TRAJECTORIES
 from cutjoint.motion.from_file import motion_from_file
 from cutjoint.motion.joint_space import JointChirp, JointSine
@@ -24,6 +25,7 @@ __all__ = [
     "JointMotion",
     "JointSine",
     "JointSpline",
+    "JointSwing",
     "JointWaypoints",
     "Lissajous",
     "PickAndPlace",
@@ -34,8 +36,10 @@ __all__ = [
     "Reference",
     "Spiral",
     "ToolMotion",
+    "ToolSwing",
     "Trajectory",
     "Trapezoidal",
     "Waypoints",
+    "about_home",
     "motion_from_file",
 ]

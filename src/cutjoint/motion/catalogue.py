@@ -8,6 +8,7 @@ from math import isfinite
 
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
+from cutjoint.motion.about_home import SIZE, about_home
 from cutjoint.motion.from_file import is_motion_file, motion_from_file
 from cutjoint.motion.joint_space import JointChirp, JointSine
 from cutjoint.motion.outside import outside_trajectory
@@ -66,6 +67,11 @@ def _seconds(about: str, default: float | None = None) -> Argument:
 
 
 TRAJECTORIES: dict[str, TrajectoryRow] = {
+    "about-home": TrajectoryRow(
+        about_home,
+        (Argument("SIZE", "", "of the way out, in robot sizes or rad", SIZE), _seconds("for out and back", 1.0)),
+        "a small motion out and back, of the tool or the actuators, as far as the robot can",
+    ),
     "hold": TrajectoryRow(Hold.at_home, (_seconds("of rest", 1.0),), "rest at home"),
     "line": TrajectoryRow(
         PointToPoint.from_home,
