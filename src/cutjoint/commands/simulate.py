@@ -19,9 +19,8 @@ from cutjoint.commands.simulated import check_loads, led_by, robots_of, unled
 from cutjoint.commands.stopping import stopped, stopped_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
-    from cutjoint.chain import ClosedChain
     from cutjoint.control import Law
     from cutjoint.mechanism import JointLimits, Load, Mechanism
     from cutjoint.motion import Reference

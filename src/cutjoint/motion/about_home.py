@@ -9,7 +9,7 @@ cannot move either way rests.  The motion tells in `chosen` what became of it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from cutjoint.errors import (
     CutjointError,
     DynamicsError,
     InputError,
+    LimitError,
     SingularError,
     UnreachableError,
 )
@@ -122,19 +123,19 @@ def _tool_swing(mechanism: Mechanism, size: float, seconds: float) -> ToolSwing 
         along[list(task.rows)] = part * size * direction
         by, turn = length * (task.basis @ along[:3]), task.basis @ along[3:]
         try:
-            goal = ToolSwing(task.home, by, turn, seconds)
+            goal = ToolSwing(task.home, by, turn, seconds, task.names)
             mechanism.reach(goal.at(0.5 * seconds).position if task.is_of_point else _pose_at(goal), home, free=True)
             there = Reference(goal, mechanism).at(0.5 * seconds).posture
             if _led(mechanism, there)[-1] < LOSS * sizes[-1] or _is_heavier(mechanism, there):
                 last = "a singular posture is near"
                 continue
         except _CANNOT as error:
-            last = _short(error)
+            last = _why(error)
             continue
         told = [f"tool {_told(by, turn)} and back"]
         if part < 1.0 or direction.min() <= 0.0:
             told.append(f"not {'further' if part < 1.0 else 'in all coordinates'}: {last}")
-        return ToolSwing(task.home, by, turn, seconds, chosen=tuple(told))
+        return replace(goal, chosen=tuple(told))
     return f"its tool cannot move about home ({last})"
 
 
@@ -204,7 +205,7 @@ def _joint_swing(mechanism: Mechanism, size: float, seconds: float, why: str) ->
         try:
             there = Reference(swing, mechanism).at(0.5 * seconds).posture
         except _CANNOT as error:
-            last = _short(error)
+            last = _why(error)
             continue
         if _is_heavier(mechanism, there):
             last = "a singular posture is near"
@@ -224,7 +225,7 @@ def _alone(mechanism: Mechanism, most: Array) -> tuple[Array, dict[str, str]]:
             try:
                 mechanism.close(home.q, mechanism.close(out, home))
             except _CANNOT as error:
-                blocked[actuator.name] = _short(error)
+                blocked[actuator.name] = _why(error)
                 continue
             found[k] = way
             blocked.pop(actuator.name, None)
@@ -251,7 +252,11 @@ def _of_joints(mechanism: Mechanism, way: Array, why: str, blocked: dict[str, st
     return tuple(told)
 
 
-def _short(error: CutjointError) -> str:
-    """The end of a message, which tells the cause."""
-    text = str(error).splitlines()[0]
-    return text if len(text) <= 160 else f"{text[:157]}..."
+def _why(error: CutjointError) -> str:
+    """Why a way cannot be followed, in a few words."""
+    if isinstance(error, LimitError):
+        (lower, upper), value = error.bounds, error.value
+        return f"{error.joint} would be at {value:.4g}, beyond its limits {lower:.4g} to {upper:.4g}"
+    if isinstance(error, SingularError) or isinstance(error.__cause__, SingularError):
+        return "a singular posture is near"
+    return "the loops or the reach do not let it"
