@@ -83,11 +83,7 @@ def robots_of(
     chain, link = watched(load(robot, variant, dynamics="ideal" if ideal else "real", lenient=lenient))
     if link is not None and payload != 0.0:
         raise InputError(f"{robot} has no tool frame to carry a payload; name one under [tool] in its loops.toml")
-    told = (
-        []
-        if link is None
-        else [f"no tool is named: where link '{link}' goes, the end of the longest limb, is recorded"]
-    )
+    told = [] if link is None else [f"no tool is named: recorded is link '{link}', the end of the longest limb"]
     name = chain.description.name
     acting = chain.description.acting
     if plant == "paper" and acting:
@@ -98,9 +94,7 @@ def robots_of(
     believes = model or ("paper" if name in PUBLISHED and not acting else "chain")
     inside: Mechanism = published(name) if believes == "paper" else chain
     if plant is None and default and chain.n > MANY:
-        told.append(
-            f"not compiled, as {chain.n} actuators take a while; --plant compiled does, and is quicker after that"
-        )
+        told.append(f"not compiled: {chain.n} actuators take a while; --plant compiled does it, once")
         plant = "chain"
     if plant == "chain":
         return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside, tuple(told), link)

@@ -6,8 +6,8 @@ acceleration of their coordinates under efforts is G effort + a_0 there, so that
 
     effort = holding(s) + G^+ (a_d + kd e_dot + kp e)
 
-moves them about home as computed torque would.  For actuators that depend on each other the pseudo-inverse G^+ gives the
-least efforts.  For robots with fewer actuators than freedoms that is collocated partial feedback linearisation (M. W.
+moves them about home as computed torque would.  For actuators that depend on each other the pseudo-inverse G^+ gives
+the least efforts.  For robots with fewer actuators than freedoms that is collocated partial feedback linearisation (M. W.
 Spong: Partial feedback linearization of underactuated mechanical systems.  IROS 1994), with the inertia of home.
 """
 
@@ -62,9 +62,9 @@ class LedActuators(Values):
         """Where the actuators should be at `t` [s], with velocity and acceleration, shape (n,) each."""
         s, rate, change = there_and_back(t, self.seconds)
         slope = polynomial.polyder(self.way)
-        first = polynomial.polyval(s, slope)
-        bend = polynomial.polyval(s, polynomial.polyder(slope))
-        return np.asarray(polynomial.polyval(s, self.way)), rate * first, change * first + rate * rate * bend
+        first, bend = (np.asarray(polynomial.polyval(s, one)) for one in (slope, polynomial.polyder(slope)))
+        place, speed = np.asarray(polynomial.polyval(s, self.way)), np.asarray(rate * first)
+        return place, speed, np.asarray(change * first + rate * rate * bend)
 
     def effort(self, desired: Desired, q: Array, v: Array, memory: Array) -> Array:
         """As the module's head says, shape (n,)."""
