@@ -7,8 +7,8 @@ acceleration of their coordinates under efforts is G effort + a_0 there, so that
     effort = holding(s) + G^+ (a_d + kd e_dot + kp e)
 
 moves them about home as computed torque would.  For actuators that depend on each other the pseudo-inverse G^+ gives
-the least efforts.  For robots with fewer actuators than freedoms that is collocated partial feedback linearisation (M. W.
-Spong: Partial feedback linearization of underactuated mechanical systems.  IROS 1994), with the inertia of home.
+the least efforts.  For robots with fewer actuators than freedoms that is collocated partial feedback linearisation
+(M. W. Spong: Partial feedback linearization of underactuated mechanical systems.  IROS 1994), with the inertia of home.
 """
 
 from __future__ import annotations

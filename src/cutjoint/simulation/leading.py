@@ -49,7 +49,7 @@ def led(chain: ClosedChain, seconds: float, kp: float, kd: float) -> Led:
     if chain.n == 0:
         raise ActuationError(f"{chain.name} has no actuator", mobility=freedoms, actuators=0, free=report.free)
     answer, falling = _answer(chain)
-    inertia: Array = np.linalg.pinv(answer, rcond=tolerances.RANK.value, hermitian=True)
+    inertia = np.asarray(np.linalg.pinv(answer, rcond=tolerances.RANK.value, hermitian=True), dtype=np.float64)
     driven = int(np.linalg.matrix_rank(answer, tol=tolerances.RANK.value * np.linalg.norm(answer, 2), hermitian=True))
     least = -inertia @ falling
     found = _dependent(chain) if driven < chain.n else _independent(chain, least)
@@ -114,8 +114,8 @@ def _dependent(chain: ClosedChain) -> _Way | None:
                 continue
             still = np.zeros(minimal.n)
             efforts = [minimal.efforts(at, still, still).effort for at in postures]
-            way = np.asarray(polynomial.polyfit(parts, np.array([at.q for at in postures]), DEGREE))
-            holding = np.asarray(polynomial.polyfit(parts, np.array(efforts), DEGREE))
+            way = np.asarray(polynomial.polyfit(parts, np.array([at.q for at in postures]), DEGREE), dtype=np.float64)
+            holding = np.asarray(polynomial.polyfit(parts, np.array(efforts), DEGREE), dtype=np.float64)
             return _Way(way, holding, _words(end, units))
     except CutjointError:
         return None
