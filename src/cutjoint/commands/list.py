@@ -8,6 +8,7 @@ import typer
 
 from cutjoint.commands import options
 from cutjoint.commands.output import TerminalTable, print_json
+from cutjoint.extras import how_to_get
 
 
 def command(
@@ -37,4 +38,6 @@ def command(
         return
     shown.print()
     if examples:
-        typer.echo("example-robot-data: " + (", ".join(others) or "not installed (pip install example-robot-data)"))
+        typer.echo(
+            "example-robot-data: " + (", ".join(others) or f"not installed ({how_to_get('example_robot_data')})")
+        )
