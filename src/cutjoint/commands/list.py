@@ -38,6 +38,5 @@ def command(
         return
     shown.print()
     if examples:
-        typer.echo(
-            "example-robot-data: " + (", ".join(others) or f"not installed ({how_to_get('example_robot_data')})")
-        )
+        absent = f"not installed ({how_to_get('example_robot_data')})"
+        typer.echo(f"example-robot-data: {', '.join(others) or absent}")
