@@ -18,7 +18,7 @@ from cutjoint.description import catalogue
 from cutjoint.errors import MissingPackageError
 
 ROOT = Path(__file__).resolve().parents[2]
-HIDE = '''
+HIDE = """
 import importlib.machinery, os
 hidden = set(os.environ.get("HIDDEN_PACKAGES", "").split(","))
 usual = importlib.machinery.PathFinder.find_spec
@@ -29,7 +29,7 @@ if "example_robot_data" in hidden:
     import pathlib
     known = pathlib.Path.is_dir
     pathlib.Path.is_dir = lambda self: "example-robot-data" not in self.parts and known(self)
-'''
+"""
 """Run when a Python starts, its children too: packages of these names are not there, nor is the folder of robots."""
 URDF_WITH_XACRO = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:property name="a" value="1"/><link name="base"/></robot>
@@ -104,7 +104,7 @@ def test_what_is_no_optional_package_is_no_missing_extra() -> None:
     assert extras.needed("matplotlib.figure", "a plot").__name__ == "matplotlib.figure"
     with pytest.raises(ImportError, match="no_such_module"):
         extras.needed("no_such_module", "a test")
-    with pytest.raises(MissingPackageError, match=r"a test needs matplotlib.*pip install 'cutjoint\[report\]'") as found:
+    with pytest.raises(MissingPackageError, match=r"a test needs matplotlib.*'cutjoint\[report\]'") as found:
         raise extras.missing("matplotlib.figure", "a test")
     assert (found.value.package, found.value.extra) == ("matplotlib", "report")
 
