@@ -43,12 +43,12 @@ def ran(done: Any) -> dict[str, Any]:
     return figures
 
 
-def followed(figures: dict[str, Any]) -> None:
-    """It kept to its way, and came back."""
+def followed(figures: dict[str, Any], most: float) -> None:
+    """It kept to its way by `most` [m] and [rad]."""
     assert figures["trajectory"] == "about home"
     assert figures["duration_s"] == pytest.approx(1.0)
-    assert figures["error_worst_m"] < 1e-7
-    assert figures.get("error_worst_rad", 0.0) < 1e-7
+    assert figures["error_worst_m"] < most
+    assert figures.get("error_worst_rad", 0.0) < most
 
 
 def loaded(name: str | Path) -> ClosedChain | DescriptionError:
@@ -69,12 +69,17 @@ def checked(name: str | Path) -> None:
         assert isinstance(done.exception, InputError)
         assert "--free" in str(done.exception) if chain.nv else "no joint that moves" in str(done.exception)
         return
+    report = chain.mobility()
+    determined = report.determined
+    if not determined and report.type2 < 1e-6:
+        assert "is singular" in str(simulate(name).exception)
+        return
     figures = ran(simulate(name, "--json"))
-    determined = chain.mobility().determined
     if chain.description.name in PUBLISHED:
         assert figures["error_worst_m"] < 0.05
     elif determined:
-        followed(figures)
+        # idle motions that gain momentum, as of rods that are not round, disturb what the actuators follow
+        followed(figures, 1e-7 if chain.idle_is_cyclic else 0.01 * chain.length)
     else:
         assert "trajectory" not in figures
     if not determined or chain.description.name not in PUBLISHED:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 
 from cutjoint.commands.options import gains_of, trajectory_of
+from cutjoint.mechanism import is_mechanism
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -37,8 +38,6 @@ class Robots(NamedTuple):
     @property
     def robot(self) -> Mechanism:
         """What moves, without its plant, and not compiled."""
-        from cutjoint.mechanism import is_mechanism
-
         moving = self.moving
         robot = moving if is_mechanism(moving) else moving.mechanism  # type: ignore[union-attr]
         plain: Mechanism = getattr(robot, "plain", robot)
@@ -147,6 +146,11 @@ def _undetermined(chain: ClosedChain, gains: Mapping[str, str]) -> Led:
     from cutjoint.errors import InputError
     from cutjoint.simulation.leading import led
 
+    if not np.isnan(chain.mobility().type2):
+        raise InputError(
+            f"the home of {chain.name} is singular: with the actuators locked it still moves, so nothing tells where it "
+            "would go from there; give it a home elsewhere, the first under [home] of its loops.toml"
+        )
     known = {name: np.asarray(one) for name, one in gains_of(chain.description.name, "computed-torque", gains).items()}
     if many := [name for name, one in known.items() if one.ndim]:
         raise InputError(f"gain {many[0]} must be one number where actuators are led about home")

@@ -8,13 +8,13 @@ from math import isfinite
 
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
-from cutjoint.motion.about_home import SIZE, about_home
 from cutjoint.motion.from_file import is_motion_file, motion_from_file
 from cutjoint.motion.joint_space import JointChirp, JointSine
 from cutjoint.motion.outside import outside_trajectory
 from cutjoint.motion.paths import Circle, Hold, Lissajous, PointToPoint, Trapezoidal
 from cutjoint.motion.pick_and_place import PickAndPlace
 from cutjoint.motion.pose_moves import PoseMove
+from cutjoint.motion.swings import SIZE, about_home
 from cutjoint.motion.values import Trajectory
 from cutjoint.motion.waypoints import JointWaypoints, Waypoints
 from cutjoint.motion.winding import Spiral

@@ -60,8 +60,6 @@ def led(chain: ClosedChain, seconds: float, kp: float, kd: float) -> Led:
         told.append(f"{driven} of {freedoms} freedoms are driven, so the rest moves as it likes ({free})")
     if driven < chain.n:
         told.append(f"{chain.n} actuators do the work of {driven}, so their efforts are the least that do")
-    if not told[1:]:
-        told.append("home is singular, so the actuators do not tell how the robot moves from there")
     return Led(LedActuators(way.way, way.holding, inertia, kp, kd, seconds), tuple(told))
 
 
