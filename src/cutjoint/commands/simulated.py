@@ -44,7 +44,7 @@ class Robots(NamedTuple):
         return plain
 
 
-class Led(NamedTuple):
+class Leader(NamedTuple):
     """Who gives the efforts, what is followed, what was chosen unasked, and whether the run may end where a joint that
     nothing drives meets its limits."""
 
@@ -111,7 +111,7 @@ def led_by(
     duration: float | None,
     gains: Mapping[str, str],
     joints: JointLimits,
-) -> Led:
+) -> Leader:
     """Who leads a robot, and along what.
 
     Raises:
@@ -138,24 +138,24 @@ def led_by(
             f"{error}. Without --controller and --trajectory its actuators are led about home; with --free it falls"
         ) from error
     told += getattr(made, "chosen", ())
-    return Led(law, reference, tuple(told))
+    return Leader(law, reference, tuple(told))
 
 
-def _undetermined(chain: ClosedChain, gains: Mapping[str, str]) -> Led:
+def _undetermined(chain: ClosedChain, gains: Mapping[str, str]) -> Leader:
     """A robot whose actuators do not determine its motion."""
     from cutjoint.errors import InputError
     from cutjoint.simulation.leading import led
 
     if not np.isnan(chain.mobility().type2):
         raise InputError(
-            f"the home of {chain.name} is singular: with the actuators locked it still moves, so nothing tells where it "
-            "would go from there; give it a home elsewhere, the first under [home] of its loops.toml"
+            f"the home of {chain.name} is singular: with the actuators locked it still moves, so nothing tells where "
+            "it would go from there; give it a home elsewhere, the first under [home] of its loops.toml"
         )
     known = {name: np.asarray(one) for name, one in gains_of(chain.description.name, "computed-torque", gains).items()}
     if many := [name for name, one in known.items() if one.ndim]:
         raise InputError(f"gain {many[0]} must be one number where actuators are led about home")
     law, told = led(chain, 1.0, float(known["kp"]), float(known["kd"]))
-    return Led(law, None, (*_beyond(chain), *told), may_end=True)
+    return Leader(law, None, (*_beyond(chain), *told), may_end=True)
 
 
 def has_paper(chain: ClosedChain) -> bool:
@@ -201,7 +201,7 @@ def unled(
     efforts: Path | None,
     lock: Sequence[str],
     gains: Mapping[str, str],
-) -> Led:
+) -> Leader:
     """Who gives the efforts of a robot that follows nothing.
 
     Raises:
@@ -217,10 +217,10 @@ def unled(
     if robots.chain.nv == 0:
         raise InputError(_no_actuator(robots.chain))
     if efforts is None:
-        return Led(law_of(robots, controller or "none", gains), None)
+        return Leader(law_of(robots, controller or "none", gains), None)
     if controller is not None or gains:
         raise InputError("with --efforts there is no controller; leave out --controller and gains")
-    return Led(efforts_from_csv(efforts, robots.chain.actuators, lock), None)
+    return Leader(efforts_from_csv(efforts, robots.chain.actuators, lock), None)
 
 
 def check_loads(robots: Robots, loads: Sequence[Load]) -> None:

@@ -22,7 +22,7 @@ DEGREE = 6
 """Of the polynomials along the way, whose error is far below the way where actuators depend on each other."""
 
 
-class Led(NamedTuple):
+class Leading(NamedTuple):
     """A law, and what it does in words, a sentence each."""
 
     law: LedActuators
@@ -37,7 +37,7 @@ class _Way(NamedTuple):
     words: str
 
 
-def led(chain: ClosedChain, seconds: float, kp: float, kd: float) -> Led:
+def led(chain: ClosedChain, seconds: float, kp: float, kd: float) -> Leading:
     """What leads the actuators of `chain` about home, out and back in `seconds` [s].
 
     Raises:
@@ -60,7 +60,7 @@ def led(chain: ClosedChain, seconds: float, kp: float, kd: float) -> Led:
         told.append(f"{driven} of {freedoms} freedoms are driven, so the rest moves as it likes ({free})")
     if driven < chain.n:
         told.append(f"{chain.n} actuators do the work of {driven}, so their efforts are the least that do")
-    return Led(LedActuators(way.way, way.holding, inertia, kp, kd, seconds), tuple(told))
+    return Leading(LedActuators(way.way, way.holding, inertia, kp, kd, seconds), tuple(told))
 
 
 def _answer(chain: ClosedChain) -> tuple[Array, Array]:
