@@ -87,7 +87,9 @@ def _add_joint(model: pin.Model, joint: Joint, parent: int, here: pin.SE3) -> tu
 
 def _add_body(model: pin.Model, name: str, inertial: Inertial | None, joint: int, placement: pin.SE3) -> None:
     if inertial is not None and inertial.mass > 0.0:
-        inertia = pin.Inertia(inertial.mass, np.array(inertial.com), np.array(inertial.inertia))
+        # its constructor refuses moments that are below zero by rounding, which the checks of a description let pass
+        inertia = pin.Inertia(inertial.mass, np.array(inertial.com), np.zeros((3, 3)))
+        inertia.inertia = np.array(inertial.inertia)
         model.appendBodyToJoint(joint, inertia, placement)
     model.addFrame(pin.Frame(name, joint, placement, pin.FrameType.BODY))
 

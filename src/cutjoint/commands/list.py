@@ -8,6 +8,7 @@ import typer
 
 from cutjoint.commands import options
 from cutjoint.commands.output import print_json, say, show
+from cutjoint.extras import how_to_get
 from cutjoint.tables import TextTable
 
 
@@ -38,4 +39,5 @@ def command(
         return
     show(TextTable("robots of cutjoint", columns, cells, right=columns[2:4]))
     if examples:
-        say("example-robot-data: " + (", ".join(others) or "not installed (pip install example-robot-data)"))
+        absent = f"not installed ({how_to_get('example_robot_data')})"
+        say(f"example-robot-data: {', '.join(others) or absent}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -66,6 +66,7 @@ def show(result: Result, figures: Mapping[str, object]) -> None:
     gains = ", ".join(f"{name} {_short(value)}" for name, value in result.about["gains"].items()) or "none"
     rate = "continuous" if figures["rate"] is None else f"{figures['rate']:g} Hz, held in between"
     rows = [
+        *(("chosen" if i == 0 else "", one) for i, one in enumerate(cast("list[str]", figures.get("chosen", [])))),
         ("gains", gains),
         ("control", rate),
         *([("not compiled", str(figures["not_compiled"]))] if "not_compiled" in figures else ()),

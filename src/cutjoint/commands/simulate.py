@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
+import numpy as np
 import typer
 
 from cutjoint import interrupts
 from cutjoint.commands import built, completing, options
 from cutjoint.commands.failing import complain
 from cutjoint.commands.loads import loads_of
-from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, named_gains, numbers, trajectory_of, with_gains
+from cutjoint.commands.options import CONTROLLERS, HELP, named_gains, numbers, with_gains
 from cutjoint.commands.output import print_json
 from cutjoint.commands.progress import progress
 from cutjoint.commands.reaction_peaks import check_reactions, peaks_of, show_peaks, written
 from cutjoint.commands.run_figures import figures_of, show
+from cutjoint.commands.simulated import check_loads, led_by, robots_of, unled
 from cutjoint.commands.stopping import stopped, stopped_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
-    from cutjoint.chain import ClosedChain
     from cutjoint.control import Law
     from cutjoint.mechanism import JointLimits, Load, Mechanism
     from cutjoint.motion import Reference
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 LONGEST_STEP = 1e-3
 PROGRESS = 0.02
 """Part of a run after which its progress is shown anew."""
-Robot = TypeVar("Robot", bound="Mechanism")
 
 
 # long: its options, a line or three each
@@ -48,7 +48,9 @@ def command(
     ] = None,
     trajectory: Annotated[
         str | None,
-        typer.Option(metavar="SPEC", help=f"Default paper: {HELP}", autocompletion=completing.trajectories),
+        typer.Option(
+            metavar="SPEC", help=f"Default paper, or about-home: {HELP}", autocompletion=completing.trajectories
+        ),
     ] = None,
     free: Annotated[
         bool, typer.Option("--free", help="Nothing to follow: the robot falls, or does what the controller wants.")
@@ -72,12 +74,13 @@ def command(
         ),
     ] = None,
     plant: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="compiled|chain|paper",
-            help="The robot: its chain compiled, where it can be; the chain in Pinocchio; or the published model.",
+            help="The robot: its chain compiled, where it can be, which is the default; the chain in Pinocchio; or the "
+            "published model.",
         ),
-    ] = "compiled",
+    ] = None,
     model: Annotated[
         str | None,
         typer.Option(
@@ -133,6 +136,9 @@ def command(
 ) -> None:
     """Simulate a robot under a controller and say how well it followed, and whether the simulation can be believed.
 
+    With no options it follows its paper's trajectory, or a small motion about home under computed torque; where its
+    actuators do not determine its motion they are led, and the rest falls.
+
     The robot starts at rest in the first desired posture, or at home where it follows nothing.  A run that cannot go on
     ends with exit status 2, one that is interrupted (Ctrl-C) with 130; with `--save FILE` what was simulated until then
     is kept beside it as FILE's name with `.stopped` in it.
@@ -145,44 +151,54 @@ def command(
     machine = built.hardware_of_options(
         built.Built(hardware, delay, command_delay, jitter, tick, resolution, noise, filter, seed), rate, limit
     )
-    robots = _robots(robot, variant, plant, model, payload, ideal, lenient)
+    default = not free and efforts is None and controller is None and trajectory is None
+    robots = robots_of(robot, variant, plant, model, payload, ideal, lenient, default)
+    acting = loads_of(load) if load else None
+    check_loads(robots, acting or ())
     if reactions is not None:
         check_reactions(reactions, robots.robot)
     joints: JointLimits = "ignore" if ignore_limits else "respect"
+    given = named_gains(gains, gain or ())
     if free or efforts is not None:
-        law = _unled(robots, controller, trajectory, efforts, lock or (), named_gains(gains, gain or ()))
-        reference = None
+        led = unled(robots, controller, trajectory, efforts, lock or (), given)
     else:
-        law = _law(robots, controller or "computed-torque", named_gains(gains, gain or ()))
-        reference = _reference(robots, trajectory or "paper", duration, joints)
+        led = led_by(robots, controller, trajectory, duration, given, joints)
     if duration is None and efforts is None:
-        duration = 1.0 if reference is None else reference.duration
+        duration = 1.0 if led.reference is None else led.reference.duration
     with interrupts.keeping():
         result, early = _done(
             save,
             lambda: _run(
-                (robots.moving, law, reference),
+                (robots.moving, led.law, led.reference),
                 duration,
                 machine or (rate, limit),
                 every,
                 step,
                 lock=lock or (),
                 joint_limits=joints,
-                loads=loads_of(load) if load else None,
+                loads=acting,
             ),
+            may_end=led.may_end,
         )
         saved = None if save is None else write(result, stopped_name(save) if early else save)
-        _tell(result, saved, reactions, robots.robot, json=json, early=early)
+        told = [*robots.told, *led.told, *_afterwards(result, led.law, duration)]
+        _tell(result, saved, reactions, robots.robot, json=json, early=early, told=told)
 
 
-def _done(save: Path | None, go: Callable[[], Result]) -> tuple[Result, str]:
-    """The result of a run; where it was interrupted also the words for that, and the result goes until then."""
-    from cutjoint.errors import Interrupted, SimulationError
+def _done(save: Path | None, go: Callable[[], Result], *, may_end: bool) -> tuple[Result, str]:
+    """The result of a run; where it was interrupted also the words for that, and the result goes until then.
+
+    It `may_end` where a joint meets its limits, if the run was chosen so and nothing drives that joint.
+    """
+    from cutjoint.errors import Interrupted, LimitError, SimulationError
     from cutjoint.simulation import save as write
 
     try:
         return go(), ""
     except SimulationError as error:
+        early = cast("Result", error.result)
+        if may_end and isinstance(error.__cause__, LimitError) and early.time[-1] > 0.0:
+            return early, ""
         if save is not None:
             beside = write(cast("Result", error.result), stopped_name(save))
             complain(f"what was simulated until then: {beside}")
@@ -191,8 +207,31 @@ def _done(save: Path | None, go: Callable[[], Result]) -> tuple[Result, str]:
         return cast("Result", error.result), str(error)
 
 
+def _afterwards(result: Result, law: Law, duration: float | None) -> list[str]:
+    """What a run that was chosen unasked came to: how well actuators were led, and whether it ended early."""
+    from cutjoint.control.led import LedActuators
+
+    if not isinstance(law, LedActuators):
+        return []
+    off = np.abs(result.q - [law.at(t)[0] for t in result.time.tolist()]).max()
+    told = [f"the actuators were at most {off:.2g} m or rad off their way"]
+    if duration is not None and result.time[-1] < duration * (1.0 - 1e-9):
+        told.append(
+            f"it ends at {result.time[-1]:.4g} s of {duration:.4g} s, where a joint that nothing drives meets its "
+            "limits; --ignore-limits goes on"
+        )
+    return told
+
+
 def _tell(
-    result: Result, saved: Path | None, reactions: Path | None, robot: Mechanism, *, json: bool, early: str
+    result: Result,
+    saved: Path | None,
+    reactions: Path | None,
+    robot: Mechanism,
+    *,
+    json: bool,
+    early: str,
+    told: Sequence[str],
 ) -> None:
     """Print what a run comes to, and write its reactions; of a run that was interrupted only where nothing else is
     kept.
@@ -201,6 +240,8 @@ def _tell(
         typer.Exit: it was interrupted.
     """
     figures = figures_of(result)
+    if told:
+        figures["chosen"] = list(told)
     if saved is not None:
         figures["saved"] = str(saved)
     if early:
@@ -224,93 +265,6 @@ def _tell(
     if early:
         kept = [str(one) for one in (saved, reactions if carried else None) if one is not None]
         raise stopped(f"{early}; kept in {', '.join(kept)}" if kept else f"{early}; without --save no file is written")
-
-
-class Robots(NamedTuple):
-    """What moves, the chain of the same robot, and what the controller believes."""
-
-    moving: Plant | Mechanism
-    chain: ClosedChain
-    inside: Mechanism
-
-    @property
-    def robot(self) -> Mechanism:
-        """What moves, without its plant, and not compiled."""
-        from cutjoint.mechanism import Mechanism
-
-        moving = self.moving
-        robot = moving if isinstance(moving, Mechanism) else moving.mechanism
-        plain: Mechanism = getattr(robot, "plain", robot)
-        return plain
-
-
-def _robots(
-    robot: str, variant: str | None, plant: str, model: str | None, payload: float, ideal: bool, lenient: bool
-) -> Robots:
-    from cutjoint.errors import InputError, UnknownNameError
-    from cutjoint.robots import PUBLISHED, load, published
-    from cutjoint.simulation import ConstrainedPlant
-    from cutjoint.simulation.choice import quick
-
-    for option, side, known in (("plant", plant, ("compiled", "chain", "paper")), ("model", model, ("chain", "paper"))):
-        if side is not None and side not in known:
-            raise UnknownNameError(option, side, known)
-    chain = load(robot, variant, dynamics="ideal" if ideal else "real", lenient=lenient)
-    name = chain.description.name
-    acting = chain.description.acting
-    if plant == "paper" and acting:
-        raise InputError(
-            f"--plant paper moves freely, and {robot} has physics of {', '.join(acting)}; take --plant chain or "
-            "--ideal, or published(...).with_motors(...) in Python"
-        )
-    believes = model or ("paper" if name in PUBLISHED and not acting else "chain")
-    inside: Mechanism = published(name) if believes == "paper" else chain
-    if plant == "chain":
-        return Robots(ConstrainedPlant(_loaded(chain, payload)), chain, inside)
-    quickly = quick(inside)
-    if inside is chain and plant == "compiled" and payload == 0.0:
-        return Robots(quickly, chain, quickly)
-    moving: Mechanism = _loaded(published(name) if plant == "paper" else chain, payload)
-    return Robots(moving, chain, quickly)
-
-
-def _law(robots: Robots, controller: str, gains: Mapping[str, str]) -> Law:
-    from cutjoint.control import law
-
-    return law(controller, robots.inside, gains_of(robots.chain.description.name, controller, gains))
-
-
-def _unled(
-    robots: Robots,
-    controller: str | None,
-    trajectory: str | None,
-    efforts: Path | None,
-    lock: Sequence[str],
-    gains: Mapping[str, str],
-) -> Law:
-    """Who gives the efforts of a robot that follows nothing."""
-    from cutjoint.control import efforts_from_csv
-    from cutjoint.errors import InputError
-
-    if trajectory is not None:
-        raise InputError(
-            f"with {'--free' if efforts is None else '--efforts'} nothing is followed; leave out --trajectory"
-        )
-    if efforts is None:
-        return _law(robots, controller or "none", gains)
-    if controller is not None or gains:
-        raise InputError("with --efforts there is no controller; leave out --controller and gains")
-    return efforts_from_csv(efforts, robots.chain.actuators, lock)
-
-
-def _reference(robots: Robots, trajectory: str, duration: float | None, joints: JointLimits) -> Reference:
-    from cutjoint.motion import Reference
-
-    return Reference(trajectory_of(robots.chain, trajectory, robots.inside), robots.inside, duration, limits=joints)
-
-
-def _loaded(robot: Robot, payload: float) -> Robot:
-    return robot.with_payload(payload) if payload != 0.0 else robot
 
 
 def _run(

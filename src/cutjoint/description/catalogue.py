@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 
 from cutjoint.description.files import example_robot_data
 from cutjoint.errors import UnknownNameError
+from cutjoint.extras import missing
 
 _ALIASES = {
     "allegro_right": "allegro_right_hand",
@@ -85,9 +87,10 @@ def resolve(name_or_path: str | os.PathLike[str]) -> Path:
 
     Raises:
         UnknownNameError: a name that nothing has.
+        MissingPackageError: it may be one of example-robot-data, which is not installed.
     """
     name = os.fspath(name_or_path)
-    if isinstance(name_or_path, Path) or os.sep in name or "/" in name or Path(name).suffix:
+    if isinstance(name_or_path, Path) or os.sep in name or "/" in name:
         return Path(name)
     if name in names():
         return path(name)
@@ -96,5 +99,10 @@ def resolve(name_or_path: str | os.PathLike[str]) -> Path:
     examples = _example_files()
     if name in examples:
         return examples[name]
+    if Path(name).suffix:
+        return Path(name)
+    if not examples and not get_close_matches(name, names(), n=1):
+        what = f"'{name}' is no robot that ships with cutjoint ({', '.join(names())}); one of example-robot-data"
+        raise missing("example_robot_data", what)
     hint = "`cutjoint list --examples` shows all, and the path of a robot's file or folder is taken too"
     raise UnknownNameError("robot", name, (*names(), *example_names()), hint)

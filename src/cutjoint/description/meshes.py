@@ -17,6 +17,7 @@ from cutjoint.description.findings import clip
 from cutjoint.description.formats.common.child import ChildFailed, in_child
 from cutjoint.description.mesh_guards import GUARDS, LARGEST, MeshFault
 from cutjoint.errors import FileError, InputError, shown
+from cutjoint.extras import needed
 from cutjoint.files import read_file
 
 if TYPE_CHECKING:
@@ -106,8 +107,7 @@ def parsed(file: tuple[Path, bytes]) -> tuple[Trimesh, ...]:
 
 
 def _parsed(data: bytes, path: Path) -> list[Trimesh]:
-    import trimesh
-
+    trimesh = needed("trimesh", "a mesh file")
     kind = path.suffix.lower()[1:]
     loaded = trimesh.load(io.BytesIO(data), file_type=kind, force="scene", resolver=_Beside(path.parent), process=False)
     faces = [len(getattr(loaded.geometry[loaded.graph[node][1]], "faces", ())) for node in loaded.graph.nodes_geometry]

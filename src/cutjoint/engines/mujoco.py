@@ -32,6 +32,7 @@ from cutjoint.description.transforms import rotation_from_quaternion
 from cutjoint.engines.cut_motion import CutMotion, smooth_sign
 from cutjoint.engines.natural import natural, units_of
 from cutjoint.errors import InputError
+from cutjoint.extras import needed
 
 if TYPE_CHECKING:
     import mujoco
@@ -100,14 +101,12 @@ class MujocoRobot:
     So are dampers, friction and springs of cuts, in which it has no joint.
 
     Raises:
-        InputError: MuJoCo is not installed, or the robot has joints or cuts that this comparison does not map.
+        MissingPackageError: MuJoCo is not installed.
+        InputError: the robot has joints or cuts that this comparison does not map.
     """
 
     def __init__(self, chain: ClosedChain) -> None:
-        try:
-            import mujoco
-        except ImportError as error:
-            raise InputError("MuJoCo is not installed; pip install 'cutjoint[engines]'") from error
+        mujoco = needed("mujoco", "MuJoCo as a second opinion")
         self._mujoco: ModuleType = mujoco
         self._scale = units_of(chain.description, chain.length)
         with tempfile.TemporaryDirectory() as folder:

@@ -1,7 +1,7 @@
 """What every model of a closed robot offers, whoever wrote it: the interface that controllers, simulator and
 cross-check are written against.  No Pinocchio and no numbers of any robot here."""
 
-from cutjoint.mechanism.interface import JointLimits, Mechanism, kinetic_energy
+from cutjoint.mechanism.interface import JointLimits, Mechanism, is_mechanism, kinetic_energy
 from cutjoint.mechanism.loads import Load, Loads
 from cutjoint.mechanism.names import ActuatedCoordinates, Actuator, Layout, Stored, actuated_values, in_order
 from cutjoint.mechanism.physics import Bushing, JointPhysics
@@ -29,5 +29,6 @@ __all__ = [
     "Tool",
     "actuated_values",
     "in_order",
+    "is_mechanism",
     "kinetic_energy",
 ]

@@ -6,7 +6,8 @@ written against it takes either.
 
 from __future__ import annotations
 
-from typing import Literal, Protocol, Self, runtime_checkable
+from inspect import getattr_static
+from typing import Literal, Protocol, Self, TypeGuard, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -134,6 +135,13 @@ class Mechanism(Protocol):
 
     def with_payload(self, mass: float) -> Self:
         """The same robot carrying a further point mass [kg] at the tool point."""
+
+
+def is_mechanism(robot: object) -> TypeGuard[Mechanism]:
+    """Whether an object has all that a `Mechanism` has.  Unlike `isinstance` in Python 3.11 it asks for none of it: the
+    task of a robot that is one cannot always be told."""
+    members = [name for name in vars(Mechanism) if not name.startswith("_")]
+    return all(getattr_static(robot, name, None) is not None for name in members)
 
 
 def kinetic_energy(mechanism: Mechanism, at: Posture, v: npt.ArrayLike) -> float:

@@ -9,6 +9,7 @@ from cutjoint.motion.pick_and_place import PickAndPlace
 from cutjoint.motion.pose_moves import PoseMove
 from cutjoint.motion.reference import Desired, Reference
 from cutjoint.motion.splines import JointSpline, PointSpline, PoseSpline
+from cutjoint.motion.swings import JointSwing, ToolSwing, about_home
 from cutjoint.motion.timing import Corners
 from cutjoint.motion.values import JointMotion, ToolMotion, Trajectory
 from cutjoint.motion.waypoints import JointWaypoints, Waypoints
@@ -24,6 +25,7 @@ __all__ = [
     "JointMotion",
     "JointSine",
     "JointSpline",
+    "JointSwing",
     "JointWaypoints",
     "Lissajous",
     "PickAndPlace",
@@ -34,8 +36,10 @@ __all__ = [
     "Reference",
     "Spiral",
     "ToolMotion",
+    "ToolSwing",
     "Trajectory",
     "Trapezoidal",
     "Waypoints",
+    "about_home",
     "motion_from_file",
 ]

@@ -14,6 +14,7 @@ from cutjoint.motion.outside import outside_trajectory
 from cutjoint.motion.paths import Circle, Hold, Lissajous, PointToPoint, Trapezoidal
 from cutjoint.motion.pick_and_place import PickAndPlace
 from cutjoint.motion.pose_moves import PoseMove
+from cutjoint.motion.swings import SIZE, about_home
 from cutjoint.motion.values import Trajectory
 from cutjoint.motion.waypoints import JointWaypoints, Waypoints
 from cutjoint.motion.winding import Spiral
@@ -66,6 +67,11 @@ def _seconds(about: str, default: float | None = None) -> Argument:
 
 
 TRAJECTORIES: dict[str, TrajectoryRow] = {
+    "about-home": TrajectoryRow(
+        about_home,
+        (Argument("SIZE", "", "of the way out, in robot sizes or rad", SIZE), _seconds("for out and back", 1.0)),
+        "a small motion out and back, of the tool or the actuators, as far as the robot can",
+    ),
     "hold": TrajectoryRow(Hold.at_home, (_seconds("of rest", 1.0),), "rest at home"),
     "line": TrajectoryRow(
         PointToPoint.from_home,

@@ -125,7 +125,7 @@ class ToolFollower:
 
     Attributes:
         task: of the mechanism.
-        size: of the robot, see `_size` [m].
+        size: of the robot, see `size_of` [m].
         is_of_whole_point: whether the task is x, y and z.
         weights: what the rows of the task are divided by to have no dimension, shape (rows,).
         units: what a motion of the actuators is divided by to have none, shape (n,).
@@ -135,7 +135,7 @@ class ToolFollower:
 
     def __init__(self, trajectory: Trajectory, mechanism: Mechanism, limits: JointLimits) -> None:
         self.trajectory, self.mechanism, self.limits = trajectory, mechanism, limits
-        self.task, self.size = mechanism.task, _size(mechanism)
+        self.task, self.size = mechanism.task, size_of(mechanism)
         self.is_of_whole_point = self.task.names == POSITION
         self.weights = np.array([self.size if row < 3 else 1.0 for row in self.task.rows])
         self.units = np.array([1.0 if one.kind == "rotation" else self.size for one in mechanism.actuators])
@@ -326,7 +326,7 @@ def _plain_inverse(matrix: Array) -> Array | None:
     return np.asarray(inverse) if squares < FAR_FROM_SINGULAR**2 else None
 
 
-def _size(mechanism: Mechanism) -> float:
+def size_of(mechanism: Mechanism) -> float:
     """A length of the robot [m]: the longest lever of an actuator that turns, or way from zero of one that slides.
 
     Where that is nothing, as on a wrist whose tool point is its centre, the distance from the world's origin, or 1 m.

@@ -14,7 +14,7 @@ from cutjoint.arrays import Array, Values, as_vector, positive, readonly
 from cutjoint.mechanism import Mechanism, Pose
 from cutjoint.mechanism.rotations import turned
 from cutjoint.motion.home import ToolAtHome
-from cutjoint.motion.timing import minimum_jerk
+from cutjoint.motion.timing import Progress, minimum_jerk
 from cutjoint.motion.values import ROTATION, ToolMotion
 
 
@@ -65,9 +65,13 @@ class PoseMove(Values):
         given = tuple(name for name, angle in wanted.items() if angle or name in mechanism.task.names)
         return cls(home.pose, turn=home.basis @ vector, duration=seconds, given=given, name="turn")
 
+    def progress(self, t: float) -> Progress:
+        """How far along its way it is at time `t` [s]."""
+        return minimum_jerk(t, self.duration)
+
     def at(self, t: float) -> ToolMotion:
         """The desired motion at time `t` [s]."""
-        s, rate, change = minimum_jerk(t, self.duration)
+        s, rate, change = self.progress(t)
         return ToolMotion(
             self.start.position + s * self.by,
             rate * self.by,

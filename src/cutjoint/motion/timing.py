@@ -2,6 +2,7 @@
 
 - Minimum jerk: 10 s^3 - 15 s^4 + 6 s^5 of s = t / duration (T. Flash, N. Hogan: The coordination of arm movements.
   J. Neurosci. 5 (1985) 1688-1703).  Twice continuously differentiable (C2).
+- There and back: 64 s^3 (1 - s)^3, out by 1 and home again, at rest without acceleration at both ends (C2).
 - Trapezoid: constant acceleration, constant speed, constant deceleration.  Only C1: the acceleration jumps four times.
 - Corners: straight legs at constant speed, joined by blends.  In a blend of 2 b around the corner at t_k the velocity
   goes from that of one leg to that of the next by a step S(u), u = (t - t_k) / (2 b) + 1/2:  u for the parabolic blend
@@ -39,6 +40,17 @@ def minimum_jerk(t: float, duration: float) -> Progress:
         s**3 * (10.0 - 15.0 * s + 6.0 * s * s),
         30.0 * s * s * (1.0 - s) ** 2 / duration,
         60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / duration**2,
+    )
+
+
+def there_and_back(t: float, duration: float) -> Progress:
+    """Progress from rest at 0 to 1 at half the `duration` [s] and back to rest; it rests outside."""
+    s = min(max(t / duration, 0.0), 1.0)
+    product, slope = s * (1.0 - s), 1.0 - 2.0 * s
+    return (
+        64.0 * product**3,
+        192.0 * product * product * slope / duration,
+        384.0 * product * (1.0 - 5.0 * product) / duration**2,
     )
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import CutjointError
-from cutjoint.mechanism import Mechanism
+from cutjoint.mechanism import Mechanism, is_mechanism
 from cutjoint.simulation.constrained import ConstrainedPlant
 from cutjoint.simulation.plant import Plant, ReducedPlant
 
@@ -25,8 +25,8 @@ def plant_of(robot: Plant | Mechanism) -> Choice:
         InputError: the robot has no tool.
         ActuationError: a reduced model whose actuators do not tell its motion.
     """
-    if not isinstance(robot, Mechanism):
-        return Choice(robot)
+    if not is_mechanism(robot):
+        return Choice(cast(Plant, robot))
     try:
         return Choice(_compiled(robot))
     except CutjointError as error:

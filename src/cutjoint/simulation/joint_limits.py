@@ -61,7 +61,7 @@ class JointGuard:
             self._lower, self._upper = model.lowerPositionLimit[index], model.upperPositionLimit[index]
             # what a closed posture may miss by rounding
             slack = tolerances.CLOSURE.value * np.array([robot.length if u == "m" else 1.0 for u in self._units])
-            self._usual_least, self._usual_most = self._lower - slack, self._upper + slack
+            self._slack, self._usual_least, self._usual_most = slack, self._lower - slack, self._upper + slack
             self._least, self._most = np.full(len(index), -np.inf), np.full(len(index), np.inf)
         self._index = index
         self.accept(start)
@@ -79,11 +79,11 @@ class JointGuard:
         return Passed(self._names[worst], float(at[worst]), *bounds, self._units[worst])
 
     def accept(self, state: State) -> None:
-        """From here on no joint may be further beyond its limits than at `state`."""
+        """From here on no joint may be further beyond its limits than at `state`, but for rounding."""
         if self._index:
             at = self._joints(state)
-            self._least = np.minimum(self._usual_least, np.maximum(self._least, at))
-            self._most = np.maximum(self._usual_most, np.minimum(self._most, at))
+            self._least = np.minimum(self._usual_least, np.maximum(self._least, at - self._slack))
+            self._most = np.maximum(self._usual_most, np.minimum(self._most, at + self._slack))
 
     def _joints(self, state: State) -> Array:
         return np.asarray((state.q if state.posture is None else state.posture.q_full)[self._index])

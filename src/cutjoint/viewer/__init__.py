@@ -7,11 +7,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cutjoint.viewer.film.document import Document
-from cutjoint.viewer.film.playback import playback
-from cutjoint.viewer.film.recording import Recording, from_result, from_trajectory, still
-from cutjoint.viewer.hand.live import LiveView
-from cutjoint.viewer.server.bridge import Bridge
+from cutjoint.extras import missing
+
+try:
+    from cutjoint.viewer.film.document import Document
+    from cutjoint.viewer.film.playback import playback
+    from cutjoint.viewer.film.recording import Recording, from_result, from_trajectory, still
+    from cutjoint.viewer.hand.live import LiveView
+    from cutjoint.viewer.server.bridge import Bridge
+except ModuleNotFoundError as error:
+    raise missing(error.name, "the viewer") from error
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain

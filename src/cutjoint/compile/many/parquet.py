@@ -20,7 +20,7 @@ from cutjoint.compile.many.grid import TimeGrid
 from cutjoint.compile.many.results import SAMPLED, Many
 from cutjoint.compile.many.traced import TracedLoop
 from cutjoint.compile.many.variation import Variation
-from cutjoint.errors import InputError
+from cutjoint.extras import needed
 from cutjoint.files import Draft, check_place
 from cutjoint.simulation.hardware.parts import parts_of
 
@@ -46,14 +46,12 @@ class ParquetSink:
         grid: its steps and samples.
 
     Raises:
-        InputError: pyarrow is not installed, or the file cannot be written there.
+        MissingPackageError: pyarrow is not installed.
+        InputError: the file cannot be written there.
     """
 
     def __init__(self, path: str | os.PathLike[str], loop: TracedLoop, variation: Variation, grid: TimeGrid) -> None:
-        try:
-            import pyarrow as pa
-        except ImportError as error:
-            raise InputError("a Parquet file needs pyarrow: pip install 'cutjoint[parquet]'") from error
+        pa = needed("pyarrow", "a Parquet file")
         self.path = check_place(path)
         self._arrow, self._variation = pa, variation
         self._names = [one.name for one in loop.plant.actuators]

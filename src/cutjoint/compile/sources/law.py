@@ -26,7 +26,7 @@ from cutjoint.compile.sources.traced_array import Objects, numbers, traced
 from cutjoint.control import Law, LawOfFunction
 from cutjoint.control.law import Gain
 from cutjoint.errors import InputError
-from cutjoint.mechanism import JointLimits, Mechanism
+from cutjoint.mechanism import JointLimits, Mechanism, is_mechanism
 from cutjoint.motion import Desired
 
 
@@ -206,7 +206,7 @@ def trace_law(
     for name, value in list(vars(law).items()):
         if isinstance(value, Gain):
             setattr(twin, name, _gain(gains.get(name), value))
-        elif isinstance(value, Mechanism):
+        elif is_mechanism(value):
             setattr(twin, name, TracedModel(value, desired, measured(value)))
     known = [name for name, value in vars(law).items() if isinstance(value, Gain)]
     for name in gains:

@@ -7,6 +7,7 @@ from functools import cache
 from importlib import resources
 
 from cutjoint.errors import ViewerError
+from cutjoint.extras import missing
 
 LIVE_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
@@ -35,12 +36,15 @@ def bundle() -> str:
     """meshcat's viewer, one script.
 
     Raises:
-        ViewerError: meshcat is not installed, or its bundle is not where 0.3.2 has it.
+        MissingPackageError: meshcat is not installed.
+        ViewerError: its bundle is not where 0.3.2 has it.
     """
     try:
         return (resources.files("meshcat") / "viewer" / "dist" / "main.min.js").read_text(encoding="utf-8")
-    except (ModuleNotFoundError, OSError) as error:
-        raise ViewerError("the viewer needs meshcat: pip install 'cutjoint[viewer]'") from error
+    except ModuleNotFoundError as error:
+        raise missing("meshcat", "the viewer") from error
+    except OSError as error:
+        raise ViewerError(f"meshcat's viewer is not where version 0.3.2 has it: {error}") from error
 
 
 def live_files() -> dict[str, File]:

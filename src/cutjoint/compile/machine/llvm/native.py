@@ -25,7 +25,7 @@ from cutjoint.compile.machine.llvm.advance import AdvanceText
 from cutjoint.compile.machine.llvm.run_loop import RunLoopText
 from cutjoint.compile.machine.llvm.text import FlatFunction, declarations, row_loop
 from cutjoint.compile.once import once
-from cutjoint.errors import CompileError
+from cutjoint.extras import needed
 
 if TYPE_CHECKING:
     import llvmlite.binding as llvm
@@ -55,12 +55,8 @@ def host() -> Host:
 
 @cache
 def _host() -> Host:
-    try:
-        import llvmlite.binding as llvm
-    except ImportError as error:
-        raise CompileError(
-            "llvmlite, which makes machine code, is not installed; pip install 'cutjoint[compile]'"
-        ) from error
+    needed("llvmlite.binding", "machine code")
+    import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()

@@ -23,6 +23,7 @@ from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.common.physics import with_rest
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Place, RobotDescription
+from cutjoint.extras import how_to_get
 from cutjoint.files import is_file
 
 if TYPE_CHECKING:
@@ -162,7 +163,7 @@ def read_yaml(path: Path, findings: Findings) -> dict[str, YamlItem] | None:
     try:
         import yaml
     except ImportError:
-        findings.error("PyYAML is not installed", "PyYAML, to read robot.yaml", 'pip install "cutjoint[formats]"')
+        findings.error("PyYAML is not installed", "PyYAML, to read robot.yaml", how_to_get("yaml"))
         return None
     try:
         deep = 0

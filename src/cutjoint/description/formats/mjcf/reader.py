@@ -31,6 +31,7 @@ from cutjoint.description.formats.mjcf.source import MjcfText, read_source
 from cutjoint.description.formats.mjcf.tendon import read_tendons, restore_tendons
 from cutjoint.description.model import Place, RobotDescription
 from cutjoint.description.numbers import check_range, number_problem, parse_number
+from cutjoint.extras import how_to_get, is_installed
 
 WORKER = "cutjoint.description.formats.mjcf.worker:compile_model"
 OLDEST = (3, 3, 7)
@@ -120,10 +121,12 @@ def _compiled(source: MjcfText, own: bool, findings: Findings) -> Model | None:
 
 def _installed(findings: Findings) -> bool:
     """Whether MuJoCo is there and new enough, without loading it into this process; else that is noted."""
-    mend = "pip install 'cutjoint[formats]'"
+    mend = how_to_get("mujoco")
     try:
-        found = version("mujoco")
+        found = version("mujoco") if is_installed("mujoco") else ""
     except PackageNotFoundError:
+        found = ""
+    if not found:
         findings.error("MJCF is read through MuJoCo, which is not installed", "", mend)
         return False
     if tuple(int(part) for part in re.findall(r"\d+", found)[:3]) < OLDEST:

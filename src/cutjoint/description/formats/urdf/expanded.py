@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 from cutjoint.description.files import LARGEST_FILE, search_folders
 from cutjoint.description.findings import Findings, clip
 from cutjoint.description.xml import Element, left_in, parse_xml, read_xml
+from cutjoint.extras import how_to_get, is_installed
 
 TIMEOUT = 20.0
 """Seconds by the clock; large robots take one.  Its processor time is bounded more tightly."""
@@ -27,9 +27,9 @@ def read_expanded(path: Path, findings: Findings) -> Element | None:
     rests = [] if root is None else left_in(root)
     if root is None or not rests:
         return root
-    if find_spec("xacro") is None:
+    if not is_installed("xacro"):
         for inside, line in rests:
-            findings.error(f"xacro left in: {inside}", _EXPECTED, f"pip install xacro, or {_BY_HAND}", line)
+            findings.error(f"xacro left in: {inside}", _EXPECTED, f"{how_to_get('xacro')}, or {_BY_HAND}", line)
         return None
     try:
         data = _expand(path)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +27,7 @@ from cutjoint.description.formats.usd.tree import home_of, spanned
 from cutjoint.description.formats.usd.typos import check_names
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import FileError
+from cutjoint.extras import how_to_get, is_installed
 from cutjoint.files import check_file
 
 LARGEST = 512 * 2**20
@@ -73,8 +73,8 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
 
 def _facts(path: Path, findings: Findings) -> Facts | None:
     """What the stage says, or None after noting why it cannot be read."""
-    if find_spec("pxr") is None:
-        findings.error("a USD file", "the package usd-core", 'pip install "cutjoint[usd]"')
+    if not is_installed("pxr"):
+        findings.error("a USD file", "the package usd-core, which reads it", how_to_get("pxr"))
         return None
     try:
         check_file(path, LARGEST)
