@@ -51,7 +51,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "commands": ROBOTS | {"engines", "experiments", "viewer", "report", "plugins", PACKAGE},
     "cli": BASE | {"commands", PACKAGE},
     "__main__": frozenset({"cli", "interrupts"}),
-    PACKAGE: ROBOTS | {"report"},  # result.plot() asks the package for it, at call time
+    PACKAGE: ROBOTS | {"report", "viewer"},  # both at call time: result.plot(), and cutjoint.viewer
 }
 
 # Room -> the only packages from outside the standard library that it may import.
