@@ -20,7 +20,7 @@ PACKAGE = "cutjoint"
 SOURCE = Path(__file__).resolve().parents[1] / "src" / PACKAGE
 
 # Room -> the rooms it may import, besides itself.  `cutjoint` is the package's own __init__.
-BASE = frozenset({"errors", "arrays", "extras", "files", "interrupts", "tables", "tolerances"})
+BASE = frozenset({"errors", "arrays", "doors", "extras", "files", "interrupts", "tables", "tolerances"})
 MODEL = BASE | {"mechanism"}
 CHAIN = MODEL | {"description", "chain"}
 RUN = CHAIN | {"motion", "control", "simulation"}
@@ -28,6 +28,7 @@ ROBOTS = RUN | {"papers", "crosscheck", "compile", "robots"}
 ALLOWED: Mapping[str, frozenset[str]] = {
     "errors": frozenset(),
     "arrays": frozenset({"errors"}),
+    "doors": frozenset({"errors"}),
     "extras": frozenset({"errors"}),
     "tables": frozenset(),
     "files": frozenset({"errors", "interrupts"}),
@@ -58,6 +59,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
 OUTSIDE: Mapping[str, frozenset[str]] = {
     "errors": frozenset({"numpy"}),
     "arrays": frozenset({"numpy"}),
+    "doors": frozenset({"numpy"}),
     "extras": frozenset(),
     "files": frozenset(),
     "interrupts": frozenset(),

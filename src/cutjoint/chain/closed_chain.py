@@ -33,6 +33,7 @@ from cutjoint.chain.reactions import ReactionFinder, Reactions, Stiffness
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.checks.physics import require_possible
 from cutjoint.description.model import RobotDescription
+from cutjoint.doors import door
 from cutjoint.errors import ActuationError
 from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
 
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 
 
 # long: the public face of a robot, a line or two of code a method
+@door
 class ClosedChain(Sealed):
     """A robot with loops, built from its description.
 
@@ -144,6 +146,7 @@ class ClosedChain(Sealed):
         """
         return self._reaching.task
 
+    @door
     def posture(self, at: Posture | npt.ArrayLike) -> Posture:
         """A configuration that is closed already, shape (nq,) or another robot's posture, as a posture of this one.
 
@@ -153,6 +156,7 @@ class ClosedChain(Sealed):
         """
         return self._closing.posture(at.q_full if isinstance(at, Posture) else at)
 
+    @door
     def assemble(self, at: Posture | npt.ArrayLike, keep_actuators: bool = True) -> Posture:
         """A closed posture from any configuration, shape (nq,) or another robot's posture, loops open or not.
 
@@ -175,6 +179,7 @@ class ClosedChain(Sealed):
         """
         return self._closing.project(sized("q_full", q_full, self.nq), sized("v_full", v_full, self.nv))
 
+    @door
     def working_modes(self, at: Posture | None = None, hold: Held | None = None, starts: int = MOST_STARTS) -> Modes:
         """Solutions of inverse kinematics: closed postures that hold the tool as `at` (default home) does, `at` first.
 
@@ -190,6 +195,7 @@ class ClosedChain(Sealed):
         task = self.task if hold == "task" or (hold is None and self.description.task) else None
         return ModeSeeker(self._postures).working_modes(self._postures.placed(at), hold, starts, task)
 
+    @door
     def assembly_modes(self, at: Posture | None = None, limbs: bool = False, starts: int = MOST_STARTS) -> Modes:
         """Solutions of forward kinematics: closed postures with the actuated coordinates of `at` (default home), `at`
         first.
@@ -207,6 +213,7 @@ class ClosedChain(Sealed):
 
     # ---- mobility --------------------------------------------------------------------------------------------------
 
+    @door
     def mobility(self, at: Posture | None = None) -> MobilityReport:
         """Mobility, redundancy and distance to singularities at a posture (default home)."""
         return self._mobility.report(self._postures.placed(at), self._reaching.known_task)
@@ -223,6 +230,7 @@ class ClosedChain(Sealed):
         """
         return self._mobility.idle_is_cyclic
 
+    @door
     def limit_violations(self, at: Posture) -> Mapping[str, tuple[float, float, float]]:
         """Joints beyond their limits: name -> (value, lower, upper), [m] or [rad]."""
         return limit_violations(self.model, sized("q_full of the posture", at.q_full, self.nq))
@@ -286,6 +294,7 @@ class ClosedChain(Sealed):
         """
         return self.full_dissipation(at, self._reduced.velocity(at, v)) if self._k.physics.acts else 0.0
 
+    @door
     def full_dissipation(self, at: Posture | npt.ArrayLike, v_full: Array) -> float:
         """The same at a velocity of all joints, shape (nv,), also with the loops open [W]."""
         return self._k.dissipation(self._configuration(at), v_full)
@@ -329,6 +338,7 @@ class ClosedChain(Sealed):
             effort = as_vector("effort", effort, self.n) + self.load_effort(at, loads)
         return self._reduced.forward(at, v, effort)
 
+    @door
     def with_payload(self, mass: float) -> ClosedChain:
         """The same robot with a further point mass [kg] at the tool point.
 
@@ -353,6 +363,7 @@ class ClosedChain(Sealed):
         assert isinstance(robot, CompiledChain)
         return robot
 
+    @door
     def minimal(self, joints: Sequence[str] = ()) -> MinimalCoordinates:
         """This robot in as many velocities as it has freedoms, also where its actuators do not determine its motion.
 
@@ -448,6 +459,7 @@ class ClosedChain(Sealed):
 
     # ---- reactions -------------------------------------------------------------------------------------------------
 
+    @door
     def reactions(
         self,
         at: Posture,

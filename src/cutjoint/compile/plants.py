@@ -20,6 +20,7 @@ from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.functions.library import Library
 from cutjoint.compile.machine.backends import backend
 from cutjoint.compile.machine.kernel import MotionPrograms
+from cutjoint.doors import door
 from cutjoint.mechanism.rotations import quaternion_of
 from cutjoint.simulation import ConstrainedPlant, ReducedPlant
 from cutjoint.simulation.plant import Advanced, Observation, State
@@ -223,6 +224,7 @@ def _observation(
     )
 
 
+@door
 def compiled_plant(robot: Compiled) -> CompiledChainPlant | CompiledPaperPlant:
     """A compiled robot as a plant.
 

@@ -14,10 +14,12 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen
 from cutjoint.control.pd import NOTHING
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.motion import Desired
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class EffortTable(Frozen):
     """Samples of efforts; called with a time it gives the efforts then, shape (n,).
@@ -68,6 +70,7 @@ class EffortTable(Frozen):
         return np.asarray((1.0 - share) * self.efforts[after - 1] + share * self.efforts[after])
 
 
+@door
 @dataclass(frozen=True)
 class GivenEfforts:
     """The efforts that `efforts`, a function of the time [s] or an `EffortTable`, says; shape (n,), [N] or [N m]."""

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.control.law import Gain, GainHelp, gains_in
+from cutjoint.doors import door
 from cutjoint.motion import Desired
 
 Kp = Annotated[npt.ArrayLike, GainHelp("effort per error of position", "N/m or N m/rad")]
@@ -20,6 +21,7 @@ NOTHING: Array = np.zeros(0)
 NOTHING.setflags(write=False)
 
 
+@door
 class PD:
     """Proportional and derivative feedback; needs no model of the robot."""
 

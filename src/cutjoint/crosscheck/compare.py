@@ -22,6 +22,7 @@ import numpy as np
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.crosscheck.sampling import REFUSED, Reacher, SampledState, frame_jacobian, length_of, units_of
+from cutjoint.doors import door
 from cutjoint.errors import ToleranceError
 from cutjoint.mechanism import Mechanism, Posture
 
@@ -95,6 +96,7 @@ class Comparison:
         raise ToleranceError(f"{self.checked} and {self.reference} disagree: {text}", worst=worst)
 
 
+@door
 def compare(
     checked: Mechanism,
     reference: Mechanism,
@@ -206,6 +208,7 @@ class Cost(Values):
         return _percent(self.error, self.inertial_peak)
 
 
+@door
 def effort_along(mechanism: Mechanism, path: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array]:
     """Effort and its gravity part along tool positions, velocities and accelerations, (3,) each.
 
@@ -227,6 +230,7 @@ def effort_along(mechanism: Mechanism, path: Sequence[tuple[Array, Array, Array]
     return np.array(efforts), np.array(gravity)
 
 
+@door
 def hypothesis_cost(simplified: Mechanism, physical: Mechanism, path: Sequence[tuple[Array, Array, Array]]) -> Cost:
     """Effort of `physical` along `path` against what `simplified` predicts."""
     predicted, _ = effort_along(simplified, path)

@@ -17,6 +17,7 @@ from functools import partial
 import numpy as np
 
 from cutjoint.arrays import Array, Values, readonly
+from cutjoint.doors import door
 from cutjoint.errors import (
     ClosureError,
     CutjointError,
@@ -109,6 +110,7 @@ def units_of(mechanism: Mechanism) -> Array:
     return np.array([length if one.kind == "translation" else 1.0 for one in mechanism.actuators])
 
 
+@door
 def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: float = 10.0) -> TargetBox:
     """How far `mechanism` gets from home along each axis.
 
@@ -178,6 +180,7 @@ def _targets(mechanism: Mechanism, of_point: bool) -> tuple[Array, Callable[[Arr
     return mechanism.home.q, partial(mechanism.close, limits="ignore")
 
 
+@door
 def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[SampledState]:
     """`samples` random states of `mechanism`; the same for the same seed.
 

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism.loads import Loads
 from cutjoint.mechanism.names import ActuatedCoordinates, Actuator
@@ -136,6 +137,7 @@ class Mechanism(Protocol):
         """The same robot carrying a further point mass [kg] at the tool point."""
 
 
+@door
 def kinetic_energy(mechanism: Mechanism, at: Posture, v: npt.ArrayLike) -> float:
     """Kinetic energy v' M v / 2 [J]."""
     speed = np.asarray(v, dtype=np.float64)

@@ -30,6 +30,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen, as_vector
+from cutjoint.doors import door, door_but
 from cutjoint.errors import InputError
 from cutjoint.mechanism.pose import FORMS, Pose, PoseLike
 from cutjoint.mechanism.rotations import Quaternion, crossing, quaternion_of, turned, vector_of
@@ -63,6 +64,7 @@ class Target(Frozen):
         return place if self.asked == _POINT else f"the pose at {place}"
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Task(Frozen):
     """Which motions of a tool are led.
@@ -104,6 +106,7 @@ class Task(Frozen):
 
     # ---- coordinates -----------------------------------------------------------------------------------------------
 
+    @door
     def coordinates(self, pose: Pose) -> Array:
         """Coordinates of a pose of the tool, shape (rows,), [m] and [rad]."""
         basis = self.basis
@@ -143,6 +146,7 @@ class Task(Frozen):
 
     # ---- targets ---------------------------------------------------------------------------------------------------
 
+    @door_but("given")
     def target(self, given: TargetLike, free: bool = False) -> Target:
         """What `given` asks of the tool: a point (3,), a pose (see `FORMS`), or coordinates by name.
 

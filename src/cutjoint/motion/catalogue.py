@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.from_file import is_motion_file, motion_from_file
@@ -151,6 +152,7 @@ def describe(name: str) -> str:
     return f"{name}{row.form} ({row.about}; {', '.join(map(str, (*row.arguments, *row.repeated)))})"
 
 
+@door
 def trajectory(spec: str, mechanism: Mechanism) -> Trajectory:
     """The trajectory that `spec`, NAME or NAME:NUMBER,NUMBER, names, from the home posture of `mechanism` on; or the
     one that the file of this path tells.

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen
+from cutjoint.doors import door
 from cutjoint.errors import WaypointError
 from cutjoint.files import is_file
 from cutjoint.mechanism import Mechanism, Task
@@ -38,6 +39,7 @@ def is_motion_file(spec: str) -> bool:
     return spec.casefold().endswith(SUFFIXES) or is_file(spec)
 
 
+@door
 def motion_from_file(path: str | os.PathLike[str], mechanism: Mechanism) -> PointSpline | PoseSpline | JointSpline:
     """The motion that a file tells a mechanism: the spline through its rows, closed where the last row is the first.
 

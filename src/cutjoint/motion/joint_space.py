@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.timing import minimum_jerk
@@ -16,6 +17,7 @@ OPENING = 0.1
 """Part of a chirp in which it swells up from rest, and in which it dies away at the end."""
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class JointSine(Values):
     """centre + amplitude sin(rate t + phase), each of shape (n,): [m] or [rad], [rad/s], [rad].
@@ -37,6 +39,7 @@ class JointSine(Values):
         positive("duration", self.duration, "s")
 
     @classmethod
+    @door
     def from_home(cls, mechanism: Mechanism, amplitude: float, hertz: float) -> JointSine:
         """All actuators about home in step, by one amplitude [m] or [rad], so many times a second."""
         rate = 2.0 * np.pi * positive("hertz", hertz, "Hz")
@@ -52,6 +55,7 @@ class JointSine(Values):
         )
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class JointChirp(Values):
     """centre + w(t) amplitude sin(phi(t)): a sine whose frequency rises evenly from one to the other.
@@ -80,6 +84,7 @@ class JointChirp(Values):
         positive("duration", self.duration, "s")
 
     @classmethod
+    @door
     def from_home(cls, mechanism: Mechanism, amplitude: float, low: float, high: float, seconds: float) -> JointChirp:
         """All actuators about home in step, by one amplitude [m] or [rad], from one frequency to the other [Hz]."""
         return cls(mechanism.home.q, np.full(mechanism.n, amplitude), np.array([low, high]), seconds)

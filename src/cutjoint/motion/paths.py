@@ -13,6 +13,7 @@ from typing import Self
 import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.home import ToolAtHome, orthonormal
@@ -20,6 +21,7 @@ from cutjoint.motion.timing import Progress, minimum_jerk, trapezoid
 from cutjoint.motion.values import ToolMotion
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Hold(Values):
     """The tool stays at `position`, shape (3,) [m]."""
@@ -33,6 +35,7 @@ class Hold(Values):
         positive("duration", self.duration, "s")
 
     @classmethod
+    @door
     def at_home(cls, mechanism: Mechanism, seconds: float) -> Hold:
         """Where the tool is at home."""
         return cls(mechanism.tool(mechanism.home).position, seconds)
@@ -42,6 +45,7 @@ class Hold(Values):
         return ToolMotion(self.position, np.zeros(3), np.zeros(3))
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class PointToPoint(Values):
     """A straight line from `start` to `goal`, shape (3,) [m], in `duration` [s], at rest at both ends.
@@ -61,6 +65,7 @@ class PointToPoint(Values):
         positive("duration", self.duration, "s")
 
     @classmethod
+    @door
     def from_home(cls, mechanism: Mechanism, x: float, y: float, z: float, seconds: float) -> Self:
         """From where the tool is at home to the point that is (x, y, z) [m] away from there, along the axes of the
         task."""
@@ -78,6 +83,7 @@ class PointToPoint(Values):
         return ToolMotion(self.start + s * way, rate * way, change * way)
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Trapezoidal(PointToPoint):
     """The same line with a trapezoidal velocity: it speeds up for a `ramp` of the duration, and slows down for as long.
@@ -99,6 +105,7 @@ class Trapezoidal(PointToPoint):
         return trapezoid(t, self.duration, self.ramp * self.duration)
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Circle(Values):
     """centre + radius (cos(rate t) first + sin(rate t) second), at constant speed.
@@ -126,6 +133,7 @@ class Circle(Values):
         orthonormal("first and second", np.column_stack([self.first, self.second]), 2)
 
     @classmethod
+    @door
     def through_home(cls, mechanism: Mechanism, radius: float, seconds: float) -> Circle:
         """From where the tool is at home, in the plane in which it moves most easily, a turn in `seconds` [s].
 
@@ -151,6 +159,7 @@ class Circle(Values):
         return ToolMotion(self.centre + out, along, -(self.rate**2) * out)
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Lissajous(Values):
     """centre + axes @ (amplitude cos(rate t + phase)), each of shape (3,): [m], [m], [rad/s], [rad].
@@ -174,6 +183,7 @@ class Lissajous(Values):
         positive("duration", self.duration, "s")
 
     @classmethod
+    @door
     def through_home(cls, mechanism: Mechanism, width: float, height: float, seconds: float) -> Lissajous:
         """A figure of eight through where the tool is at home, `width` across and `height` up [m], in `seconds` [s].
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
+from cutjoint.doors import door
 from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Mechanism, Pose
 from cutjoint.motion.home import ToolAtHome
@@ -29,6 +30,7 @@ HALVINGS, REFINED, LOOKS = 24, 4, 12
 """How far a cycle is made smaller, how finely it is fitted, and at how many places it is looked at."""
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class PickAndPlace(Values):
     """From `start` up, across and down, and back, in `duration` [s]; then again.
@@ -62,6 +64,7 @@ class PickAndPlace(Values):
         return 60.0 / self.duration
 
     @classmethod
+    @door
     def from_home(cls, mechanism: Mechanism, seconds: float, width: float = 0.0) -> PickAndPlace:
         """Picks where the tool is at home, and places beside it, with a lift of 25/305 of the width [m].
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
+from cutjoint.doors import door, door_but
 from cutjoint.mechanism import Mechanism, Pose
 from cutjoint.mechanism.rotations import turned
 from cutjoint.motion.home import ToolAtHome
@@ -18,6 +19,7 @@ from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import ROTATION, ToolMotion
 
 
+@door_but("start")
 @dataclass(frozen=True, eq=False)
 class PoseMove(Values):
     """From a pose by a way, turned about one axis, in `duration` [s], with the least jerk (C2), at rest at both ends.
@@ -45,6 +47,7 @@ class PoseMove(Values):
         self.at(0.0)  # says what is wrong with `given`
 
     @classmethod
+    @door
     def from_home(
         cls, mechanism: Mechanism, x: float, y: float, z: float, rx: float, ry: float, rz: float, seconds: float
     ) -> PoseMove:
@@ -54,6 +57,7 @@ class PoseMove(Values):
         return cls(home.pose, home.basis @ np.array([x, y, z]), turn, seconds)
 
     @classmethod
+    @door
     def turn_at_home(cls, mechanism: Mechanism, rx: float, ry: float, rz: float, seconds: float) -> PoseMove:
         """Turned by a rotation vector [deg] along the axes of the task.
 

@@ -13,6 +13,7 @@ from threading import Lock
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen, positive, readonly
+from cutjoint.doors import door, of_type
 from cutjoint.errors import ClosureError, CutjointError, LimitError, SingularError, UnreachableError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
 from cutjoint.motion.following import Demand, follower
@@ -49,10 +50,14 @@ class Desired(Frozen):
 
         Raises:
             ClosureError, SingularError: `model` cannot be closed there.
+            InputError: it is no model.
         """
+        if not hasattr(model, "close"):
+            of_type("model", model, Mechanism)
         return self.posture if model is self.mechanism else model.close(self.q, limits="ignore")
 
 
+@door
 class Reference:
     """The motion of the actuators of `mechanism` that follows `trajectory` for `duration` [s] from time 0 on.
 

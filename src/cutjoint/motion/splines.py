@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Values, readonly
+from cutjoint.doors import door, door_but
 from cutjoint.errors import InputError, WaypointError
 from cutjoint.mechanism.pose import Pose, PoseLike
 from cutjoint.mechanism.rotations import NOT_QUITE
@@ -39,6 +40,7 @@ MOST = 1e100
 STILL = readonly(np.zeros(3))
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class PointSpline(Values):
     """Through `points`, shape (n, 3) [m], at `times`, shape (n,) [s].
@@ -81,6 +83,7 @@ class PointSpline(Values):
         return ToolMotion(position, velocity, acceleration, given=self.given)
 
 
+@door_but("poses")
 @dataclass(frozen=True, eq=False)
 class PoseSpline(Values):
     """Through `poses` at `times`, shape (n,) [s]: the rotation by `RotationSpline`, half a turn a step at most.
@@ -130,6 +133,7 @@ class PoseSpline(Values):
         return ToolMotion(*motion, *rotation, given=self.given)
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class JointSpline(Values):
     """Through actuated coordinates `q`, shape (n, actuators) [m] or [rad], at `times`, shape (n,) [s].

@@ -24,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 
 Progress = tuple[float, float, float]
@@ -54,6 +55,7 @@ def trapezoid(t: float, duration: float, ramp: float) -> Progress:
     return speed * (t - 0.5 * ramp), speed, 0.0
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Corners(Values):
     """Straight legs from point to point, from rest to rest, with blends at every point, the first and last included.

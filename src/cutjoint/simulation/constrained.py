@@ -19,6 +19,7 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.build import bind_frame
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Loads, Posture
 from cutjoint.mechanism.rotations import quaternion_of
@@ -26,6 +27,7 @@ from cutjoint.simulation.plant import Observation, State, tool_turns
 
 
 # long: what every `Plant` has, a few lines a method
+@door
 class ConstrainedPlant:
     """The robot in all joints of its tree, by `pin.constraintDynamics`.
 

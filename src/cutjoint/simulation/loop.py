@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import as_vector, positive
 from cutjoint.control import GivenEfforts, Law, NoControl, as_law
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
 from cutjoint.motion import Reference
@@ -32,6 +33,7 @@ from cutjoint.simulation.running import SAME, Running, Span
 
 
 # long: its arguments and what they mean
+@door
 def run(
     robot: Plant | Mechanism,
     law: Law | Callable[..., npt.ArrayLike] | None = None,

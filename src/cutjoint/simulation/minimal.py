@@ -16,6 +16,7 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array, as_vector
 from cutjoint.chain import ClosedChain
+from cutjoint.doors import door
 from cutjoint.errors import ActuationError, InputError
 from cutjoint.mechanism import Loads, Posture, Tool
 from cutjoint.mechanism.rotations import quaternion_of
@@ -46,6 +47,7 @@ class Coordinates(Protocol):
 
 
 # long: what every `Plant` has, a few lines a method
+@door
 class MinimalPlant:
     """A robot in its minimal coordinates.
 

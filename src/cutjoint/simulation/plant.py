@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen, Values, readonly
 from cutjoint.chain import ClosedChain
+from cutjoint.doors import door
 from cutjoint.errors import ActuationError, CutjointError
 from cutjoint.mechanism import Loads, Mechanism, Posture, Tool
 from cutjoint.mechanism.rotations import quaternion_of
@@ -169,6 +170,7 @@ class Advancing(Plant, Protocol):
         """What to record of many states."""
 
 
+@door
 class ReducedPlant:
     """Any `mechanism` in its n actuated coordinates, by its own forward dynamics.
 

@@ -18,6 +18,7 @@ import numpy as np
 from cutjoint.arrays import Array, Frozen
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.reactions import Reaction, Stiffness
+from cutjoint.doors import door
 from cutjoint.errors import ActuationError, InputError, UnknownNameError
 from cutjoint.files import check_place, write_whole
 from cutjoint.mechanism import Load, Posture
@@ -112,6 +113,7 @@ def check_csv(path: str | Path) -> Path:
     return check_place(target)
 
 
+@door
 def reactions_of(
     result: Result,
     chain: ClosedChain,

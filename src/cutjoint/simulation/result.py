@@ -9,6 +9,7 @@ from typing import NamedTuple, TypedDict
 import numpy as np
 
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.simulation.hardware.parts import Parts
 from cutjoint.simulation.observables import OBSERVABLES
@@ -163,14 +164,17 @@ class Result(Values):
         means = (np.trapezoid(_squares(e), self.time) / span for e in (self.error, self.velocity_error))
         return Rmse(*(float(np.sqrt(mean)) for mean in means))
 
+    @door
     def worst_error(self, after: float = 0.0) -> float:
         """Largest |error| of the tool from time `after` [s] on [m]."""
         return float(np.sqrt(_squares(self.error[_from(self, after)]).max()))
 
+    @door
     def worst_axis_error(self, after: float = 0.0) -> float:
         """Largest error of the tool along any one axis from time `after` [s] on [m]."""
         return float(np.abs(self.error[_from(self, after)]).max())
 
+    @door
     def worst_turn(self, after: float = 0.0) -> float:
         """Largest angle between desired and actual orientation of the tool from time `after` [s] on [rad].
 

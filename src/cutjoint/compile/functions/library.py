@@ -20,6 +20,7 @@ from cutjoint.compile.machine.backends import backend
 from cutjoint.compile.machine.interpreter import Interpreter
 from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.sources.interface import Source, size
+from cutjoint.doors import door
 from cutjoint.errors import CompileError
 
 
@@ -41,6 +42,7 @@ class Made:
     compile_time: float
 
 
+@door
 @dataclass(frozen=True)
 class Options:
     """How to compile.

@@ -32,6 +32,7 @@ from cutjoint.compile.many.traced import traced_loop
 from cutjoint.compile.many.variation import Variation, whole
 from cutjoint.compile.once import once
 from cutjoint.control import Law, as_law
+from cutjoint.doors import door
 from cutjoint.errors import InputError, Interrupted
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired, Reference
@@ -46,6 +47,7 @@ CHUNK = 2**26
 """Bytes of the records of a chunk where nobody says how many runs it has."""
 
 
+@door
 class ClosedLoop:
     """A plant, a law and what varies, compiled once; `run` then takes any number of runs.
 
@@ -220,6 +222,7 @@ def simulate_many(
 
 
 # long: its arguments and what they mean
+@door
 def simulate_many(
     plant: Compiled,
     law: Law,

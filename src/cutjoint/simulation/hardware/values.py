@@ -15,6 +15,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from cutjoint.arrays import LARGEST, positive
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.simulation.hardware.ticks import Ticks, ticks_of
 
@@ -25,6 +26,7 @@ Each: TypeAlias = float | Sequence[float]
 """One number for all actuators, or one an actuator."""
 
 
+@door
 @dataclass(frozen=True)
 class Clock:
     """When the controller works.
@@ -60,6 +62,7 @@ class Clock:
         return 1.0 / self.rate
 
 
+@door
 @dataclass(frozen=True)
 class Encoder:
     """What measures the position of an actuator: the nearest step to position + offset + noise.
@@ -92,6 +95,7 @@ class Encoder:
             raise InputError(f"an encoder sits at the joint or at the motor, found at={self.at!r}")
 
 
+@door
 @dataclass(frozen=True)
 class Differences:
     """Speed as the difference of two measured positions over a period, and a low pass of first order.
@@ -110,6 +114,7 @@ class Differences:
             _keep(self, "cutoff", positive("cutoff of the filter", self.cutoff, "Hz"))
 
 
+@door
 @dataclass(frozen=True)
 class Tachometer:
     """Speed as it is.
@@ -127,6 +132,7 @@ class Tachometer:
         _keep(self, "noise", _each("noise of the tachometer", self.noise))
 
 
+@door
 @dataclass(frozen=True)
 class TorqueSpeed:
     """What a motor at full voltage can give: a line from the stall effort at rest to nothing at the no-load speed.
@@ -150,6 +156,7 @@ class TorqueSpeed:
         _keep(self, "no_load_speed", _each("no-load speed of the motor", self.no_load_speed, above=0.0))
 
 
+@door
 @dataclass(frozen=True)
 class Backlash:
     """Play in the gear between motor and joint; outside of it a spring and damper that push and never pull.
@@ -178,6 +185,7 @@ class Backlash:
         _keep(self, "rotor", _each("rotor of the backlash", self.rotor, above=0.0))
 
 
+@door
 @dataclass(frozen=True)
 class Drive:
     """What makes an effort of a command: rounded to a step, held within limits, late, through motor and gear.
