@@ -27,7 +27,7 @@ RUN = CHAIN | {"motion", "control", "simulation"}
 ROBOTS = RUN | {"papers", "crosscheck", "compile", "robots"}
 ALLOWED: Mapping[str, frozenset[str]] = {
     "errors": frozenset(),
-    "arrays": frozenset({"errors"}),
+    "arrays": frozenset({"doors", "errors"}),
     "doors": frozenset({"errors"}),
     "extras": frozenset({"errors"}),
     "tables": frozenset(),

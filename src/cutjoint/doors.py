@@ -88,6 +88,8 @@ def of_type(name: str, value: object, *kinds: type) -> None:
     Raises:
         InputError: `value` is of none of `kinds`; the message calls it `name`.
     """
+    if type(value) in kinds:
+        return
     wanted = [_kind(one) for one in kinds]
     if not any(one.fits(value) for one in wanted):
         raise _refusal(name, value, _one_of(wanted))

@@ -186,7 +186,15 @@ def _of_motion() -> Iterator[Door]:
     x, y = np.eye(3)[:2]
     usual = {"centre": point, "radius": 0.1, "rate": 1.0, "first": x, "second": y, "name": "circle"}
     yield Door("Circle", motion.Circle, usual)
-    usual = {"centre": point, "amplitude": x, "rate": x, "phase": x, "duration": 1.0, "name": "curve", "axes": np.eye(3)}
+    usual = {
+        "centre": point,
+        "amplitude": x,
+        "rate": x,
+        "phase": x,
+        "duration": 1.0,
+        "name": "curve",
+        "axes": np.eye(3),
+    }
     yield Door("Lissajous", motion.Lissajous, usual)
     usual = {"start": pose, "by": x, "turn": y, "duration": 1.0, "given": None, "name": "move"}
     yield Door("PoseMove", motion.PoseMove, usual)
@@ -214,12 +222,18 @@ def _of_motion() -> Iterator[Door]:
     usual = {"mechanism": robot, "x": 0.01, "y": 0.01, "z": 0.0, "seconds": 1.0}
     yield Door("PointToPoint.from_home", motion.PointToPoint.from_home, usual)
     yield Door("Trapezoidal.from_home", motion.Trapezoidal.from_home, usual)
-    yield Door("Spiral.from_home", motion.Spiral.from_home, {"mechanism": robot, "radius": 0.01, "turns": 2.0, "seconds": 1.0})
-    yield Door("PickAndPlace.from_home", motion.PickAndPlace.from_home, {"mechanism": robot, "seconds": 1.0, "width": 0.01})
+    yield Door(
+        "Spiral.from_home", motion.Spiral.from_home, {"mechanism": robot, "radius": 0.01, "turns": 2.0, "seconds": 1.0}
+    )
+    yield Door(
+        "PickAndPlace.from_home", motion.PickAndPlace.from_home, {"mechanism": robot, "seconds": 1.0, "width": 0.01}
+    )
     yield Door("JointSine.from_home", motion.JointSine.from_home, {"mechanism": robot, "amplitude": 0.1, "hertz": 1.0})
     usual = {"mechanism": robot, "amplitude": 0.1, "low": 0.1, "high": 2.0, "seconds": 10.0}
     yield Door("JointChirp.from_home", motion.JointChirp.from_home, usual)
-    yield Door("Reference", motion.Reference, {"trajectory": hold, "mechanism": robot, "duration": None, "limits": "respect"})
+    yield Door(
+        "Reference", motion.Reference, {"trajectory": hold, "mechanism": robot, "duration": None, "limits": "respect"}
+    )
     yield Door("Reference.at", reference().at, {"t": 0.1})
     yield Door("Desired.posture_of", reference().at(0.0).posture_of, {"model": robot})
 
@@ -246,8 +260,17 @@ def _of_simulation(folder: Path) -> Iterator[Door]:
     robot = fivebar()
     usual = {"robot": robot, "law": control.PD(10.0, 1.0), "reference": reference(), "duration": 0.005}
     more: dict[str, object] = {
-        **{"integrator": None, "rate": None, "limits": None, "hardware": None, "run_number": 0, "every": None},
-        **{"start": None, "start_velocity": None, "lock": (), "loads": None, "joint_limits": "respect"},
+        "integrator": None,
+        "rate": None,
+        "limits": None,
+        "hardware": None,
+        "run_number": 0,
+        "every": None,
+        "start": None,
+        "start_velocity": None,
+        "lock": (),
+        "loads": None,
+        "joint_limits": "respect",
         "progress": None,
     }
     yield Door("run", simulation.run, {**usual, **more})

@@ -35,7 +35,7 @@ from cutjoint.description.checks.physics import require_possible
 from cutjoint.description.model import RobotDescription
 from cutjoint.doors import door
 from cutjoint.errors import ActuationError
-from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
+from cutjoint.mechanism import NO_LOADS, ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
 
 if TYPE_CHECKING:
     from cutjoint import CompiledChain, MinimalCoordinates
@@ -292,12 +292,13 @@ class ClosedChain(Sealed):
         Raises:
             InputError, ActuationError, SingularError: as `tangent`.
         """
-        return self.full_dissipation(at, self._reduced.velocity(at, v)) if self._k.physics.acts else 0.0
+        v_full = self._reduced.velocity(at, v)
+        return self.full_dissipation(at, v_full) if self._k.physics.acts else 0.0
 
     @door
     def full_dissipation(self, at: Posture | npt.ArrayLike, v_full: Array) -> float:
         """The same at a velocity of all joints, shape (nv,), also with the loops open [W]."""
-        return self._k.dissipation(self._configuration(at), v_full)
+        return self._k.dissipation(self._configuration(at), sized("v_full", v_full, self.nv))
 
     def spring_energy(self, at: Posture | npt.ArrayLike) -> float:
         """What of it is in springs, bushings and stops [J], also with the loops open."""
@@ -319,22 +320,22 @@ class ClosedChain(Sealed):
         here = self._reduced.at(at)
         return here.pushes_idle(self._loads.forces(here.placed, loads))
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Effort that gives the acceleration `a` against `loads`, shape (n,): T' (rnea(q, T v, T a + d) - J' wrench).
 
         Raises:
             InputError, ActuationError, SingularError, UnknownNameError: as `load_effort`.
         """
         effort = self._reduced.inverse(at, v, a)
-        return effort if loads == () else effort - self.load_effort(at, loads)
+        return effort if loads is NO_LOADS else effort - self.load_effort(at, loads)
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Acceleration that `effort` and `loads` give, shape (n,): (T' M T)^-1 (effort - T' (rnea(q, T v, d) - J' w)).
 
         Raises:
             InputError, ActuationError, SingularError, UnknownNameError: as `load_effort`.
         """
-        if loads != ():
+        if loads is not NO_LOADS:
             effort = as_vector("effort", effort, self.n) + self.load_effort(at, loads)
         return self._reduced.forward(at, v, effort)
 
@@ -392,7 +393,7 @@ class ClosedChain(Sealed):
         return self._loads.forces(placed, loads)
 
     def full_forward_dynamics(
-        self, at: Posture, v_full: npt.ArrayLike, effort_full: npt.ArrayLike, loads: Loads = ()
+        self, at: Posture, v_full: npt.ArrayLike, effort_full: npt.ArrayLike, loads: Loads = NO_LOADS
     ) -> FullMotion:
         """Acceleration of all joints and loop forces; velocity and effort are those of all joints, shape (nv,).
 
@@ -402,7 +403,7 @@ class ClosedChain(Sealed):
             DynamicsError: the solution does not respect the cuts.
         """
         v, effort = self._motion("v_full", v_full), self._motion("effort_full", effort_full)
-        if loads != ():
+        if loads is not NO_LOADS:
             effort = effort + self.full_load_effort(at, loads)
         return self._dynamics.motion(self._postures.placed(at).q, v, effort)
 
@@ -413,7 +414,7 @@ class ClosedChain(Sealed):
         return self._dynamics.acceleration(q, v, sized("effort_full", effort_full, self.nv))
 
     def full_inverse_dynamics(
-        self, at: Posture, v_full: npt.ArrayLike, a_full: npt.ArrayLike, loads: Loads = ()
+        self, at: Posture, v_full: npt.ArrayLike, a_full: npt.ArrayLike, loads: Loads = NO_LOADS
     ) -> ActuatorEfforts:
         """Least actuator efforts for a motion of all joints that the loops allow, and the space of internal preload.
 
@@ -466,7 +467,7 @@ class ClosedChain(Sealed):
         v: npt.ArrayLike | None = None,
         a: npt.ArrayLike | None = None,
         effort: npt.ArrayLike | None = None,
-        loads: Loads = (),
+        loads: Loads = NO_LOADS,
         stiffness: Stiffness | None = None,
     ) -> Reactions:
         """Force and moment in every joint, cut and coupling; motion and effort of the actuators, shape (n,), at rest
@@ -494,7 +495,7 @@ class ClosedChain(Sealed):
         v_full: npt.ArrayLike | None = None,
         a_full: npt.ArrayLike | None = None,
         effort_full: npt.ArrayLike | None = None,
-        loads: Loads = (),
+        loads: Loads = NO_LOADS,
         stiffness: Stiffness | None = None,
     ) -> Reactions:
         """The same from motion and effort of all joints, shape (nv,), for any number of actuators.  The effort that

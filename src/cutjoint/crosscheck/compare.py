@@ -22,7 +22,7 @@ import numpy as np
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.crosscheck.sampling import REFUSED, Reacher, SampledState, frame_jacobian, length_of, units_of
-from cutjoint.doors import door
+from cutjoint.doors import door, of_type
 from cutjoint.errors import ToleranceError
 from cutjoint.mechanism import Mechanism, Posture
 
@@ -109,6 +109,7 @@ def compare(
     reacher = Reacher(checked)
     units, length = units_of(reference), length_of(reference)
     for count, state in enumerate(states, start=1):
+        of_type("each of the states", state, SampledState)
         try:
             at = reacher.take_up(state)
             found = _evaluate(checked, at, state, units, length)

@@ -16,7 +16,7 @@ from functools import partial
 
 import numpy as np
 
-from cutjoint.arrays import Array, Values, readonly
+from cutjoint.arrays import Array, Values, positive, readonly
 from cutjoint.doors import door
 from cutjoint.errors import (
     ClosureError,
@@ -118,7 +118,12 @@ def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: floa
         mechanism: the robot.
         resolution: how exactly, as a fraction of the distance.
         furthest: where the search ends, in characteristic lengths or radians.
+
+    Raises:
+        InputError: `resolution` or `furthest` is not > 0.
     """
+    positive("resolution", resolution)
+    positive("furthest", furthest)
     of_point = leads_point(mechanism)
     origin, go = _targets(mechanism, of_point)
     units = np.full(3, length_of(mechanism)) if of_point else units_of(mechanism)
@@ -190,8 +195,11 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sam
     answered.
 
     Raises:
+        InputError: samples < 1, or a seed < 0.
         CutjointError: hardly any posture around home can be closed and is well conditioned.
     """
+    if samples < 1 or seed < 0:
+        raise InputError(f"samples must be at least 1 and the seed at least 0, found {samples} and {seed}")
     random, led = np.random.default_rng(seed), has_tool(mechanism)
     box, of_point = workspace_box(mechanism), leads_point(mechanism)
     go, units, length = _targets(mechanism, of_point)[1], units_of(mechanism), length_of(mechanism)

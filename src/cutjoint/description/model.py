@@ -22,6 +22,7 @@ from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
 from cutjoint.description.place import NOWHERE
 from cutjoint.description.place import Place as Place
+from cutjoint.doors import door
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism.physics import LARGEST_PAYLOAD, NO_PHYSICS
 from cutjoint.mechanism.physics import Bushing as Bushing
@@ -35,6 +36,7 @@ TaskAxes = Literal["world", "tool"]
 TASK_AXES: tuple[TaskAxes, ...] = ("world", "tool")
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Inertial(Frozen):
     """Mass [kg], centre of mass (3,) [m] in the link frame, inertia (3, 3) [kg m2] about it, along the link axes."""
@@ -59,6 +61,7 @@ class Inertial(Frozen):
         return tuple(float(self.inertia[at]) for at in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Shape(Frozen):
     """A visual or collision shape.
@@ -75,6 +78,7 @@ class Shape(Frozen):
     name: str = ""
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Link:
     """A rigid body.  Without `inertial` it is massless (a mere frame).
@@ -96,6 +100,7 @@ class Link:
         return 0.0 if self.inertial is None else self.gravity_compensation * self.inertial.mass
 
 
+@door
 @dataclass(frozen=True)
 class Limits:
     """Range of a joint; None where the file says nothing (which is not the same as 0)."""
@@ -106,6 +111,7 @@ class Limits:
     effort: float | None = None
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Joint(Frozen):
     """A joint of the open tree; `placement` is the child frame in the parent frame at zero.
@@ -125,6 +131,7 @@ class Joint(Frozen):
     place: Place = NOWHERE
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Frame(Frozen):
     """A frame on a link: `placement` (4, 4) in the link frame."""
@@ -133,6 +140,7 @@ class Frame(Frozen):
     placement: Array = field(default_factory=lambda: IDENTITY)
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class CutJoint:
     """A joint that was left out to get a tree: it joins frame `a` to frame `b`.
@@ -153,6 +161,7 @@ class CutJoint:
     length: float = 0.0
 
 
+@door
 @dataclass(frozen=True)
 class Home(Frozen):
     """A named start: exact actuated coordinates and rough passive ones that pick the branch.
@@ -167,6 +176,7 @@ class Home(Frozen):
     about: str = ""
 
 
+@door
 @dataclass(frozen=True)
 class Variant(Frozen):
     """A named set of inertias that replace those of the tree's own file; the tree stays one."""
@@ -179,6 +189,7 @@ class Variant(Frozen):
 Named = TypeVar("Named", Link, Joint, Variant)
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class RobotDescription(Frozen):
     """A robot with loops.  What `load_description` returns has passed `check()`.

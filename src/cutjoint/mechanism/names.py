@@ -11,6 +11,7 @@ from typing import Literal
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Values, as_vector, readonly
+from cutjoint.doors import described, door
 from cutjoint.errors import InputError, UnknownNameError
 
 COLUMNS = 80
@@ -22,6 +23,7 @@ ActuatedCoordinates = npt.ArrayLike | Mapping[str, float]
 """Coordinates of all actuators, [m] or [rad]: in their order, shape (n,), or by name."""
 
 
+@door
 @dataclass(frozen=True)
 class Actuator:
     """An actuated joint: its name and whether it turns or slides."""
@@ -127,7 +129,10 @@ class Layout(Values):
 
         Raises:
             UnknownNameError: nothing is.
+            InputError: that is no name.
         """
+        if not isinstance(name, str):
+            raise InputError(f"a coordinate of {self.robot} has a name, found {described(name)}")
         if (index := self._actuated.get(name)) is not None:
             return float(q[index])
         if (stored := self._stored.get(name)) is not None:

@@ -17,6 +17,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cutjoint.doors import door
+
 LARGEST_PAYLOAD = 1e9
 """kg.  Nothing that moves carries more."""
 FRICTION_SPEED = 0.01
@@ -24,6 +26,7 @@ FRICTION_SPEED = 0.01
 and large enough for steps of a millisecond."""
 
 
+@door
 @dataclass(frozen=True)
 class JointPhysics:
     """What a joint, or the free motion of a cut joint, does by itself.
@@ -77,6 +80,7 @@ NO_PHYSICS = JointPhysics()
 """A joint that moves freely."""
 
 
+@door
 @dataclass(frozen=True)
 class Bushing:
     """A spring and damper in place of what a cut joint would hold rigidly.

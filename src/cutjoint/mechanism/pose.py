@@ -37,6 +37,14 @@ class Pose(Frozen):
     position: Array
     rotation: Array
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.position.shape != (3,) or self.rotation.shape != (3, 3):
+            raise InputError(
+                f"a Pose is a position (3,) [m] and a rotation (3, 3), found shapes {self.position.shape} and "
+                f"{self.rotation.shape}; Pose.of takes {FORMS.removeprefix('a Pose, ')}"
+            )
+
     @classmethod
     def of(cls, given: PoseLike) -> Pose:
         """From anything that tells a pose: see `FORMS`.

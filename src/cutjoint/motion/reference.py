@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import isfinite
 from threading import Lock
 
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen, positive, readonly
 from cutjoint.doors import door, of_type
-from cutjoint.errors import ClosureError, CutjointError, LimitError, SingularError, UnreachableError
+from cutjoint.errors import ClosureError, CutjointError, InputError, LimitError, SingularError, UnreachableError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
 from cutjoint.motion.following import Demand, follower
 from cutjoint.motion.values import ROTATION, ToolMotion, Trajectory
@@ -125,9 +126,15 @@ class Reference:
         Raises:
             UnreachableError, LimitError: outside the workspace or the limits between two anchors, or past the duration.
         """
-        known = self._known.get(t)
+        try:
+            known = self._known.get(t)
+        except TypeError:
+            known = None  # what cannot be looked up is no time
         if known is not None:
             return known
+        of_type("t", t, float)
+        if not isfinite(t):
+            raise InputError(f"t must be a finite time [s], found {t!r}")
         demand = self._follower.at(t)
         away = self._places - demand.place
         nearest = self._postures[int(np.argmin(np.einsum("ij,ij->i", away, away)))]

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Values, readonly
-from cutjoint.doors import door, door_but
+from cutjoint.doors import door, door_but, of_type
 from cutjoint.errors import InputError, WaypointError
 from cutjoint.mechanism.pose import Pose, PoseLike
 from cutjoint.mechanism.rotations import NOT_QUITE
@@ -277,6 +277,7 @@ def as_poses(given: Iterable[PoseLike]) -> Array:
         InputError: they are no poses, or less than two.
     """
     if not (isinstance(given, np.ndarray) and given.ndim == 2):
+        of_type("poses", given, Iterable)
         found = [_pose(number, one) for number, one in enumerate(given)]
         given = np.reshape([[*one.position, *one.quaternion] for one in found], (-1, 7))
     rows = np.array(as_rows("poses", given, 7))

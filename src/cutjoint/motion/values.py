@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from cutjoint.arrays import Array, Frozen, readonly
+from cutjoint.doors import described
 from cutjoint.errors import InputError
 from cutjoint.mechanism.task import NAMES
 
@@ -91,6 +92,8 @@ class Trajectory(Protocol):
 
 
 def _check_given(given: tuple[str, ...], turns: bool) -> None:
+    if not isinstance(given, tuple | list):
+        raise InputError(f"given must be some of {', '.join(NAMES)} in a tuple, found {described(given)}")
     unknown = [name for name in given if name not in NAMES]
     if unknown:
         raise InputError(f"'{unknown[0]}' is no coordinate of a tool; they are {', '.join(NAMES)}")
