@@ -324,7 +324,9 @@ def _refusal(name: str, value: object, kind: _Kind) -> InputError:
     for protocol in kind.protocols:
         members = _members_of(protocol)
         lacking = _lacks(value, members)
-        if len(lacking) < len(members) and not isinstance(value, type):
+        if 2 * len(lacking) <= len(members) and not isinstance(value, type):
             found += f", which as {_with_article(protocol.__name__)} lacks {', '.join(lacking)}"
-    mend = next((_MENDS[want, way] for way in ways for want in sorted(kind.names) if (want, way) in _MENDS), "")
+    mend = next(
+        (_MENDS[want, way] for way in ways for want in sorted(kind.names, reverse=True) if (want, way) in _MENDS), ""
+    )
     return InputError(f"{name} must be {kind.words}, found {found}{mend and f' ({mend})'}")

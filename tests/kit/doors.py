@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,23 +15,21 @@ from cutjoint.compile import Options
 from cutjoint.simulation import hardware
 
 
-@dataclass(frozen=True)
-class Door:
+class Door(NamedTuple):
     """A call as it is meant.
 
     Attributes:
         name: of it, for messages.
         call: what is called.
         usual: its arguments by name; positional-only ones by their number.
-        fine: arguments -> names of the odd values that mean something there.
     """
 
     name: str
     call: Callable[..., object]
     usual: Mapping[str, object]
-    fine: Mapping[str, str] = field(default_factory=dict)
 
 
+@cache
 def odd_values() -> dict[str, object]:
     """What is given in place of an argument."""
     robot, other = fivebar(), cutjoint.load("fourbar")
@@ -71,27 +69,16 @@ def reference() -> motion.Reference:
 
 @cache
 def result() -> simulation.Result:
-    return simulation.run(fivebar(), control.PD(10.0, 1.0), reference(), rate=100.0, duration=0.02)
+    plant = simulation.ReducedPlant(fivebar())
+    return simulation.run(plant, control.PD(10.0, 1.0), reference(), rate=100.0, duration=0.02)
 
 
-def doors(folder: Path) -> Iterator[Door]:
-    """All of them."""
-    yield from _of_package(folder)
-    yield from _of_mechanisms()
-    yield from _of_chain()
-    yield from _of_values()
-    yield from _of_motion()
-    yield from _of_control()
-    yield from _of_simulation(folder)
-    yield from _of_hardware()
-
-
-def _of_package(folder: Path) -> Iterator[Door]:
+def of_package() -> Iterator[Door]:
     robot = fivebar()
     usual = {"robot": "fivebar", "variant": None, "home": None, "dynamics": "real", "lenient": False}
-    yield Door("load", cutjoint.load, usual, {"variant": "None", "home": "None", "lenient": "flag"})
+    yield Door("load", cutjoint.load, usual)
     yield Door("published", cutjoint.published, {"robot": "cpm"})
-    yield Door("check", cutjoint.check, {"robot": "fivebar", "lenient": False}, {"robot": "description"})
+    yield Door("check", cutjoint.check, {"robot": "fivebar", "lenient": False})
     usual = {"source": "fivebar"}
     yield Door("load_description", cutjoint.load_description, usual)
     yield Door("compiled", cutjoint.compiled, {"model": robot, "quick": True})
@@ -106,7 +93,7 @@ def _of_package(folder: Path) -> Iterator[Door]:
     yield Door("workspace_box", crosscheck.workspace_box, {"mechanism": robot})
 
 
-def _of_mechanisms() -> Iterator[Door]:
+def of_mechanisms() -> Iterator[Door]:
     robot = fivebar()
     v, a, down = [0.1, 0.2], [0.0, 0.1], cutjoint.Load([0.0, 0.0, -5.0])
     for kind, one in (("chain", robot), ("compiled", robot.compile()), ("paper", cutjoint.published("omega3"))):
@@ -115,7 +102,7 @@ def _of_mechanisms() -> Iterator[Door]:
         target = one.tool(at).position
         yield Door(f"{kind}.close", one.close, {"q": at.q, "near": None, "limits": "respect"})
         usual = {"target": target, "near": None, "free": False, "limits": "respect"}
-        yield Door(f"{kind}.reach", one.reach, usual, {"free": "flag"})
+        yield Door(f"{kind}.reach", one.reach, usual)
         yield Door(f"{kind}.tool", one.tool, {"at": at, "v": None})
         yield Door(f"{kind}.terms", one.terms, {"at": at, "v": None})
         yield Door(f"{kind}.potential_energy", one.potential_energy, {"at": at})
@@ -126,7 +113,7 @@ def _of_mechanisms() -> Iterator[Door]:
         yield Door(f"{kind}.with_payload", one.with_payload, {"mass": 0.1})
 
 
-def _of_chain() -> Iterator[Door]:
+def of_chain() -> Iterator[Door]:
     robot = fivebar()
     at, v, a = robot.home, [0.1, 0.2], [0.0, 0.1]
     full = np.zeros(robot.nv)
@@ -161,7 +148,7 @@ def _of_chain() -> Iterator[Door]:
         yield Door(f"minimal.{name}", getattr(minimal, name), usual)
 
 
-def _of_values() -> Iterator[Door]:
+def of_values() -> Iterator[Door]:
     robot = fivebar()
     pose = robot.task.home
     yield Door("Load", cutjoint.Load, {"force": [0.0, 0.0, 1.0]})
@@ -174,11 +161,11 @@ def _of_values() -> Iterator[Door]:
     yield Door("Task", mechanism.Task, {"names": ("x", "y"), "home": pose, "robot": "robot"})
 
 
-def _of_motion() -> Iterator[Door]:
+def of_motion() -> Iterator[Door]:
     robot = fivebar()
     pose, n, q = robot.task.home, robot.n, robot.home.q
     hold = motion.Hold.at_home(robot, 1.0)
-    point, away = pose.position, pose.position + [0.02, 0.0, 0.0]
+    point, away = pose.position, pose.moved([0.02, 0.0, 0.0]).position
     yield Door("Hold", motion.Hold, {"position": point, "duration": 1.0, "name": "hold"})
     yield Door("PointToPoint", motion.PointToPoint, {"start": point, "goal": away, "duration": 1.0, "name": "line"})
     usual = {"start": point, "goal": away, "duration": 1.0, "name": "line", "ramp": 0.2}
@@ -238,17 +225,13 @@ def _of_motion() -> Iterator[Door]:
     yield Door("Desired.posture_of", reference().at(0.0).posture_of, {"model": robot})
 
 
-def _of_control() -> Iterator[Door]:
+def of_control() -> Iterator[Door]:
     robot = fivebar()
     gains = {"kp": 10.0, "kd": 1.0}
-    now = reference().at(0.0)
     yield Door("PD", control.PD, gains)
     yield Door("PID", control.PID, {**gains, "ki": 1.0})
     for kind in (control.PDGravity, control.Feedforward, control.ComputedTorque):
         yield Door(kind.__name__, kind, {"model": robot, **gains})
-        law = kind(robot, **gains)
-        usual = {"desired": now, "q": now.q, "v": now.v, "memory": np.zeros(0)}
-        yield Door(f"{kind.__name__}.effort", law.effort, usual)
     yield Door("critically_damped", control.ComputedTorque.critically_damped, {"model": robot, "kd": 1.0})
     yield Door("as_law", control.as_law, {"given": control.NoControl()})
     yield Door("law", control.law, {"name": "pd", "model": robot, "gains": gains})
@@ -256,7 +239,7 @@ def _of_control() -> Iterator[Door]:
     yield Door("EffortTable", control.EffortTable, {"time": [0.0, 1.0], "efforts": np.zeros((2, 2))})
 
 
-def _of_simulation(folder: Path) -> Iterator[Door]:
+def of_simulation(folder: Path) -> Iterator[Door]:
     robot = fivebar()
     usual = {"robot": robot, "law": control.PD(10.0, 1.0), "reference": reference(), "duration": 0.005}
     more: dict[str, object] = {
@@ -285,10 +268,23 @@ def _of_simulation(folder: Path) -> Iterator[Door]:
     yield Door("MinimalPlant", simulation.MinimalPlant, {"minimal": robot.minimal()})
 
 
-def _of_hardware() -> Iterator[Door]:
+def of_hardware() -> Iterator[Door]:
     yield Door("Clock", hardware.Clock, {"rate": 1000.0})
     yield Door("Encoder", hardware.Encoder, {"resolution": 1e-4, "noise": 1e-5, "delay": 1e-3})
     yield Door("Drive", hardware.Drive, {"limits": 20.0, "delay": 1e-3})
     usual = {"clock": hardware.Clock(1000.0), "encoder": hardware.Encoder(), "drive": hardware.Drive()}
     yield Door("Hardware", hardware.Hardware, usual)
     yield Door("Frame", description.Frame, {"link": "b"})
+
+
+GROUPS: dict[str, Callable[[Path], Iterator[Door]]] = {
+    "package": lambda folder: of_package(),
+    "mechanisms": lambda folder: of_mechanisms(),
+    "chain": lambda folder: of_chain(),
+    "values": lambda folder: of_values(),
+    "motion": lambda folder: of_motion(),
+    "control": lambda folder: of_control(),
+    "simulation": of_simulation,
+    "hardware": lambda folder: of_hardware(),
+}
+"""The doors by room; they may write into a folder."""

@@ -17,7 +17,6 @@ from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.functions.library import Library
 from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.parametrised import Model_co, Parametrised
-from cutjoint.doors import of_type
 from cutjoint.errors import SingularError
 from cutjoint.mechanism import (
     NO_LOADS,
@@ -143,9 +142,8 @@ class CompiledMechanism(Parametrised[Model_co]):
 
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """See `Mechanism.dissipation`."""
-        of_type("at", at, Posture)
         speed = as_vector("v", v, self.n)
-        return float(self.terms(at, speed).friction @ speed) if self.dissipates else 0.0
+        return float(self.terms(at, speed).friction @ speed) if self.dissipates else self.plain.dissipation(at, speed)
 
     def load_effort(self, at: Posture, loads: Loads) -> Array:
         """See `Mechanism.load_effort`."""

@@ -40,6 +40,9 @@ class ToolMotion(Frozen):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if not self.position.shape == self.velocity.shape == self.acceleration.shape == (3,):
+            found = f"{self.position.shape}, {self.velocity.shape}, {self.acceleration.shape}"
+            raise InputError(f"a tool motion has position, velocity and acceleration of shape (3,), found {found}")
         turning = (self.rotation, self.angular_velocity, self.angular_acceleration)
         if any(one is not None for one in turning):
             if any(one is None for one in turning):
@@ -73,6 +76,12 @@ class JointMotion(Frozen):
     q: Array
     v: Array
     a: Array
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.q.ndim != 1 or not self.q.shape == self.v.shape == self.a.shape:
+            found = f"{self.q.shape}, {self.v.shape}, {self.a.shape}"
+            raise InputError(f"a joint motion has q, v and a of one shape (n,), found {found}")
 
 
 @runtime_checkable
