@@ -20,7 +20,7 @@ PACKAGE = "cutjoint"
 SOURCE = Path(__file__).resolve().parents[1] / "src" / PACKAGE
 
 # Room -> the rooms it may import, besides itself.  `cutjoint` is the package's own __init__.
-BASE = frozenset({"errors", "arrays", "doors", "extras", "files", "interrupts", "tables", "tolerances"})
+BASE = frozenset({"errors", "arrays", "doors", "extras", "files", "interrupts", "reprs", "tables", "tolerances"})
 MODEL = BASE | {"mechanism"}
 CHAIN = MODEL | {"description", "chain"}
 RUN = CHAIN | {"motion", "control", "simulation"}
@@ -31,6 +31,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "doors": frozenset({"errors"}),
     "extras": frozenset({"errors"}),
     "tables": frozenset(),
+    "reprs": frozenset({"errors", "tables"}),
     "files": frozenset({"errors", "interrupts"}),
     "interrupts": frozenset(),
     "tolerances": frozenset(),
@@ -63,6 +64,7 @@ OUTSIDE: Mapping[str, frozenset[str]] = {
     "extras": frozenset(),
     "files": frozenset(),
     "interrupts": frozenset(),
+    "reprs": frozenset({"numpy"}),
     "tables": frozenset(),
     "tolerances": frozenset(),
     "plugins": frozenset(),

@@ -36,7 +36,7 @@ MEANT: dict[str, str] = {
 }
 """Odd values -> the arguments where they mean something."""
 OPTIONAL = (
-    "variant home ranges report progress near v a at hold effort stiffness given duration rotation "
+    "variant home ranges report progress near v a at hold effort stiffness given duration rotation law reference "
     "angular_velocity angular_acceleration integrator rate limits hardware every start start_velocity loads names tick resolution torque_speed backlash link law reference"
 )
 """Arguments that may be None."""

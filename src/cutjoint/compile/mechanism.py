@@ -31,6 +31,7 @@ from cutjoint.mechanism import (
     Tool,
 )
 from cutjoint.mechanism.loads import as_loads, tool_wrench
+from cutjoint.reprs import line
 
 WRENCH = 6
 """Numbers of a wrench: force and moment."""
@@ -52,6 +53,8 @@ class Derivatives(Frozen):
     by_v: Array
     by_input: Array
 
+    __repr__ = line()
+
 
 @dataclass(frozen=True, eq=False)
 class Loaded(Frozen):
@@ -64,6 +67,8 @@ class Loaded(Frozen):
 
     value: Array
     by_wrench: Array
+
+    __repr__ = line()
 
 
 # long: a method a quantity of a mechanism

@@ -22,6 +22,7 @@ from cutjoint.compile.machine.backends import backend
 from cutjoint.compile.machine.kernel import MotionPrograms
 from cutjoint.doors import door
 from cutjoint.mechanism.rotations import quaternion_of
+from cutjoint.reprs import line
 from cutjoint.simulation import ConstrainedPlant, ReducedPlant
 from cutjoint.simulation.plant import Advanced, Observation, State
 
@@ -94,6 +95,8 @@ class CompiledChainPlant(ConstrainedPlant):
 
     method = METHOD
 
+    __repr__ = line("name")
+
     def __init__(self, robot: CompiledChain) -> None:
         super().__init__(robot.plain)
         self.robot, self._library = robot, robot.library()
@@ -161,6 +164,8 @@ class CompiledPaperPlant(ReducedPlant):
     """
 
     method = METHOD
+
+    __repr__ = line("name")
 
     def __init__(self, robot: CompiledPaper) -> None:
         super().__init__(robot)

@@ -17,6 +17,7 @@ from cutjoint.control.pd import NOTHING
 from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.motion import Desired
+from cutjoint.reprs import line
 
 
 @door
@@ -34,6 +35,8 @@ class EffortTable(Frozen):
 
     time: Array
     efforts: Array
+
+    __repr__ = line(time="s", efforts="N or N m")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -78,6 +81,8 @@ class GivenEfforts:
     efforts: Callable[[float], npt.ArrayLike]
 
     name = "given efforts"
+
+    __repr__ = line()
 
     @property
     def duration(self) -> float:

@@ -25,6 +25,7 @@ from cutjoint.crosscheck.sampling import REFUSED, Reacher, SampledState, frame_j
 from cutjoint.doors import door, of_type
 from cutjoint.errors import ToleranceError
 from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.reprs import line
 
 FAR = 1e-4
 """From 1 / FAR characteristic lengths from the origin on the tool position is measured against this part of its
@@ -52,6 +53,8 @@ class ComparisonRow:
     error: float
     tolerance: float
     sample: int
+
+    __repr__ = line("quantity", "error", "tolerance", "sample")
 
     @property
     def passes(self) -> bool:
@@ -188,6 +191,8 @@ class Cost(Values):
     peak: Array
     error: Array
     inertial_peak: Array
+
+    __repr__ = line(peak="N or N m", error="N or N m", inertial_peak="N or N m")
 
     @property
     def rows(self) -> list[tuple[str, ...]]:

@@ -27,6 +27,7 @@ from cutjoint.errors import (
     UnreachableError,
 )
 from cutjoint.mechanism import Mechanism, Posture, Terms, Tool
+from cutjoint.reprs import line
 
 WORST_CONDITION = 100.0
 """Postures where the tool's frame Jacobian or the mass matrix, per natural unit of the actuators, is worse conditioned
@@ -44,6 +45,8 @@ class TargetBox(Values):
 
     lower: Array
     upper: Array
+
+    __repr__ = line(lower="m or rad", upper="m or rad")
 
     @property
     def diagonal(self) -> float:
@@ -64,11 +67,15 @@ class SampledState(Values):
     a: Array
     effort: Array
 
+    __repr__ = line(position="m", v="m/s or rad/s", a="m/s2 or rad/s2", effort="N or N m")
+
 
 class Reacher:
     """Takes a mechanism to states that another model of the robot was sampled at: its tool each time from the nearest
     posture it has been to, its actuators from home, straight as they were sampled, since on another way there may be
     another assembly mode at the end of it."""
+
+    __repr__ = line()
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._of_point = leads_point(mechanism)

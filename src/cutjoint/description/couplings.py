@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from cutjoint.description.curves import Curve, Polynomial, added_up
 from cutjoint.description.place import NOWHERE, Place
 from cutjoint.doors import door
+from cutjoint.reprs import line
 
 
 @door
@@ -30,6 +31,8 @@ class Coupling:
     drives: tuple[DriverCurve, ...] = ()
     offset: float = 0.0
     place: Place = NOWHERE
+
+    __repr__ = line("name", "joint", "drivers", "offset", offset="m or rad")
 
     @classmethod
     def geared(

@@ -27,6 +27,7 @@ from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism.physics import LARGEST_PAYLOAD, NO_PHYSICS
 from cutjoint.mechanism.physics import Bushing as Bushing
 from cutjoint.mechanism.physics import JointPhysics as JointPhysics
+from cutjoint.reprs import line
 
 IDENTITY: Array = readonly(np.eye(4))
 TASK_NAMES = ("x", "y", "z", "rx", "ry", "rz")
@@ -44,6 +45,8 @@ class Inertial(Frozen):
     mass: float
     com: Array = field(default_factory=lambda: readonly(np.zeros(3)))
     inertia: Array = field(default_factory=lambda: readonly(np.zeros((3, 3))))
+
+    __repr__ = line(mass="kg", com="m", inertia="kg m2")
 
     @classmethod
     def of(cls, mass: float, com: npt.ArrayLike, entries: Sequence[float], axes: Array = IDENTITY[:3, :3]) -> Inertial:
@@ -77,6 +80,8 @@ class Shape(Frozen):
     mesh: Path | None = None
     name: str = ""
 
+    __repr__ = line(size="m")
+
 
 @door
 @dataclass(frozen=True, eq=False)
@@ -94,6 +99,8 @@ class Link:
     place: Place = NOWHERE
     gravity_compensation: float = 0.0
 
+    __repr__ = line("name", "inertial", "visuals", "collisions")
+
     @property
     def held_up(self) -> float:
         """Mass whose weight is compensated [kg]."""
@@ -109,6 +116,8 @@ class Limits:
     upper: float | None = None
     velocity: float | None = None
     effort: float | None = None
+
+    __repr__ = line(lower="m or rad", upper="m or rad", velocity="m/s or rad/s", effort="N or N m")
 
 
 @door
@@ -130,6 +139,8 @@ class Joint(Frozen):
     physics: JointPhysics = NO_PHYSICS
     place: Place = NOWHERE
 
+    __repr__ = line("name", "type", "parent", "child", "axis", "limits", "physics")
+
 
 @door
 @dataclass(frozen=True, eq=False)
@@ -138,6 +149,8 @@ class Frame(Frozen):
 
     link: str
     placement: Array = field(default_factory=lambda: IDENTITY)
+
+    __repr__ = line()
 
 
 @door
@@ -160,6 +173,8 @@ class CutJoint:
     bushing: Bushing | None = None
     length: float = 0.0
 
+    __repr__ = line("name", "type", "a", "b", "length", "physics", "bushing", length="m")
+
 
 @door
 @dataclass(frozen=True)
@@ -175,6 +190,8 @@ class Home(Frozen):
     passive: Mapping[str, float | tuple[float, ...]] = field(default_factory=dict)
     about: str = ""
 
+    __repr__ = line(actuated="m or rad", passive="m or rad")
+
 
 @door
 @dataclass(frozen=True)
@@ -184,6 +201,8 @@ class Variant(Frozen):
     name: str
     about: str = ""
     inertials: Mapping[str, Inertial] = field(default_factory=dict)
+
+    __repr__ = line("name", "about", "inertials")
 
 
 Named = TypeVar("Named", Link, Joint, Variant)

@@ -12,6 +12,8 @@ class Place:
     file: str = ""
     line: int | None = None
 
+    __repr__ = line()
+
 
 NOWHERE = Place()
 """Of what no file has."""

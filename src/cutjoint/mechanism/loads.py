@@ -15,6 +15,7 @@ from cutjoint.arrays import Array, Frozen, as_vector, readonly
 from cutjoint.doors import described
 from cutjoint.errors import InputError
 from cutjoint.mechanism.types import Tool
+from cutjoint.reprs import line
 
 LoadAxes = Literal["world", "link"]
 """Along which axes a force is given: those of the world, or of the link (of the tool) it acts on."""
@@ -41,6 +42,8 @@ class Load(Frozen):
     link: str | None = None
     point: Array = field(default_factory=lambda: _ZERO)
     axes: LoadAxes = "world"
+
+    __repr__ = line(force="N", moment="N m", point="m")
 
     def __post_init__(self) -> None:
         for name, unit in (("force", "N"), ("moment", "N m"), ("point", "m")):

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, Values, as_vector, readonly
 from cutjoint.doors import described, door
 from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.reprs import line
 
 COLUMNS = 80
 """Longest line of a posture in words."""
@@ -30,6 +31,8 @@ class Actuator:
 
     name: str
     kind: Literal["rotation", "translation"]
+
+    __repr__ = line("name", "kind", "unit")
 
     @property
     def unit(self) -> str:
@@ -91,6 +94,8 @@ class Stored:
     count: int = 1
     read: Callable[[Array], Array] | None = None
 
+    __repr__ = line("name", "units", "start", "count")
+
     def of(self, q_full: Array) -> float | Array:
         """A number, or the list of coordinates, shape (coordinates,)."""
         if self.count == 1 and self.read is None:
@@ -112,6 +117,8 @@ class Layout(Values):
     robot: str
     actuators: tuple[Actuator, ...]
     passive: tuple[Stored, ...]
+
+    __repr__ = line("robot", "names")
 
     @classmethod
     def of_numbers(cls, robot: str, actuators: tuple[Actuator, ...], stored: tuple[str, ...]) -> Layout:

@@ -34,6 +34,7 @@ from cutjoint.doors import door, door_but
 from cutjoint.errors import InputError
 from cutjoint.mechanism.pose import FORMS, Pose, PoseLike
 from cutjoint.mechanism.rotations import Quaternion, crossing, quaternion_of, turned, vector_of
+from cutjoint.reprs import line
 
 NAMES = ("x", "y", "z", "rx", "ry", "rz")
 Axes = Literal["world", "tool"]
@@ -56,6 +57,8 @@ class Target(Frozen):
     led: tuple[int, ...]
     asked: tuple[int, ...]
     names: Mapping[str, float] = field(default_factory=dict)
+
+    __repr__ = line("pose", "names")
 
     def __str__(self) -> str:
         if self.names:
@@ -80,6 +83,8 @@ class Task(Frozen):
     home: Pose
     robot: str
     axes: Axes = "world"
+
+    __repr__ = line("names", "robot", "axes", "home")
 
     @cached_property
     def rows(self) -> tuple[int, ...]:
@@ -218,6 +223,8 @@ class Condition:
 
     The tool is told by its position (3,) and rotation (3, 3) in the world.
     """
+
+    __repr__ = line()
 
     def __init__(self, task: Task, wanted: Pose, rows: Sequence[int]) -> None:
         basis = task.basis

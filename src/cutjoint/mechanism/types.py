@@ -14,6 +14,7 @@ from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.errors import InputError
 from cutjoint.mechanism.names import Layout
 from cutjoint.mechanism.pose import Pose
+from cutjoint.reprs import line
 
 _NONE = readonly(np.zeros(0))
 
@@ -90,6 +91,10 @@ class Terms(Frozen):
     springs: Array = field(default_factory=lambda: _NONE)
     friction: Array = field(default_factory=lambda: _NONE)
 
+    __repr__ = line(
+        mass="kg, kg m or kg m2", coriolis="N or N m", gravity="N or N m", springs="N or N m", friction="N or N m"
+    )
+
     def __post_init__(self) -> None:
         for name in ("springs", "friction"):
             if self.__dict__[name] is _NONE:
@@ -125,6 +130,8 @@ class Tool(Frozen):
     frame_jacobian: Array
     frame_drift: Array
     twist: Array
+
+    __repr__ = line("position", "rotation", "frame_jacobian", "twist", position="m", twist="m/s, rad/s")
 
     @classmethod
     def of_point(cls, position: Array, jacobian: Array, drift: Array, v: Array | None = None) -> Tool:

@@ -12,6 +12,7 @@ from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import JointMotion
+from cutjoint.reprs import line
 
 OPENING = 0.1
 """Part of a chirp in which it swells up from rest, and in which it dies away at the end."""
@@ -31,6 +32,8 @@ class JointSine(Values):
     phase: Array
     duration: float
     name: str = "joint sine"
+
+    __repr__ = line(centre="m or rad", amplitude="m or rad", rate="rad/s", phase="rad", duration="s")
 
     def __post_init__(self) -> None:
         size = np.size(self.centre)
@@ -74,6 +77,8 @@ class JointChirp(Values):
     hertz: Array
     duration: float
     name: str = "joint chirp"
+
+    __repr__ = line(centre="m or rad", amplitude="m or rad", hertz="Hz", duration="s")
 
     def __post_init__(self) -> None:
         size = np.size(self.centre)

@@ -19,6 +19,7 @@ from cutjoint.mechanism import Mechanism
 from cutjoint.motion.home import ToolAtHome, orthonormal
 from cutjoint.motion.timing import Progress, minimum_jerk, trapezoid
 from cutjoint.motion.values import ToolMotion
+from cutjoint.reprs import line
 
 
 @door
@@ -29,6 +30,8 @@ class Hold(Values):
     position: Array
     duration: float = 1.0
     name: str = "hold"
+
+    __repr__ = line(position="m", duration="s")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", readonly(as_vector("position", self.position, 3, "m")))
@@ -58,6 +61,8 @@ class PointToPoint(Values):
     goal: Array
     duration: float = 1.0
     name: str = "point to point"
+
+    __repr__ = line(start="m", goal="m", duration="s")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", readonly(as_vector("start", self.start, 3, "m")))
@@ -95,6 +100,8 @@ class Trapezoidal(PointToPoint):
     name: str = "trapezoidal"
     ramp: float = 1.0 / 3.0
 
+    __repr__ = line(start="m", goal="m", duration="s")
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 0.0 < positive("ramp", self.ramp, "of the duration") <= 0.5:
@@ -123,6 +130,8 @@ class Circle(Values):
     first: Array = field(default_factory=lambda: readonly([1.0, 0.0, 0.0]))
     second: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
     name: str = "circle"
+
+    __repr__ = line(centre="m", radius="m", rate="rad/s")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre", readonly(as_vector("centre", self.centre, 3, "m")))
@@ -175,6 +184,8 @@ class Lissajous(Values):
     duration: float
     name: str = "lissajous"
     axes: Array = field(default_factory=lambda: readonly(np.eye(3)))
+
+    __repr__ = line(centre="m", amplitude="m", rate="rad/s", phase="rad", duration="s")
 
     def __post_init__(self) -> None:
         for name, unit in (("centre", "m"), ("amplitude", "m"), ("rate", "rad/s"), ("phase", "rad")):

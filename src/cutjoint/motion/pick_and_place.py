@@ -19,6 +19,7 @@ from cutjoint.mechanism import Mechanism, Pose
 from cutjoint.motion.home import ToolAtHome
 from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import ToolMotion
+from cutjoint.reprs import line
 
 UP, ACROSS = 0.025, 0.305
 """The cycle of the industry [m]."""
@@ -46,6 +47,8 @@ class PickAndPlace(Values):
     up: Array
     across: Array
     duration: float
+
+    __repr__ = line(start="m", up="m", across="m", duration="s")
 
     def __post_init__(self) -> None:
         for name in ("start", "up", "across"):

@@ -17,6 +17,7 @@ from cutjoint.mechanism.rotations import turned
 from cutjoint.motion.home import ToolAtHome
 from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import ROTATION, ToolMotion
+from cutjoint.reprs import line
 
 
 @door_but("start")
@@ -38,6 +39,8 @@ class PoseMove(Values):
     duration: float = 1.0
     given: tuple[str, ...] | None = None
     name: str = "pose move"
+
+    __repr__ = line(by="m", turn="rad", duration="s")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", Pose.of(self.start))

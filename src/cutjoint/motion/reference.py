@@ -19,6 +19,7 @@ from cutjoint.errors import ClosureError, CutjointError, InputError, LimitError,
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
 from cutjoint.motion.following import Demand, follower
 from cutjoint.motion.values import ROTATION, ToolMotion, Trajectory
+from cutjoint.reprs import line
 
 # Anchors to a way, and to a second of it: near enough that kinematics from the nearest one stays on its branch.
 ANCHORS, ANCHORS_PER_SECOND, MOST_ANCHORS = 64, 20, 4096
@@ -46,6 +47,8 @@ class Desired(Frozen):
     posture: Posture
     mechanism: Mechanism
 
+    __repr__ = line("t", "q", "v", "a", "tool", "mechanism", t="s", q="m or rad", v="m/s or rad/s", a="m/s2 or rad/s2")
+
     def posture_of(self, model: Mechanism) -> Posture:
         """The desired posture as `model` makes it: its own where it made it, else closed at the same `q`.
 
@@ -72,6 +75,8 @@ class Reference:
         duration: how long it is followed [s].
         limits: whether joint limits are respected or ignored.
     """
+
+    __repr__ = line("trajectory", "mechanism", "duration", duration="s")
 
     def __init__(
         self,

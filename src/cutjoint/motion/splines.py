@@ -23,6 +23,7 @@ from cutjoint.mechanism.pose import Pose, PoseLike
 from cutjoint.mechanism.rotations import NOT_QUITE
 from cutjoint.motion.rotation_spline import FELT, RotationSpline
 from cutjoint.motion.values import JointMotion, ToolMotion
+from cutjoint.reprs import line
 
 SAME = 1e-9
 """By how much the last way-point of a closed way may miss the first: [m] or [rad], or beside the range of the
@@ -59,6 +60,8 @@ class PointSpline(Values):
     closed: bool = False
     given: tuple[str, ...] | None = None
     name: str = "point spline"
+
+    __repr__ = line(times="s", points="m")
 
     def __post_init__(self) -> None:
         _set(self, times=as_times(self.times), points=as_rows("points", self.points, 3))
@@ -106,6 +109,8 @@ class PoseSpline(Values):
     given: tuple[str, ...] | None = None
     name: str = "pose spline"
 
+    __repr__ = line(times="s", poses="m, quaternions")
+
     def __post_init__(self) -> None:
         _set(self, times=as_times(self.times), poses=as_poses(self.poses))
         _set(self, poses=_ended(self.times, self.poses, self.closed))
@@ -150,6 +155,8 @@ class JointSpline(Values):
     q: Array
     closed: bool = False
     name: str = "joint spline"
+
+    __repr__ = line(times="s", q="m or rad")
 
     def __post_init__(self) -> None:
         _set(self, times=as_times(self.times), q=as_rows("q", self.q, None))

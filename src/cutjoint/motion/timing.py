@@ -26,6 +26,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
 from cutjoint.doors import door
 from cutjoint.errors import InputError
+from cutjoint.reprs import line
 
 Progress = tuple[float, float, float]
 """Part of the way, its rate [1/s] and the rate of that [1/s2]."""
@@ -71,6 +72,8 @@ class Corners(Values):
     seconds: Array
     blend: float
     smooth: Smooth = "quintic"
+
+    __repr__ = line(points="m or rad", seconds="s", blend="s")
 
     def __post_init__(self) -> None:
         own = self.__dict__

@@ -9,6 +9,7 @@ from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.doors import described
 from cutjoint.errors import InputError
 from cutjoint.mechanism.task import NAMES
+from cutjoint.reprs import line
 
 POSITION, ROTATION = NAMES[:3], NAMES[3:]
 
@@ -37,6 +38,10 @@ class ToolMotion(Frozen):
     angular_velocity: Array | None = None
     angular_acceleration: Array | None = None
     given: tuple[str, ...] | None = None
+
+    __repr__ = line(
+        position="m", velocity="m/s", acceleration="m/s2", angular_velocity="rad/s", angular_acceleration="rad/s2"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -76,6 +81,8 @@ class JointMotion(Frozen):
     q: Array
     v: Array
     a: Array
+
+    __repr__ = line(q="m or rad", v="m/s or rad/s", a="m/s2 or rad/s2")
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -13,6 +13,7 @@ from cutjoint.mechanism import Mechanism
 from cutjoint.motion.home import ToolAtHome
 from cutjoint.motion.timing import Corners, points_of
 from cutjoint.motion.values import JointMotion, ToolMotion
+from cutjoint.reprs import line
 
 
 @door
@@ -26,6 +27,8 @@ class Waypoints(Values):
 
     corners: Corners
     name: str = "way-points"
+
+    __repr__ = line("corners", "duration", "name", duration="s")
 
     def __post_init__(self) -> None:
         points_of("points", self.corners.points, 3)
@@ -60,6 +63,8 @@ class JointWaypoints(Values):
 
     corners: Corners
     name: str = "joint way-points"
+
+    __repr__ = line("corners", "duration", "name", duration="s")
 
     @classmethod
     @door

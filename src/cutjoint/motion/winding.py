@@ -14,6 +14,7 @@ from cutjoint.mechanism import Mechanism
 from cutjoint.motion.home import ToolAtHome, orthonormal
 from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import ToolMotion
+from cutjoint.reprs import line
 
 
 @door
@@ -41,6 +42,8 @@ class Spiral(Values):
     first: Array = field(default_factory=lambda: readonly([1.0, 0.0, 0.0]))
     second: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
     name: str = "spiral"
+
+    __repr__ = line(centre="m", radii="m", rise="m", duration="s")
 
     def __post_init__(self) -> None:
         for name, size, unit in (("centre", 3, "m"), ("radii", 2, "m"), ("first", 3, ""), ("second", 3, "")):

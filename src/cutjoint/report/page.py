@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from html import escape
 
 from cutjoint.report.figures import Drawing
+from cutjoint.reprs import line
 
 GOOD = ("holds", "yes")
 HALF = ("holds with the inferred code only", "holds with equation (39) only")
@@ -127,6 +128,8 @@ class Section:
     title: str
     parts: Sequence[str | ReportTable | Picture] = ()
     level: int = 3
+
+    __repr__ = line("title", "parts")
 
 
 def page(title: str, lead: str, sections: Sequence[Section]) -> str:

@@ -23,6 +23,7 @@ from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Loads, Posture
 from cutjoint.mechanism.rotations import quaternion_of
+from cutjoint.reprs import line
 from cutjoint.simulation.plant import Observation, State, tool_turns
 
 
@@ -35,6 +36,8 @@ class ConstrainedPlant:
         chain: the closed robot.
         project: put every accepted step back onto the loops.  Without it the loops drift; for measuring that.
     """
+
+    __repr__ = line("name")
 
     def __init__(self, chain: ClosedChain, *, project: bool = True) -> None:
         self.chain = chain

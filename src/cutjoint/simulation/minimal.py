@@ -20,6 +20,7 @@ from cutjoint.doors import door
 from cutjoint.errors import ActuationError, InputError
 from cutjoint.mechanism import Loads, Posture, Tool
 from cutjoint.mechanism.rotations import quaternion_of
+from cutjoint.reprs import line
 from cutjoint.simulation.plant import Observation, State, tool_turns
 
 
@@ -58,6 +59,8 @@ class MinimalPlant:
         InputError: the robot has no tool to record.
         ActuationError: the coordinates do not tell its motion: idle motions gain momentum.
     """
+
+    __repr__ = line("name")
 
     def __init__(self, minimal: Coordinates) -> None:
         chain = minimal.chain

@@ -20,6 +20,7 @@ from cutjoint.doors import door
 from cutjoint.errors import ActuationError, CutjointError
 from cutjoint.mechanism import Loads, Mechanism, Posture, Tool
 from cutjoint.mechanism.rotations import quaternion_of
+from cutjoint.reprs import line, told
 
 STILL = 1e-9
 """A tool whose turning is below this part of its moving, in lengths of the robot, never turns."""
@@ -38,6 +39,8 @@ class State(Values):
     q: Array
     v: Array
     posture: Posture | None = None
+
+    __repr__ = line("q", "v")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +67,17 @@ class Observation(Frozen):
     q_full: Array
     orientation: Array | None = None
     angular_velocity: Array | None = None
+
+    __repr__ = line(
+        q="m or rad",
+        v="m/s or rad/s",
+        tool="m",
+        tool_velocity="m/s",
+        kinetic="J",
+        potential="J",
+        gap="m, rad",
+        angular_velocity="rad/s",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -151,6 +165,11 @@ class Advanced(NamedTuple):
     evaluations: int
     ahead: float
 
+    def __repr__(self) -> str:
+        return told(
+            self, "state", "work", "lost", "strayed", "evaluations", "ahead", work="J", lost="J", strayed="m", ahead="s"
+        )
+
 
 @runtime_checkable
 class Advancing(Plant, Protocol):
@@ -180,6 +199,8 @@ class ReducedPlant:
     Raises:
         ActuationError: n coordinates do not tell its motion.
     """
+
+    __repr__ = line("name")
 
     def __init__(self, mechanism: Mechanism) -> None:
         if not getattr(mechanism, "idle_is_cyclic", True):  # only chains have idle motions

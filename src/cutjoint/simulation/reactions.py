@@ -23,6 +23,7 @@ from cutjoint.errors import ActuationError, InputError, UnknownNameError
 from cutjoint.files import check_place, write_whole
 from cutjoint.mechanism import Load, Posture
 from cutjoint.mechanism.loads import as_loads
+from cutjoint.reprs import line
 from cutjoint.simulation.held import HeldJoints
 from cutjoint.simulation.plant import Observation
 from cutjoint.simulation.pushing import RunLoads
@@ -65,6 +66,8 @@ class ReactionHistory(Frozen):
     force: Array
     moment: Array
     unique: tuple[tuple[bool, ...], ...]
+
+    __repr__ = line("names", "time", "axes", time="s")
 
     @property
     def columns(self) -> dict[str, Array]:

@@ -11,6 +11,7 @@ import numpy as np
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
 from cutjoint.doors import door
 from cutjoint.errors import InputError
+from cutjoint.reprs import told
 from cutjoint.simulation.hardware.parts import Parts
 from cutjoint.simulation.observables import OBSERVABLES
 
@@ -25,6 +26,9 @@ class Rmse(NamedTuple):
 
     position: float
     velocity: float
+
+    def __repr__(self) -> str:
+        return told(self, position="m", velocity="m/s")
 
 
 class About(TypedDict, total=False):

@@ -41,6 +41,7 @@ from cutjoint.chain.rank import null_space, rank_of
 from cutjoint.chain.structure import scaled_tool
 from cutjoint.errors import ActuationError, InputError
 from cutjoint.mechanism import Posture, Task
+from cutjoint.reprs import line
 
 Held = Literal["point", "pose", "task"]
 WAYS: tuple[Held, ...] = ("point", "pose", "task")
@@ -91,6 +92,8 @@ class Modes(Sequence[Posture]):
 
 class ModeSeeker:
     """Seeks the modes of one robot; what it raises is said in `ClosedChain`."""
+
+    __repr__ = line()
 
     def __init__(self, postures: Postures) -> None:
         self._postures, self._k, self._actuated = postures, postures.k, postures.actuated

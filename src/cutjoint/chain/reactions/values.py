@@ -11,6 +11,7 @@ import numpy.typing as npt
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Frozen, as_vector
 from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.reprs import line
 
 COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
 """What the components of a reaction are called, forces [N] first, then moments [N m]."""
@@ -93,6 +94,8 @@ class GearForce:
 
     force: float
     unique: bool
+
+    __repr__ = line(force="N or N m")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

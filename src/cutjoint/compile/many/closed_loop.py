@@ -36,6 +36,7 @@ from cutjoint.doors import door
 from cutjoint.errors import InputError, Interrupted
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired, Reference
+from cutjoint.reprs import line
 from cutjoint.simulation.hardware import Hardware
 from cutjoint.simulation.hardware.checks import check_robot, check_span
 from cutjoint.simulation.hardware.control import control_of, limits_of
@@ -65,6 +66,8 @@ class ClosedLoop:
         InputError: the law cannot be traced, or its model cannot follow the measured state.
         ActuationError: the actuators do not determine the motion of the plant, or its idle freedoms gain momentum.
     """
+
+    __repr__ = line("law", "robot")
 
     def __init__(
         self,

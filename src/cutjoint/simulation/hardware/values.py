@@ -17,6 +17,7 @@ import numpy as np
 from cutjoint.arrays import LARGEST, positive
 from cutjoint.doors import door
 from cutjoint.errors import InputError
+from cutjoint.reprs import line
 from cutjoint.simulation.hardware.ticks import Ticks, ticks_of
 
 FINEST_STEP = 1e-100
@@ -44,6 +45,8 @@ class Clock:
     rate: float
     jitter: float = 0.0
     tick: float | None = None
+
+    __repr__ = line(rate="Hz", jitter="s", tick="s")
 
     def __post_init__(self) -> None:
         _keep(self, "rate", positive("rate of the clock", self.rate, "Hz"))
@@ -84,6 +87,8 @@ class Encoder:
     delay: float = 0.0
     at: Literal["joint", "motor"] = "joint"
 
+    __repr__ = line(resolution="m or rad", offset="m or rad", noise="m or rad", delay="s")
+
     def __post_init__(self) -> None:
         if self.resolution is not None:
             mend = "; leave it out for an encoder without steps"
@@ -109,6 +114,8 @@ class Differences:
 
     cutoff: float | None = None
 
+    __repr__ = line(cutoff="Hz")
+
     def __post_init__(self) -> None:
         if self.cutoff is not None:
             _keep(self, "cutoff", positive("cutoff of the filter", self.cutoff, "Hz"))
@@ -127,6 +134,8 @@ class Tachometer:
     """
 
     noise: Each = 0.0
+
+    __repr__ = line(noise="m/s or rad/s")
 
     def __post_init__(self) -> None:
         _keep(self, "noise", _each("noise of the tachometer", self.noise))
@@ -150,6 +159,8 @@ class TorqueSpeed:
 
     stall: Each
     no_load_speed: Each
+
+    __repr__ = line(stall="N or N m", no_load_speed="m/s or rad/s")
 
     def __post_init__(self) -> None:
         _keep(self, "stall", _each("stall effort of the motor", self.stall, above=0.0))
@@ -177,6 +188,8 @@ class Backlash:
     stiffness: Each
     damping: Each
     rotor: Each
+
+    __repr__ = line(width="m or rad", stiffness="N/m or N m/rad", damping="N s/m or N m s/rad", rotor="kg or kg m2")
 
     def __post_init__(self) -> None:
         _keep(self, "width", _each("width of the backlash", self.width))
@@ -206,6 +219,8 @@ class Drive:
     delay: float = 0.0
     torque_speed: TorqueSpeed | None = None
     backlash: Backlash | None = None
+
+    __repr__ = line(limits="N or N m", resolution="N or N m", delay="s")
 
     def __post_init__(self) -> None:
         if self.limits is not None:
@@ -240,6 +255,8 @@ class Hardware:
     speed: Differences | Tachometer = field(default_factory=Tachometer)
     drive: Drive = field(default_factory=Drive)
     seed: int = 0
+
+    __repr__ = line()
 
     def __post_init__(self) -> None:
         if isinstance(self.seed, bool) or not isinstance(self.seed, int | np.integer) or self.seed < 0:

@@ -7,6 +7,7 @@ from functools import cache
 from importlib import resources
 
 from cutjoint.errors import ViewerError
+from cutjoint.reprs import line
 
 LIVE_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
@@ -22,6 +23,8 @@ class File:
     body: bytes
     kind: str
     policy: str = "default-src 'none'"
+
+    __repr__ = line("kind", "policy")
 
 
 @cache
