@@ -31,7 +31,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "doors": frozenset({"errors"}),
     "extras": frozenset({"errors"}),
     "tables": frozenset(),
-    "reprs": frozenset({"errors", "tables"}),
+    "reprs": frozenset({"errors"}),
     "files": frozenset({"errors", "interrupts"}),
     "interrupts": frozenset(),
     "tolerances": frozenset(),

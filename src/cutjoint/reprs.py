@@ -14,11 +14,11 @@ from enum import Enum
 import numpy as np
 
 from cutjoint.errors import shown
-from cutjoint.tables import TextTable
 
 WIDTH = 100
 MOST = 6
 """Entries of an array or list that are shown."""
+ROUNDING = 1e-13
 LONGEST = 40
 """Characters of a text that are shown."""
 
@@ -43,15 +43,15 @@ def told(one: object, *names: str, **units: str) -> str:
 
 
 def one_line(head: str, parts: Sequence[str], width: int = WIDTH) -> str:
-    """`head(part, part, ...)` with as many parts as fit."""
+    """`head(part, part, ...)` with the parts that fit."""
     kept: list[str] = []
     room = width - len(head) - len("(, ...)")
     for part in parts:
-        room -= len(part) + 2
-        if room < 0:
-            return f"{head}({', '.join([*kept, '...'])})"
-        kept.append(part)
-    return f"{head}({', '.join(kept)})"
+        if len(part) + 2 <= room:
+            kept.append(part)
+            room -= len(part) + 2
+    rest = ["..."] if len(kept) < len(parts) else []
+    return f"{head}({', '.join([*kept, *rest])})"
 
 
 def short(value: object, unit: str = "") -> str:
@@ -73,9 +73,9 @@ def clipped(text: str, longest: int = LONGEST) -> str:
     return shown(text[: 2 * longest], longest)
 
 
-def as_html(table: Callable[[], TextTable]) -> str:
-    """What a notebook shows of an object that has a table."""
-    return table()._repr_html_()
+def listed(names: Sequence[str], most: int = 4 * MOST) -> str:
+    """Names, cut, and how many there are where they are not all."""
+    return _listed([clipped(name) for name in names[:most]], len(names))
 
 
 def _parts(one: object, names: Sequence[str], units: Mapping[str, str]) -> list[str]:
@@ -124,7 +124,10 @@ def _short(value: object) -> str:
 def _array(value: np.ndarray[tuple[int, ...], np.dtype[np.generic]]) -> str:
     if value.ndim != 1:
         return short(value.item()) if value.ndim == 0 else f"array {value.shape}".replace(",)", ")")
-    return "(" + _listed([short(one) for one in value[:MOST].tolist()], value.size) + ")"
+    first = value[:MOST]
+    if value.dtype.kind == "f":  # what is rounding beside the largest is 0
+        first = np.where(np.abs(first) < ROUNDING * np.abs(value).max(initial=0.0), 0.0, first)
+    return "(" + _listed([short(one) for one in first.tolist()], value.size) + ")"
 
 
 def _listed(rows: Sequence[str], count: int) -> str:

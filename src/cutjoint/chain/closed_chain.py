@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Sealed, as_vector, sized
+from cutjoint.chain.about import chain_table
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool, velocity_of_actuators
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
@@ -25,7 +26,8 @@ from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.joints import limit_violations
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.loads import ChainLoads
-from cutjoint.chain.mobility import Mobility, MobilityReport
+from cutjoint.chain.mobility import Mobility
+from cutjoint.chain.mobility_report import MobilityReport
 from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
 from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.qpos import MujocoOrder
@@ -34,8 +36,9 @@ from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.checks.physics import require_possible
 from cutjoint.description.model import RobotDescription
 from cutjoint.doors import door
-from cutjoint.errors import ActuationError
+from cutjoint.errors import ActuationError, CutjointError
 from cutjoint.mechanism import NO_LOADS, ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
+from cutjoint.reprs import one_line, quoted, short
 
 if TYPE_CHECKING:
     from cutjoint import CompiledChain, MinimalCoordinates
@@ -96,6 +99,20 @@ class ClosedChain(Sealed):
     def __reduce__(self) -> tuple[Callable[..., ClosedChain], tuple[RobotDescription, str | None]]:
         """Built anew from its description, in another process too."""
         return type(self), (self.description, self._home_name)
+
+    def __repr__(self) -> str:
+        parts = [f"actuators={short([f'{one.name} [{one.unit}]' for one in self.actuators])}"]
+        parts += [f"{len(self.description.cuts)} cuts", f"{self.nv} velocities"]
+        return one_line("ClosedChain", [quoted(self.name), *parts])
+
+    def _repr_html_(self) -> str:
+        return chain_table(self.description, self.actuators, self._task_in_words)._repr_html_()
+
+    def _task_in_words(self) -> str:
+        try:
+            return str(self.task)
+        except CutjointError as error:
+            return f"none: {error}"
 
     # ---- closing ---------------------------------------------------------------------------------------------------
 

@@ -78,14 +78,8 @@ class ManyTerms(NamedTuple):
     friction: Array
 
     def __repr__(self) -> str:
-        return told(
-            self,
-            mass="kg, kg m or kg m2",
-            coriolis="N or N m",
-            gravity="N or N m",
-            springs="N or N m",
-            friction="N or N m",
-        )
+        efforts = dict.fromkeys(("coriolis", "gravity", "springs", "friction"), "N or N m")
+        return told(self, mass="kg, kg m or kg m2", **efforts)
 
 
 class Batch:

@@ -21,6 +21,7 @@ from cutjoint.compile.once import once
 from cutjoint.compile.sources.minimal import MinimalSource
 from cutjoint.errors import InputError, SingularError
 from cutjoint.mechanism import NO_LOADS, Loads, Posture, Terms, Tool
+from cutjoint.reprs import clipped, one_line, quoted
 
 NO_PARAMETERS = np.zeros(0)
 
@@ -49,6 +50,10 @@ class CompiledMinimal(Sealed):
         self.is_flat, self.idle_is_cyclic, self.idle = minimal.is_flat, minimal.idle_is_cyclic, minimal.idle
         self._library = Library(self.source, MinimalChecker(self.source), self.options)
         self._lock = threading.RLock()
+
+    def __repr__(self) -> str:
+        coordinates = [f"{clipped(name)} [{unit}]" for name, unit in zip(self.names, self.units, strict=True)]
+        return one_line("CompiledMinimal", [quoted(self.name), *coordinates])
 
     def __reduce__(self) -> tuple[object, ...]:
         return CompiledMinimal, (self.plain, replace(self.options, report=None))

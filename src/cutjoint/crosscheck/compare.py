@@ -25,7 +25,8 @@ from cutjoint.crosscheck.sampling import REFUSED, Reacher, SampledState, frame_j
 from cutjoint.doors import door, of_type
 from cutjoint.errors import ToleranceError
 from cutjoint.mechanism import Mechanism, Posture
-from cutjoint.reprs import line
+from cutjoint.reprs import clipped, line, one_line
+from cutjoint.tables import TextTable
 
 FAR = 1e-4
 """From 1 / FAR characteristic lengths from the origin on the tool position is measured against this part of its
@@ -76,6 +77,31 @@ class Comparison:
     rows: tuple[ComparisonRow, ...]
     refused: int = 0
     reason: str = ""
+
+    def __repr__(self) -> str:
+        verdict = "agrees" if self.passes else "differs"
+        worst = max(self.rows, key=lambda row: row.error / row.tolerance, default=None)
+        told = [] if worst is None else [f"worst: {worst.quantity} {worst.error:.2g} of {worst.tolerance:.0e}"]
+        names = f"{clipped(self.checked, 24)} against {clipped(self.reference, 24)}"
+        return one_line("Comparison", [names, verdict, f"{self.samples} states", *told])
+
+    def __str__(self) -> str:
+        return str(self.table())
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
+
+    def table(self) -> TextTable:
+        """A row a quantity: worst relative error, tolerance, verdict."""
+        rows = [
+            (row.quantity, f"{row.error:.1e}", f"{row.tolerance:.0e}", "agrees" if row.passes else "differs")
+            for row in self.rows
+        ]
+        refused = f"{self.refused} states refused ({self.reason})" if self.refused else ""
+        title = f"{clipped(self.checked)} against {clipped(self.reference)}: {self.samples} states"
+        return TextTable(
+            title, ("quantity", "worst error", "tolerance", ""), rows, ("worst error", "tolerance"), refused
+        )
 
     @property
     def passes(self) -> bool:

@@ -27,7 +27,7 @@ from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism.physics import LARGEST_PAYLOAD, NO_PHYSICS
 from cutjoint.mechanism.physics import Bushing as Bushing
 from cutjoint.mechanism.physics import JointPhysics as JointPhysics
-from cutjoint.reprs import line
+from cutjoint.reprs import line, one_line, quoted, short
 
 IDENTITY: Array = readonly(np.eye(4))
 TASK_NAMES = ("x", "y", "z", "rx", "ry", "rz")
@@ -242,6 +242,11 @@ class RobotDescription(Frozen):
         rank = {name: number for number, name in enumerate(TASK_NAMES)}
         ordered = sorted(self.task, key=lambda name: rank.get(name, len(rank)))
         object.__setattr__(self, "task", tuple(ordered))
+
+    def __repr__(self) -> str:
+        parts = ((self.links, "links"), (self.joints, "joints"), (self.cuts, "cuts"), (self.couplings, "couplings"))
+        counts = [f"{len(found)} {what}" for found, what in parts if found]
+        return one_line("RobotDescription", [quoted(self.name), *counts, f"actuators={short(self.actuators)}"])
 
     @property
     def closing(self) -> tuple[CutJoint, ...]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cutjoint.reprs import told
+
 
 @dataclass(frozen=True)
 class Place:
@@ -12,7 +14,8 @@ class Place:
     file: str = ""
     line: int | None = None
 
-    __repr__ = line()
+    def __repr__(self) -> str:
+        return told(self)
 
 
 NOWHERE = Place()

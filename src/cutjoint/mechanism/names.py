@@ -13,7 +13,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, Values, as_vector, readonly
 from cutjoint.doors import described, door
 from cutjoint.errors import InputError, UnknownNameError
-from cutjoint.reprs import line
+from cutjoint.reprs import clipped, line
 
 COLUMNS = 80
 """Longest line of a posture in words."""
@@ -146,14 +146,22 @@ class Layout(Values):
             return stored.of(q_full)
         raise UnknownNameError(f"coordinate of {self.robot}", str(name), self.names)
 
-    def words(self, q: Array, q_full: Array) -> str:
-        """All names with values and units, a line each."""
-        width = min(30, max(map(len, self.names), default=0))
-        lines = []
+    def rows(self, q: Array, q_full: Array) -> list[tuple[str, str, str]]:
+        """All names, with values and units, and whether they are actuated."""
+        found = []
         for name in self.names:
             actuated = name in self._actuated
             units = (self.actuators[self._actuated[name]].unit,) if actuated else self._stored[name].units
-            numbers = _with_units(self.value(name, q, q_full), units) + ("  actuated" if actuated else "")
+            numbers = _with_units(self.value(name, q, q_full), units)
+            found.append((clipped(name), numbers, "actuated" if actuated else ""))
+        return found
+
+    def words(self, q: Array, q_full: Array) -> str:
+        """All names with values and units, a line each."""
+        width = min(30, max((len(clipped(name)) for name in self.names), default=0))
+        lines = []
+        for name, values, actuated in self.rows(q, q_full):
+            numbers = f"{values}  {actuated}".rstrip()
             begin = f"  {name:<{width}}  "
             indent = " " * min(len(begin), width + 4)
             lines.append(fill(numbers, COLUMNS, initial_indent=begin, subsequent_indent=indent, break_long_words=False))

@@ -34,7 +34,7 @@ from cutjoint.doors import door, door_but
 from cutjoint.errors import InputError
 from cutjoint.mechanism.pose import FORMS, Pose, PoseLike
 from cutjoint.mechanism.rotations import Quaternion, crossing, quaternion_of, turned, vector_of
-from cutjoint.reprs import line
+from cutjoint.reprs import line, one_line, short
 
 NAMES = ("x", "y", "z", "rx", "ry", "rz")
 Axes = Literal["world", "tool"]
@@ -58,7 +58,12 @@ class Target(Frozen):
     asked: tuple[int, ...]
     names: Mapping[str, float] = field(default_factory=dict)
 
-    __repr__ = line("pose", "names")
+    def __repr__(self) -> str:
+        given = {**dict.fromkeys(NAMES[:3], "m"), **dict.fromkeys(NAMES[3:], "rad")}
+        named = [f"{name}={short(value, given.get(name, ''))}" for name, value in self.names.items()]
+        return one_line(
+            "Target", named or [f"{x}={short(value, 'm')}" for x, value in zip("xyz", self.pose.position, strict=True)]
+        )
 
     def __str__(self) -> str:
         if self.names:

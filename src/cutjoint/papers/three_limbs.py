@@ -34,6 +34,7 @@ from cutjoint.papers.scalars import (
     three,
     times,
 )
+from cutjoint.reprs import one_line, quoted, short
 
 Triple = tuple[float, float, float]
 Signs = tuple[int, int, int]
@@ -78,7 +79,8 @@ class ThreeLimbModel(ReducedModel[P]):
         self.signs = check_signs(signs)
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}(parameters={self.parameters!r}, signs={self.signs!r})"
+        names = short([f"{one.name} [{one.unit}]" for one in self.actuators])
+        return one_line(type(self).__name__, [quoted(self.name), f"actuators={names}", f"signs={self.signs}"])
 
     @cached_property
     def home(self) -> Posture:

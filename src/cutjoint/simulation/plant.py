@@ -166,9 +166,7 @@ class Advanced(NamedTuple):
     ahead: float
 
     def __repr__(self) -> str:
-        return told(
-            self, "state", "work", "lost", "strayed", "evaluations", "ahead", work="J", lost="J", strayed="m", ahead="s"
-        )
+        return told(self, work="J", lost="J", strayed="m", ahead="s")
 
 
 @runtime_checkable

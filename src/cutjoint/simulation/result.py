@@ -11,13 +11,14 @@ import numpy as np
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
 from cutjoint.doors import door
 from cutjoint.errors import InputError
-from cutjoint.reprs import told
+from cutjoint.reprs import clipped, told
 from cutjoint.simulation.hardware.parts import Parts
 from cutjoint.simulation.observables import OBSERVABLES
 
 ROUNDING = 16.0 * np.finfo(float).eps
 """Part of an energy that its rounding may be."""
 FREE = "free motion"
+_NAMED = (("plant", "?"), ("law", "?"), ("trajectory", "free motion"))
 """What stands for a trajectory where there was none."""
 
 
@@ -120,10 +121,8 @@ class Result(Values):
 
     def __repr__(self) -> str:
         what = self.about
-        return (
-            f"Result({what.get('plant', '?')}, {what.get('law', '?')}, {what.get('trajectory', FREE)}: "
-            f"{len(self)} samples over {self.time[-1] - self.time[0]:g} s)"
-        )
+        names = ", ".join(clipped(str(what.get(one, usual)), 24) for one, usual in _NAMED)
+        return f"Result({names}: {len(self)} samples over {self.time[-1] - self.time[0]:g} s)"
 
     @property
     def followed(self) -> bool:

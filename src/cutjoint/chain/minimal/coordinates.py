@@ -32,6 +32,7 @@ from cutjoint.chain.mobility import Mobility
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.errors import ClosureError, SingularError
 from cutjoint.mechanism import NO_LOADS, Loads, Posture, Terms, Tool
+from cutjoint.reprs import clipped, one_line, quoted
 
 
 # long: the public face of a robot in minimal coordinates, a line or two of code a method
@@ -68,7 +69,8 @@ class MinimalCoordinates(Sealed):
         return partial(_of, self.chain, self._named), ()
 
     def __repr__(self) -> str:
-        return f"minimal coordinates of {self.chain.name}: {', '.join(self.names)}"
+        coordinates = [f"{name} [{unit}]" for name, unit in zip(self.names, self.units, strict=True)]
+        return one_line("MinimalCoordinates", [f"of {quoted(self.chain.name)}", *map(clipped, coordinates)])
 
     @property
     def name(self) -> str:
