@@ -73,6 +73,11 @@ def clipped(text: str, longest: int = LONGEST) -> str:
     return shown(text[: 2 * longest], longest)
 
 
+def counted(count: int, what: str) -> str:
+    """So many of something."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
 def listed(names: Sequence[str], most: int = 4 * MOST) -> str:
     """Names, cut, and how many there are where they are not all."""
     return _listed([clipped(name) for name in names[:most]], len(names))
@@ -87,10 +92,17 @@ def _parts(one: object, names: Sequence[str], units: Mapping[str, str]) -> list[
     names = names or getattr(one, "_fields", ())
     found = []
     for name in names:
-        value = getattr(one, name, MISSING)
+        value = _asked(one, name)
         if value is not MISSING and not _usual(value, defaults.get(name, MISSING)):
             found.append(f"{name.lstrip('_')}={short(value, units.get(name, ''))}")
     return found
+
+
+def _asked(one: object, name: str) -> object:
+    try:
+        return getattr(one, name, MISSING)
+    except Exception:  # a property that cannot tell
+        return MISSING
 
 
 def _usual(value: object, default: object) -> bool:

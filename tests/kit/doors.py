@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 import cutjoint
-from cutjoint import control, crosscheck, description, mechanism, motion, simulation
+from cutjoint import control, crosscheck, mechanism, motion, simulation
 from cutjoint.compile import Options
 from cutjoint.simulation import hardware
 
@@ -274,7 +274,6 @@ def of_hardware() -> Iterator[Door]:
     yield Door("Drive", hardware.Drive, {"limits": 20.0, "delay": 1e-3})
     usual = {"clock": hardware.Clock(1000.0), "encoder": hardware.Encoder(), "drive": hardware.Drive()}
     yield Door("Hardware", hardware.Hardware, usual)
-    yield Door("Frame", description.Frame, {"link": "b"})
 
 
 GROUPS: dict[str, Callable[[Path], Iterator[Door]]] = {

@@ -38,7 +38,7 @@ from cutjoint.description.model import RobotDescription
 from cutjoint.doors import door
 from cutjoint.errors import ActuationError, CutjointError
 from cutjoint.mechanism import NO_LOADS, ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
-from cutjoint.reprs import one_line, quoted, short
+from cutjoint.reprs import counted, one_line, quoted, short
 
 if TYPE_CHECKING:
     from cutjoint import CompiledChain, MinimalCoordinates
@@ -102,7 +102,7 @@ class ClosedChain(Sealed):
 
     def __repr__(self) -> str:
         parts = [f"actuators={short([f'{one.name} [{one.unit}]' for one in self.actuators])}"]
-        parts += [f"{len(self.description.cuts)} cuts", f"{self.nv} velocities"]
+        parts += [counted(len(self.description.cuts), "cut"), f"{self.nv} velocities"]
         return one_line("ClosedChain", [quoted(self.name), *parts])
 
     def _repr_html_(self) -> str:

@@ -7,11 +7,9 @@ from dataclasses import dataclass, field
 
 from cutjoint.description.curves import Curve, Polynomial, added_up
 from cutjoint.description.place import NOWHERE, Place
-from cutjoint.doors import door
 from cutjoint.reprs import line
 
 
-@door
 @dataclass(frozen=True)
 class DriverCurve:
     """What one joint adds to a coupling: a curve of its coordinate."""
@@ -20,7 +18,6 @@ class DriverCurve:
     curve: Curve = field(default_factory=Polynomial)
 
 
-@door
 @dataclass(frozen=True)
 class Coupling:
     """A loop closed by gears, belts, tendons, a mimic or a cam: the coordinate of `joint` = `offset` + the sum of the

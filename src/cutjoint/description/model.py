@@ -22,12 +22,11 @@ from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
 from cutjoint.description.place import NOWHERE
 from cutjoint.description.place import Place as Place
-from cutjoint.doors import door
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism.physics import LARGEST_PAYLOAD, NO_PHYSICS
 from cutjoint.mechanism.physics import Bushing as Bushing
 from cutjoint.mechanism.physics import JointPhysics as JointPhysics
-from cutjoint.reprs import line, one_line, quoted, short
+from cutjoint.reprs import counted, line, one_line, quoted, short
 
 IDENTITY: Array = readonly(np.eye(4))
 TASK_NAMES = ("x", "y", "z", "rx", "ry", "rz")
@@ -37,7 +36,6 @@ TaskAxes = Literal["world", "tool"]
 TASK_AXES: tuple[TaskAxes, ...] = ("world", "tool")
 
 
-@door
 @dataclass(frozen=True, eq=False)
 class Inertial(Frozen):
     """Mass [kg], centre of mass (3,) [m] in the link frame, inertia (3, 3) [kg m2] about it, along the link axes."""
@@ -64,7 +62,6 @@ class Inertial(Frozen):
         return tuple(float(self.inertia[at]) for at in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
 
 
-@door
 @dataclass(frozen=True, eq=False)
 class Shape(Frozen):
     """A visual or collision shape.
@@ -83,7 +80,6 @@ class Shape(Frozen):
     __repr__ = line(size="m")
 
 
-@door
 @dataclass(frozen=True, eq=False)
 class Link:
     """A rigid body.  Without `inertial` it is massless (a mere frame).
@@ -107,7 +103,6 @@ class Link:
         return 0.0 if self.inertial is None else self.gravity_compensation * self.inertial.mass
 
 
-@door
 @dataclass(frozen=True)
 class Limits:
     """Range of a joint; None where the file says nothing (which is not the same as 0)."""
@@ -120,7 +115,6 @@ class Limits:
     __repr__ = line(lower="m or rad", upper="m or rad", velocity="m/s or rad/s", effort="N or N m")
 
 
-@door
 @dataclass(frozen=True, eq=False)
 class Joint(Frozen):
     """A joint of the open tree; `placement` is the child frame in the parent frame at zero.
@@ -142,7 +136,6 @@ class Joint(Frozen):
     __repr__ = line("name", "type", "parent", "child", "axis", "limits", "physics")
 
 
-@door
 @dataclass(frozen=True, eq=False)
 class Frame(Frozen):
     """A frame on a link: `placement` (4, 4) in the link frame."""
@@ -153,7 +146,6 @@ class Frame(Frozen):
     __repr__ = line()
 
 
-@door
 @dataclass(frozen=True, eq=False)
 class CutJoint:
     """A joint that was left out to get a tree: it joins frame `a` to frame `b`.
@@ -176,7 +168,6 @@ class CutJoint:
     __repr__ = line("name", "type", "a", "b", "length", "physics", "bushing", length="m")
 
 
-@door
 @dataclass(frozen=True)
 class Home(Frozen):
     """A named start: exact actuated coordinates and rough passive ones that pick the branch.
@@ -193,7 +184,6 @@ class Home(Frozen):
     __repr__ = line(actuated="m or rad", passive="m or rad")
 
 
-@door
 @dataclass(frozen=True)
 class Variant(Frozen):
     """A named set of inertias that replace those of the tree's own file; the tree stays one."""
@@ -208,7 +198,6 @@ class Variant(Frozen):
 Named = TypeVar("Named", Link, Joint, Variant)
 
 
-@door
 @dataclass(frozen=True, eq=False)
 class RobotDescription(Frozen):
     """A robot with loops.  What `load_description` returns has passed `check()`.
@@ -244,8 +233,8 @@ class RobotDescription(Frozen):
         object.__setattr__(self, "task", tuple(ordered))
 
     def __repr__(self) -> str:
-        parts = ((self.links, "links"), (self.joints, "joints"), (self.cuts, "cuts"), (self.couplings, "couplings"))
-        counts = [f"{len(found)} {what}" for found, what in parts if found]
+        parts = {"link": self.links, "joint": self.joints, "cut": self.cuts, "coupling": self.couplings}
+        counts = [counted(len(found), what) for what, found in parts.items() if found]
         return one_line("RobotDescription", [quoted(self.name), *counts, f"actuators={short(self.actuators)}"])
 
     @property

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cutjoint.doors import door
 from cutjoint.reprs import line
 
 LARGEST_PAYLOAD = 1e9
@@ -27,7 +26,6 @@ FRICTION_SPEED = 0.01
 and large enough for steps of a millisecond."""
 
 
-@door
 @dataclass(frozen=True)
 class JointPhysics:
     """What a joint, or the free motion of a cut joint, does by itself.
@@ -92,7 +90,6 @@ NO_PHYSICS = JointPhysics()
 """A joint that moves freely."""
 
 
-@door
 @dataclass(frozen=True)
 class Bushing:
     """A spring and damper in place of what a cut joint would hold rigidly.

@@ -40,7 +40,7 @@ class State(Values):
     v: Array
     posture: Posture | None = None
 
-    __repr__ = line("q", "v")
+    __repr__ = line(q="m or rad", v="m/s or rad/s")
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Frozen, as_vector
 from cutjoint.errors import InputError, UnknownNameError
-from cutjoint.reprs import clipped, line
+from cutjoint.reprs import clipped, line, one_line, quoted
 from cutjoint.tables import TextTable
 
 COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
@@ -82,9 +82,9 @@ class Reaction(Frozen):
         return replace(self, force=turn @ self.force, moment=turn @ self.moment, axes=wanted, stresses=stresses)
 
     def __repr__(self) -> str:
-        sizes = [f"{name} {value:.4g}{'' if alone else '?'}" for name, value, alone in self._components()]
-        name = clipped(self.name, 24)
-        return f"Reaction({name}: {', '.join(sizes[:3])} N, {', '.join(sizes[3:])} N m)"
+        sizes = [f"{value:.3g}{'' if alone else '?'}" for _, value, alone in self._components()]
+        force, moment = f"force=({', '.join(sizes[:3])}) N", f"moment=({', '.join(sizes[3:])}) N m"
+        return one_line("Reaction", [quoted(self.name, 20), force, moment])
 
     def _components(self) -> Iterator[tuple[str, float, bool]]:
         return zip(COMPONENTS, self.wrench.tolist(), self.unique, strict=True)
@@ -140,9 +140,9 @@ class Reactions(Frozen):
         yield from self.cuts.values()
 
     def __repr__(self) -> str:
-        marked = f", {self.undecided} undecided: components with ? are the least of many" if self.undecided else ""
+        marked = [f"  {self.undecided} undecided: components with ? are the least of many"] if self.undecided else []
         head = f"reactions of {len(self.joints)} joints and {len(self.cuts)} cuts, {self.redundancy} times redundant"
-        return "\n".join([head + marked, *(f"  {one!r}" for one in self)])
+        return "\n".join([head, *marked, *(f"  {one!r}" for one in self)])
 
     def _repr_html_(self) -> str:
         return self.table()._repr_html_()
