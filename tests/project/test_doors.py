@@ -36,8 +36,9 @@ MEANT: dict[str, str] = {
 }
 """Odd values -> the arguments where they mean something."""
 OPTIONAL = (
-    "variant home ranges report progress near v a at hold effort stiffness given duration rotation law reference "
-    "angular_velocity angular_acceleration integrator rate limits hardware every start start_velocity loads names tick resolution torque_speed backlash link law reference"
+    "a angular_acceleration angular_velocity at backlash duration effort every given hardware hold home "
+    "integrator law limits link loads names near progress ranges rate reference report resolution "
+    "rotation start start_velocity stiffness tick torque_speed v variant"
 )
 """Arguments that may be None."""
 
