@@ -1,8 +1,20 @@
-"""cutjoint: robots whose links form closed loops.
+"""Robots whose links form closed loops.
 
-A URDF of the open tree plus the cut joints, closed with Pinocchio.  `load` gives the closed chain, `published` the
-reduced model of a paper; both are a `Mechanism`.  Everything is imported on first use, so that the program `cutjoint`
-watches signals before it loads anything.
+A URDF of the open tree plus the cut joints, closed with Pinocchio.  What there is, by what is wanted:
+
+    cutjoint.load("omega3")         a robot by name, or by a path to its folder or file: a `ClosedChain`
+    cutjoint.published("omega3")    the reduced model of a paper; both are a `Mechanism`
+    robot.reach, close, terms, inverse_dynamics, forward_dynamics, mobility, reactions, compile, minimal
+
+    cutjoint.motion                 trajectories of tool and actuators; `Reference` looks at one through a robot
+    cutjoint.control                laws that follow it: `PD`, `PDGravity`, `ComputedTorque`, ..., or a function
+    cutjoint.simulation             `run` puts them together and gives a `Result`; `save` and `load` keep it
+    cutjoint.viewer                 `show` and `play` robots, motions and results in a browser, notebook or file
+
+    cutjoint.description            the robot's files as values, and their checks
+    cutjoint.errors                 every error that is raised on purpose, all of them `CutjointError`
+
+Everything is imported on first use, so that the program `cutjoint` watches signals before it loads anything.
 """
 
 from __future__ import annotations
@@ -11,6 +23,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cutjoint import chain as chain
+    from cutjoint import compile as compile
+    from cutjoint import control as control
+    from cutjoint import crosscheck as crosscheck
+    from cutjoint import description as description
+    from cutjoint import errors as errors
+    from cutjoint import mechanism as mechanism
+    from cutjoint import motion as motion
+    from cutjoint import papers as papers
+    from cutjoint import robots as robots
+    from cutjoint import simulation as simulation
+    from cutjoint import viewer as viewer
     from cutjoint.chain import ClosedChain, FullMotion, MobilityReport
     from cutjoint.chain.minimal import MinimalCoordinates
     from cutjoint.compile import CompiledChain, CompiledPaper, compiled_plant
@@ -43,7 +67,13 @@ _LAZY = {
     "load": "cutjoint.robots",
     "published": "cutjoint.robots",
 }
-_ROOMS = {"errors": "cutjoint.errors", "mechanism": "cutjoint.mechanism"}
+_ROOMS = {
+    room: f"cutjoint.{room}"
+    for room in (
+        *("chain", "compile", "control", "crosscheck", "description", "errors", "mechanism", "motion", "papers"),
+        *("robots", "simulation", "viewer"),
+    )
+}
 """At hand without an import of their own."""
 
 __all__ = [
@@ -79,4 +109,14 @@ def __getattr__(name: str) -> Any:
         return getattr(import_module(_LAZY[name]), name)
     if name in _ROOMS:
         return import_module(_ROOMS[name])
-    raise AttributeError(f"module 'cutjoint' has no attribute '{name}'")
+    if name.startswith("_"):
+        raise AttributeError(f"module 'cutjoint' has no attribute '{name}'")
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, [*__all__, *_ROOMS], n=1)
+    hint = f"; did you mean '{near[0]}'?" if near else "; dir(cutjoint) lists what it has"
+    raise AttributeError(f"module 'cutjoint' has no attribute '{name}'{hint}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, *_ROOMS, *(name for name in globals() if name.startswith("__"))})

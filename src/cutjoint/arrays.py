@@ -12,6 +12,7 @@ from typing import ClassVar, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from cutjoint.doors import described
 from cutjoint.errors import InputError
 
 Array = npt.NDArray[np.float64]
@@ -27,6 +28,8 @@ def readonly(values: npt.ArrayLike) -> Array:
         base = values.base
         if base is None or (type(base) is np.ndarray and base.base is None and not base.flags.writeable):
             return values
+    if type(values) is not np.ndarray and (values is None or np.asarray(values).dtype.kind in "US"):
+        raise InputError(f"numbers are wanted, found {described(values)}")
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array
@@ -62,11 +65,16 @@ class Frozen(Values):
         cls._mappings += tuple(name for name, kind in kinds if str(kind).startswith("Mapping["))
 
     def __post_init__(self) -> None:
-        own = self.__dict__  # quicker than by object.__setattr__
-        for name in self._arrays:
-            own[name] = readonly(own[name])
-        for name in self._mappings:
-            own[name] = readonly_mapping(own[name])
+        own, name = self.__dict__, ""  # quicker than by object.__setattr__
+        try:
+            for name in self._arrays:
+                own[name] = readonly(own[name])
+            for name in self._mappings:
+                own[name] = readonly_mapping(own[name])
+        except (TypeError, ValueError) as error:
+            wanted = "numbers" if name in self._arrays else "a dict"
+            what = f"{name} of {type(self).__name__} must be {wanted}, found {described(own[name])}"
+            raise InputError(what) from error
 
 
 class Sealed:
@@ -117,6 +125,8 @@ def as_vector(name: str, values: npt.ArrayLike, size: int, unit: str = "") -> Ar
     try:
         array = np.asarray(values)
         if array.dtype != np.float64:
+            if array.dtype.kind in "USb":
+                raise TypeError("texts and truth values are no numbers")
             array = array.astype(np.float64, casting="same_kind" if array.dtype.kind in "cmM" else "unsafe")
     except (TypeError, ValueError, OverflowError) as error:
         found = repr(values)

@@ -84,6 +84,9 @@ class Problem:
     severity: Literal["error", "warning"] = "error"
     tolerable: bool = False
 
+    def __repr__(self) -> str:
+        return f"Problem({self.severity}: {shown(str(self), 80)})"
+
     def __str__(self) -> str:
         place = f"{self.file}:{self.line}" if self.line else self.file
         text = f"{place}: {self.found}" if place else self.found

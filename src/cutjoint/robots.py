@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from cutjoint.doors import door
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.values import ToolMotion
@@ -94,6 +95,7 @@ Dynamics = Literal["real", "ideal"]
 """Whether joints have what their files say (damping, friction, springs, rotors, stops, bushings), or move freely."""
 
 
+@door
 def load(
     robot: str | os.PathLike[str],
     variant: str | None = None,
@@ -126,6 +128,7 @@ def load(
     return ClosedChain(description if dynamics == "real" else description.ideal(), home)
 
 
+@door
 def published(robot: str) -> Mechanism:
     """The reduced model of a robot as its paper derives it.
 
@@ -137,6 +140,7 @@ def published(robot: str) -> Mechanism:
     return PUBLISHED[robot].model()
 
 
+@door
 def hypothesis_cost_of(robot: str) -> Cost:
     """What the simplifying hypothesis of a robot's paper costs along the paper's own trajectory.
 

@@ -3,7 +3,7 @@
 from cutjoint.chain.actuation import ActuatorEfforts
 from cutjoint.chain.closed_chain import ClosedChain
 from cutjoint.chain.dynamics import FullMotion
-from cutjoint.chain.mobility import MobilityReport
+from cutjoint.chain.mobility_report import MobilityReport
 from cutjoint.chain.modes import Modes
 from cutjoint.chain.reactions import GearForce, Reaction, Reactions, Stiffness
 

@@ -20,6 +20,7 @@ from cutjoint.chain.joints import joints_of
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.rank import Split, null_space
 from cutjoint.errors import ActuationError, InputError
+from cutjoint.reprs import line
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,8 @@ class ActuatorEfforts(Values):
 
     effort: Array
     preload: Array
+
+    __repr__ = line(effort="N or N m", preload="N or N m")
 
 
 def actuator_efforts(

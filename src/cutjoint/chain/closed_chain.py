@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Sealed, as_vector, sized
+from cutjoint.chain.about import chain_table
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool, velocity_of_actuators
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
@@ -25,7 +26,8 @@ from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.joints import limit_violations
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.loads import ChainLoads
-from cutjoint.chain.mobility import Mobility, MobilityReport
+from cutjoint.chain.mobility import Mobility
+from cutjoint.chain.mobility_report import MobilityReport
 from cutjoint.chain.modes import MOST_STARTS, Held, Modes, ModeSeeker
 from cutjoint.chain.postures import Actuated, Postures
 from cutjoint.chain.qpos import MujocoOrder
@@ -33,14 +35,17 @@ from cutjoint.chain.reactions import ReactionFinder, Reactions, Stiffness
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.description.checks.physics import require_possible
 from cutjoint.description.model import RobotDescription
-from cutjoint.errors import ActuationError
-from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
+from cutjoint.doors import door
+from cutjoint.errors import ActuationError, CutjointError
+from cutjoint.mechanism import NO_LOADS, ActuatedCoordinates, JointLimits, Loads, Posture, TargetLike, Task, Terms, Tool
+from cutjoint.reprs import counted, one_line, quoted, short
 
 if TYPE_CHECKING:
     from cutjoint import CompiledChain, MinimalCoordinates
 
 
 # long: the public face of a robot, a line or two of code a method
+@door
 class ClosedChain(Sealed):
     """A robot with loops, built from its description.
 
@@ -95,6 +100,20 @@ class ClosedChain(Sealed):
         """Built anew from its description, in another process too."""
         return type(self), (self.description, self._home_name)
 
+    def __repr__(self) -> str:
+        parts = [f"actuators={short([f'{one.name} [{one.unit}]' for one in self.actuators])}"]
+        parts += [counted(len(self.description.cuts), "cut"), f"{self.nv} velocities"]
+        return one_line("ClosedChain", [quoted(self.name), *parts])
+
+    def _repr_html_(self) -> str:
+        return chain_table(self.description, self.actuators, self._task_in_words)._repr_html_()
+
+    def _task_in_words(self) -> str:
+        try:
+            return str(self.task)
+        except CutjointError as error:
+            return f"none: {error}"
+
     # ---- closing ---------------------------------------------------------------------------------------------------
 
     def close(self, q: ActuatedCoordinates, near: Near = None, *, limits: JointLimits = "respect") -> Posture:
@@ -144,6 +163,7 @@ class ClosedChain(Sealed):
         """
         return self._reaching.task
 
+    @door
     def posture(self, at: Posture | npt.ArrayLike) -> Posture:
         """A configuration that is closed already, shape (nq,) or another robot's posture, as a posture of this one.
 
@@ -153,6 +173,7 @@ class ClosedChain(Sealed):
         """
         return self._closing.posture(at.q_full if isinstance(at, Posture) else at)
 
+    @door
     def assemble(self, at: Posture | npt.ArrayLike, keep_actuators: bool = True) -> Posture:
         """A closed posture from any configuration, shape (nq,) or another robot's posture, loops open or not.
 
@@ -175,6 +196,7 @@ class ClosedChain(Sealed):
         """
         return self._closing.project(sized("q_full", q_full, self.nq), sized("v_full", v_full, self.nv))
 
+    @door
     def working_modes(self, at: Posture | None = None, hold: Held | None = None, starts: int = MOST_STARTS) -> Modes:
         """Solutions of inverse kinematics: closed postures that hold the tool as `at` (default home) does, `at` first.
 
@@ -190,6 +212,7 @@ class ClosedChain(Sealed):
         task = self.task if hold == "task" or (hold is None and self.description.task) else None
         return ModeSeeker(self._postures).working_modes(self._postures.placed(at), hold, starts, task)
 
+    @door
     def assembly_modes(self, at: Posture | None = None, limbs: bool = False, starts: int = MOST_STARTS) -> Modes:
         """Solutions of forward kinematics: closed postures with the actuated coordinates of `at` (default home), `at`
         first.
@@ -207,6 +230,7 @@ class ClosedChain(Sealed):
 
     # ---- mobility --------------------------------------------------------------------------------------------------
 
+    @door
     def mobility(self, at: Posture | None = None) -> MobilityReport:
         """Mobility, redundancy and distance to singularities at a posture (default home)."""
         return self._mobility.report(self._postures.placed(at), self._reaching.known_task)
@@ -223,6 +247,7 @@ class ClosedChain(Sealed):
         """
         return self._mobility.idle_is_cyclic
 
+    @door
     def limit_violations(self, at: Posture) -> Mapping[str, tuple[float, float, float]]:
         """Joints beyond their limits: name -> (value, lower, upper), [m] or [rad]."""
         return limit_violations(self.model, sized("q_full of the posture", at.q_full, self.nq))
@@ -284,11 +309,13 @@ class ClosedChain(Sealed):
         Raises:
             InputError, ActuationError, SingularError: as `tangent`.
         """
-        return self.full_dissipation(at, self._reduced.velocity(at, v)) if self._k.physics.acts else 0.0
+        v_full = self._reduced.velocity(at, v)
+        return self.full_dissipation(at, v_full) if self._k.physics.acts else 0.0
 
+    @door
     def full_dissipation(self, at: Posture | npt.ArrayLike, v_full: Array) -> float:
         """The same at a velocity of all joints, shape (nv,), also with the loops open [W]."""
-        return self._k.dissipation(self._configuration(at), v_full)
+        return self._k.dissipation(self._configuration(at), sized("v_full", v_full, self.nv))
 
     def spring_energy(self, at: Posture | npt.ArrayLike) -> float:
         """What of it is in springs, bushings and stops [J], also with the loops open."""
@@ -310,25 +337,26 @@ class ClosedChain(Sealed):
         here = self._reduced.at(at)
         return here.pushes_idle(self._loads.forces(here.placed, loads))
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Effort that gives the acceleration `a` against `loads`, shape (n,): T' (rnea(q, T v, T a + d) - J' wrench).
 
         Raises:
             InputError, ActuationError, SingularError, UnknownNameError: as `load_effort`.
         """
         effort = self._reduced.inverse(at, v, a)
-        return effort if loads == () else effort - self.load_effort(at, loads)
+        return effort if loads is NO_LOADS else effort - self.load_effort(at, loads)
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Acceleration that `effort` and `loads` give, shape (n,): (T' M T)^-1 (effort - T' (rnea(q, T v, d) - J' w)).
 
         Raises:
             InputError, ActuationError, SingularError, UnknownNameError: as `load_effort`.
         """
-        if loads != ():
+        if loads is not NO_LOADS:
             effort = as_vector("effort", effort, self.n) + self.load_effort(at, loads)
         return self._reduced.forward(at, v, effort)
 
+    @door
     def with_payload(self, mass: float) -> ClosedChain:
         """The same robot with a further point mass [kg] at the tool point.
 
@@ -353,6 +381,7 @@ class ClosedChain(Sealed):
         assert isinstance(robot, CompiledChain)
         return robot
 
+    @door
     def minimal(self, joints: Sequence[str] = ()) -> MinimalCoordinates:
         """This robot in as many velocities as it has freedoms, also where its actuators do not determine its motion.
 
@@ -381,7 +410,7 @@ class ClosedChain(Sealed):
         return self._loads.forces(placed, loads)
 
     def full_forward_dynamics(
-        self, at: Posture, v_full: npt.ArrayLike, effort_full: npt.ArrayLike, loads: Loads = ()
+        self, at: Posture, v_full: npt.ArrayLike, effort_full: npt.ArrayLike, loads: Loads = NO_LOADS
     ) -> FullMotion:
         """Acceleration of all joints and loop forces; velocity and effort are those of all joints, shape (nv,).
 
@@ -391,7 +420,7 @@ class ClosedChain(Sealed):
             DynamicsError: the solution does not respect the cuts.
         """
         v, effort = self._motion("v_full", v_full), self._motion("effort_full", effort_full)
-        if loads != ():
+        if loads is not NO_LOADS:
             effort = effort + self.full_load_effort(at, loads)
         return self._dynamics.motion(self._postures.placed(at).q, v, effort)
 
@@ -402,7 +431,7 @@ class ClosedChain(Sealed):
         return self._dynamics.acceleration(q, v, sized("effort_full", effort_full, self.nv))
 
     def full_inverse_dynamics(
-        self, at: Posture, v_full: npt.ArrayLike, a_full: npt.ArrayLike, loads: Loads = ()
+        self, at: Posture, v_full: npt.ArrayLike, a_full: npt.ArrayLike, loads: Loads = NO_LOADS
     ) -> ActuatorEfforts:
         """Least actuator efforts for a motion of all joints that the loops allow, and the space of internal preload.
 
@@ -448,13 +477,14 @@ class ClosedChain(Sealed):
 
     # ---- reactions -------------------------------------------------------------------------------------------------
 
+    @door
     def reactions(
         self,
         at: Posture,
         v: npt.ArrayLike | None = None,
         a: npt.ArrayLike | None = None,
         effort: npt.ArrayLike | None = None,
-        loads: Loads = (),
+        loads: Loads = NO_LOADS,
         stiffness: Stiffness | None = None,
     ) -> Reactions:
         """Force and moment in every joint, cut and coupling; motion and effort of the actuators, shape (n,), at rest
@@ -482,7 +512,7 @@ class ClosedChain(Sealed):
         v_full: npt.ArrayLike | None = None,
         a_full: npt.ArrayLike | None = None,
         effort_full: npt.ArrayLike | None = None,
-        loads: Loads = (),
+        loads: Loads = NO_LOADS,
         stiffness: Stiffness | None = None,
     ) -> Reactions:
         """The same from motion and effort of all joints, shape (nv,), for any number of actuators.  The effort that

@@ -36,6 +36,7 @@ from cutjoint.chain.rank import Split, coordinates_of
 from cutjoint.chain.rigid import RigidConstraints, is_rigid
 from cutjoint.description.cuts import Kind
 from cutjoint.errors import DynamicsError
+from cutjoint.reprs import line
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +62,8 @@ class FullMotion(Values):
     loop_forces: Mapping[str, Wrench]
     couplings: Mapping[str, float]
     residual: float
+
+    __repr__ = line(acceleration="m/s2 or rad/s2", loop_forces="N or N m", couplings="N or N m", residual="m/s2")
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from typing import Literal
 from cutjoint.chain.closed_chain import ClosedChain
 from cutjoint.chain.dynamics import massless_motions
 from cutjoint.chain.joints import joints_of
-from cutjoint.chain.mobility import MobilityReport
+from cutjoint.chain.mobility_report import MobilityReport
 from cutjoint.chain.rank import null_space, rank_of
 from cutjoint.description.model import Place, RobotDescription
 from cutjoint.errors import ClosureError, InputError, Problem, RoundingWarning

@@ -21,7 +21,6 @@ Routh's elimination of cyclic coordinates, Stability of Motion, 1877.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
@@ -34,6 +33,7 @@ from cutjoint.chain.closing.drivers import Driver
 from cutjoint.chain.closing.newton import settle
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.kinematics import Placed
+from cutjoint.chain.mobility_report import MobilityReport
 from cutjoint.chain.postures import Postures
 from cutjoint.chain.rank import dependent_rows, rank_of
 from cutjoint.chain.structure import AROUND, SHIFT, Structure, idle_motions, is_steady, locked_motions, scaled_tool
@@ -43,45 +43,6 @@ from cutjoint.mechanism import Task
 
 TURN = 0.3
 """By how much the robot is moved along its idle motions, in radians or characteristic lengths."""
-
-
-@dataclass(frozen=True)
-class MobilityReport:
-    """Mobility of a closed robot at one posture.
-
-    Attributes:
-        velocities: velocities of the open tree.
-        rows, rank: constraint rows, and how many of them are independent here.
-        mobility: velocities - rank.
-        redundant_rows: names of rows that depend on the rows before them.
-        dropped_rows: those of them that do so only up to rounding, and are not closed.
-        actuators: number of actuated coordinates.
-        determined: whether the actuators determine the motion but for idle ones, and do not depend on each other.
-        idle_mobility: number of idle motions: with all actuators locked, and without moving the tool.
-        free: passive joints that move with all actuators locked.
-        idle: those of them that do so without moving the tool, such as a rod that spins about itself.
-        type1, type2: distance to type-1 and type-2 singularities, dimensionless, 0 = singular; NaN where undefined
-            (no tool; motion not determined).
-        condition: condition number of the tool's Jacobian, its led rows, lengths in lengths of the robot; NaN where
-            undefined.
-        gap: worst loop gap ([m], [rad]).
-    """
-
-    velocities: int
-    rows: int
-    rank: int
-    mobility: int
-    redundant_rows: tuple[str, ...]
-    dropped_rows: tuple[str, ...]
-    actuators: int
-    determined: bool
-    idle_mobility: int
-    free: tuple[str, ...]
-    idle: tuple[str, ...]
-    type1: float
-    type2: float
-    condition: float
-    gap: tuple[float, float]
 
 
 class Chosen(Protocol):

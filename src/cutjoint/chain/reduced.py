@@ -32,6 +32,7 @@ from cutjoint.chain.dynamics import Motions
 from cutjoint.chain.kinematics import Kinematics, Placed
 from cutjoint.chain.mobility import Mobility
 from cutjoint.chain.tangent import QuickTangent, TangentMap
+from cutjoint.doors import of_type
 from cutjoint.errors import DynamicsError, SingularError
 from cutjoint.mechanism import Posture, Terms, Tool
 
@@ -181,6 +182,7 @@ class ReducedDynamics:
         """The robot at a posture; at the last one it is kept, since several calls at one posture are the rule."""
         last = self._last
         if last is None or last.posture is not at:
+            of_type("at", at, Posture)
             placed = self._postures.placed(at)
             found = self._mobility.quick_tangent(placed) or self._mobility.tangent(placed)
             last = self._last = AtPosture(self._k, self._chosen.passive, at, placed, found)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cutjoint.commands.output import say, show
-from cutjoint.tables import TextTable
 from cutjoint.texts import Cell
 
 if TYPE_CHECKING:
@@ -16,24 +15,7 @@ if TYPE_CHECKING:
 
 def show_mobility(report: MobilityReport) -> None:
     """Print the mobility at home as a table."""
-    state = "good" if report.determined else "caution"
-    rows = [
-        ("velocities of the open tree", str(report.velocities), ""),
-        ("constraint rows", str(report.rows), f"{report.rank} independent"),
-        ("redundant rows", str(len(report.redundant_rows)), Cell(", ".join(report.redundant_rows), "dim")),
-        ("mobility", Cell(str(report.mobility), "bold"), ""),
-    ]
-    if report.idle:
-        still = Cell(f"{', '.join(report.idle)}: the tool stays", "dim")
-        rows.append(("of it idle", str(report.idle_mobility), still))
-    rows.append(("actuators", str(report.actuators), Cell(_verdict(report), state)))
-    if math.isfinite(report.type2):
-        rows.append(("distance to a type-2 singularity", f"{report.type2:.4f}", "0 = moves with actuators locked"))
-    if math.isfinite(report.type1):
-        rows.append(("distance to a type-1 singularity", f"{report.type1:.4f}", "0 = tool cannot move somewhere"))
-        rows.append(("condition of the tool Jacobian", f"{report.condition:.4g}", ""))
-    rows.append(("loop gap", f"{report.gap[0]:.1e} m", f"{report.gap[1]:.1e} rad"))
-    show(TextTable("mobility at home", ("", "", ""), rows))
+    show(replace(report.table(), title="mobility at home"))
 
 
 def task_at_home(chain: ClosedChain) -> dict[str, object] | None:
@@ -88,13 +70,3 @@ def find_modes(chain: ClosedChain, assembly: bool = False) -> Modes | None:
         return chain.assembly_modes() if assembly else chain.working_modes()
     except (ActuationError, InputError):
         return None
-
-
-def _verdict(report: MobilityReport) -> str:
-    if report.determined:
-        return "they determine the motion"
-    moving = [joint for joint in report.free if joint not in report.idle]
-    if moving:
-        return f"locked, these still move: {', '.join(moving)}"
-    surplus = report.actuators - report.mobility + report.idle_mobility
-    return f"{surplus} more than the mobility (redundant actuation)"

@@ -19,6 +19,7 @@ from cutjoint.compile.functions.sample import nearest_turn
 from cutjoint.compile.mechanism import WRENCH, CompiledMechanism
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import Load, Mechanism, Posture
+from cutjoint.reprs import line, told
 
 Answer = TypeVar("Answer")
 Given = Mapping[str, npt.ArrayLike] | None
@@ -48,6 +49,9 @@ class Tools(NamedTuple):
     frame_drift: Array
     twist: Array
 
+    def __repr__(self) -> str:
+        return told(self, position="m")
+
     @property
     def jacobian(self) -> Array:
         """Of the tool point, shape (N, 3, n)."""
@@ -73,6 +77,10 @@ class ManyTerms(NamedTuple):
     springs: Array
     friction: Array
 
+    def __repr__(self) -> str:
+        efforts = dict.fromkeys(("coriolis", "gravity", "springs", "friction"), "N or N m")
+        return told(self, mass="kg, kg m or kg m2", **efforts)
+
 
 class Batch:
     """Many states of one compiled mechanism.
@@ -85,6 +93,8 @@ class Batch:
 
     positions: int
     """Position variables of a state: full configuration of a chain, actuated coordinates of a published model."""
+
+    __repr__ = line("n", "threads")
 
     def __init__(self, mechanism: CompiledMechanism[Mechanism]) -> None:
         self._mechanism, self.n, self.threads = mechanism, mechanism.n, cores()

@@ -14,6 +14,7 @@ from cutjoint.compile.equations import newton
 from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.functions.library import Library
 from cutjoint.compile.sources.chain import ChainSource
+from cutjoint.doors import of_type
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Posture
 
@@ -37,6 +38,8 @@ class ChainClosing:
     def start(self, near: Posture) -> Array:
         """The configuration of a posture of this chain."""
         chain = self.source.chain
+        if not hasattr(near, "q_full"):
+            of_type("a posture", near, Posture)
         if near.q_full.shape != (chain.nq,):
             raise InputError(
                 f"this posture has {near.q_full.size} coordinates, {chain.name} has {chain.nq}; make it with this "

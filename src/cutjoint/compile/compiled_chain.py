@@ -19,6 +19,7 @@ from cutjoint.compile.once import once
 from cutjoint.compile.reaching import ChainReaching
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.compile.sources.interface import PAYLOAD
+from cutjoint.doors import door
 from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, TargetLike, actuated_values
 from cutjoint.mechanism.interface import are_respected
 
@@ -44,7 +45,7 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
         options = Options() if options is None else options
         self.source = ChainSource(chain, options.parameters, options.ranges)
         super().__init__(chain, replace(options, parameters=self.source.parameters), self.source.nominal)
-        self.chain = chain
+        self.chain, self._layout = chain, chain.home.layout
         self._library = Library(self.source, Checker(self.source, chain, self._nominal), options)
 
     def library(self, at: Posture | None = None) -> Library:
@@ -89,6 +90,7 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
     def _rebuilt(self, parameters: Mapping[str, float]) -> ClosedChain:
         return self.chain.rebuilt(self.source.arguments.rebuilt(parameters))
 
+    @door
     def with_payload(self, mass: float) -> CompiledChain:
         """The same robot with a further point mass [kg] at the tool point.  Compiled anew unless `payload` is an
         argument.
@@ -160,9 +162,9 @@ class CompiledChain(CompiledMechanism[ClosedChain]):
     def _call(self, what: str, at: Posture, *arguments: npt.ArrayLike) -> dict[str, Array] | None:
         if not self.source.determined:
             return None
-        if at.q_full.shape != (self.chain.nq,):
+        if not hasattr(at, "q_full") or at.q_full.shape != (self.chain.nq,):
             self._closing.start(at)
-        if self.source.placing and at is not self._checked:
+        if (self.source.placing or at.layout is not self._layout) and at is not self._checked:
             self._closing.check(at.q_full)
             self._checked = at
         return super()._call(what, at, *arguments)

@@ -20,7 +20,8 @@ from cutjoint.compile.mechanism import Derivatives
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.minimal import MinimalSource
 from cutjoint.errors import InputError, SingularError
-from cutjoint.mechanism import Loads, Posture, Terms, Tool
+from cutjoint.mechanism import NO_LOADS, Loads, Posture, Terms, Tool
+from cutjoint.reprs import clipped, one_line, quoted
 
 NO_PARAMETERS = np.zeros(0)
 
@@ -49,6 +50,10 @@ class CompiledMinimal(Sealed):
         self.is_flat, self.idle_is_cyclic, self.idle = minimal.is_flat, minimal.idle_is_cyclic, minimal.idle
         self._library = Library(self.source, MinimalChecker(self.source), self.options)
         self._lock = threading.RLock()
+
+    def __repr__(self) -> str:
+        coordinates = [f"{clipped(name)} [{unit}]" for name, unit in zip(self.names, self.units, strict=True)]
+        return one_line("CompiledMinimal", [quoted(self.name), *coordinates])
 
     def __reduce__(self) -> tuple[object, ...]:
         return CompiledMinimal, (self.plain, replace(self.options, report=None))
@@ -142,20 +147,20 @@ class CompiledMinimal(Sealed):
         """See `MinimalCoordinates.pushes_idle`."""
         return bool(self.idle) and self.plain.pushes_idle(at, loads)
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """See `MinimalCoordinates.inverse_dynamics`."""
         parts = self._call("inverse", at, v, a)
         force = self.plain.inverse_dynamics(at, v, a) if parts is None else parts["effort"]
-        return force if loads == () else force - self.load_effort(at, loads)
+        return force if loads is NO_LOADS else force - self.load_effort(at, loads)
 
-    def efforts(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> ActuatorEfforts:
+    def efforts(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = NO_LOADS) -> ActuatorEfforts:
         """See `MinimalCoordinates.efforts`."""
         return self.plain.efforts(at, v, a, loads)
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """See `MinimalCoordinates.forward_dynamics`."""
         force = self.effort_map(at) @ as_vector("effort", effort, self.chain.n)
-        return self.accelerated(at, v, force if loads == () else force + self.load_effort(at, loads))
+        return self.accelerated(at, v, force if loads is NO_LOADS else force + self.load_effort(at, loads))
 
     def accelerated(self, at: Posture, v: npt.ArrayLike, force: npt.ArrayLike) -> Array:
         """See `MinimalCoordinates.accelerated`."""
@@ -176,7 +181,7 @@ class CompiledMinimal(Sealed):
         """Generalised forces that give an acceleration, and their exact derivatives; see `forward_derivatives`."""
         return self._derivatives("inverse_derivatives", at, v, a)
 
-    def linearised(self, at: Posture, effort: npt.ArrayLike | None = None, loads: Loads = ()) -> Linearisation:
+    def linearised(self, at: Posture, effort: npt.ArrayLike | None = None, loads: Loads = NO_LOADS) -> Linearisation:
         """See `MinimalCoordinates.linearised`."""
         return self.plain.linearised(at, effort, loads)
 

@@ -16,6 +16,7 @@ from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.once import once
 from cutjoint.compile.sources.interface import PAYLOAD
 from cutjoint.compile.sources.paper import PaperModel, PaperSource
+from cutjoint.doors import door
 from cutjoint.mechanism import ActuatedCoordinates, JointLimits, Posture, TargetLike
 
 
@@ -78,6 +79,7 @@ class CompiledPaper(CompiledMechanism[PaperModel]):
         made: PaperModel = self.paper.with_parameters(replace(self.paper.parameters, **own))
         return made.with_payload(parameters[PAYLOAD]) if parameters.get(PAYLOAD) else made
 
+    @door
     def with_payload(self, mass: float) -> CompiledPaper:
         """The same robot carrying `mass` [kg] more.  Compiled anew unless `payload` is an argument."""
         if PAYLOAD in self.options.parameters:

@@ -14,6 +14,7 @@ from cutjoint.compile.compiled_minimal import CompiledMinimal
 from cutjoint.compile.compiled_paper import CompiledPaper
 from cutjoint.compile.functions.library import Made, Options
 from cutjoint.compile.functions.table import FUNCTIONS
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.papers.reduced_model import ClosedFormModel
 
@@ -44,6 +45,7 @@ def compiled(
     backend: str = ...,
     quick: bool = ...,
 ) -> Compiled: ...
+@door
 def compiled(
     model: object,
     *,
@@ -89,6 +91,7 @@ def compiled(
     )
 
 
+@door
 def functions_of(mechanism: Compiled | CompiledMinimal) -> tuple[str, ...]:
     """Names of the functions that a compiled mechanism or minimal coordinates can have (see `kernel`)."""
     source = mechanism.source

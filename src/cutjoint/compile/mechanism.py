@@ -19,6 +19,7 @@ from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.parametrised import Model_co, Parametrised
 from cutjoint.errors import SingularError
 from cutjoint.mechanism import (
+    NO_LOADS,
     ActuatedCoordinates,
     JointLimits,
     Load,
@@ -30,6 +31,7 @@ from cutjoint.mechanism import (
     Tool,
 )
 from cutjoint.mechanism.loads import as_loads, tool_wrench
+from cutjoint.reprs import line
 
 WRENCH = 6
 """Numbers of a wrench: force and moment."""
@@ -51,6 +53,8 @@ class Derivatives(Frozen):
     by_v: Array
     by_input: Array
 
+    __repr__ = line()
+
 
 @dataclass(frozen=True, eq=False)
 class Loaded(Frozen):
@@ -63,6 +67,8 @@ class Loaded(Frozen):
 
     value: Array
     by_wrench: Array
+
+    __repr__ = line()
 
 
 # long: a method a quantity of a mechanism
@@ -141,7 +147,8 @@ class CompiledMechanism(Parametrised[Model_co]):
 
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """See `Mechanism.dissipation`."""
-        return float(self.terms(at, v).friction @ np.asarray(v, dtype=np.float64)) if self.dissipates else 0.0
+        speed = as_vector("v", v, self.n)
+        return float(self.terms(at, speed).friction @ speed) if self.dissipates else self.plain.dissipation(at, speed)
 
     def load_effort(self, at: Posture, loads: Loads) -> Array:
         """See `Mechanism.load_effort`."""
@@ -151,16 +158,16 @@ class CompiledMechanism(Parametrised[Model_co]):
         tool = self.tool(at)
         return np.asarray(tool.frame_jacobian.T @ tool_wrench(given, tool, self.name))
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """See `Mechanism.inverse_dynamics`."""
-        if loads != ():
+        if loads is not NO_LOADS:
             return self.inverse_dynamics(at, v, a) - self.load_effort(at, loads)
         parts = self._call("inverse", at, v, a)
         return self.plain.inverse_dynamics(at, v, a) if parts is None else parts["effort"]
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """See `Mechanism.forward_dynamics`."""
-        if loads != ():
+        if loads is not NO_LOADS:
             effort = as_vector("effort", effort, self.n) + self.load_effort(at, loads)
         parts = self._call("forward", at, v, effort)
         return self.plain.forward_dynamics(at, v, effort) if parts is None else parts["a"]

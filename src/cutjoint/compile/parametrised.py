@@ -15,6 +15,7 @@ from cutjoint.compile.functions.library import Options
 from cutjoint.compile.once import once
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.reprs import one_line, quoted, short
 
 Model_co = TypeVar("Model_co", bound=Mechanism, covariant=True)
 
@@ -39,6 +40,11 @@ class Parametrised(Sealed, Generic[Model_co]):
         self.name, self.n, self.actuators = f"{model.name}, compiled", model.n, model.actuators
         self._values = self._nominal = readonly(values)
         self._lock = threading.RLock()
+
+    def __repr__(self) -> str:
+        names = short([f"{one.name} [{one.unit}]" for one in self.actuators])
+        arguments = [f"parameters={short(self.parameters)}"] if self.options.parameters else []
+        return one_line(type(self).__name__, [quoted(self.name), f"actuators={names}", *arguments])
 
     def __reduce__(self) -> tuple[object, ...]:
         # machine code stays behind, and so does whoever is told of functions that are made

@@ -20,7 +20,9 @@ from cutjoint.compile.equations.elimination import STRAIN_LIMIT
 from cutjoint.compile.functions.library import Library
 from cutjoint.compile.machine.backends import backend
 from cutjoint.compile.machine.kernel import MotionPrograms
+from cutjoint.doors import door
 from cutjoint.mechanism.rotations import quaternion_of
+from cutjoint.reprs import line
 from cutjoint.simulation import ConstrainedPlant, ReducedPlant
 from cutjoint.simulation.plant import Advanced, Observation, State
 
@@ -93,6 +95,8 @@ class CompiledChainPlant(ConstrainedPlant):
 
     method = METHOD
 
+    __repr__ = line("name")
+
     def __init__(self, robot: CompiledChain) -> None:
         super().__init__(robot.plain)
         self.robot, self._library = robot, robot.library()
@@ -161,6 +165,8 @@ class CompiledPaperPlant(ReducedPlant):
 
     method = METHOD
 
+    __repr__ = line("name")
+
     def __init__(self, robot: CompiledPaper) -> None:
         super().__init__(robot)
         self.robot, self._library = robot, robot.library()
@@ -223,6 +229,7 @@ def _observation(
     )
 
 
+@door
 def compiled_plant(robot: Compiled) -> CompiledChainPlant | CompiledPaperPlant:
     """A compiled robot as a plant.
 

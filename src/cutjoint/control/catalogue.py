@@ -20,6 +20,7 @@ from cutjoint.control.outside import GROUP, maker, outside_law
 from cutjoint.control.pd import PD
 from cutjoint.control.pd_gravity import PDGravity
 from cutjoint.control.pid import PID
+from cutjoint.doors import door
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism
 from cutjoint.plugins import installed, installed_part, is_outside, parameters, part
@@ -90,6 +91,7 @@ def law_row(name: str) -> LawRow:
     return LawRow(maker(found), "from outside", found.told)
 
 
+@door
 def law(name: str, model: Mechanism, gains: Mapping[str, npt.ArrayLike]) -> Law:
     """The law called `name` (see `law_row`), with `model` inside where it needs one.
 

@@ -13,10 +13,12 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, positive
 from cutjoint.control.law import GainHelp
 from cutjoint.control.pd import PD
+from cutjoint.doors import door
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired
 
 
+@door
 class ComputedTorque(PD):
     """Feedback linearisation by `model`, which need not be the plant's."""
 
@@ -33,6 +35,7 @@ class ComputedTorque(PD):
         self.model = model
 
     @classmethod
+    @door
     def critically_damped(cls, model: Mechanism, kd: float) -> ComputedTorque:
         """kp = kd^2 / 4 (equation 46): the fastest error without overshoot.
 

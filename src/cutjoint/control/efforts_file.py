@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.control.given import EffortTable, GivenEfforts
+from cutjoint.doors import door
 from cutjoint.errors import FileError, InputError, UnknownNameError
 from cutjoint.files import read_file
 from cutjoint.mechanism import Actuator
@@ -25,6 +26,7 @@ LARGEST = 200_000_000
 HEADING = re.compile(r"\s*(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")
 
 
+@door
 def efforts_from_csv(path: str | Path, actuators: Sequence[Actuator], locked: Sequence[str] = ()) -> GivenEfforts:
     """The efforts in a CSV file, linear between its rows.
 

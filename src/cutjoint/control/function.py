@@ -15,6 +15,7 @@ from cutjoint.control.law import Law
 from cutjoint.control.pd import NOTHING
 from cutjoint.errors import InputError
 from cutjoint.motion import Desired
+from cutjoint.reprs import line
 
 WANTED = (
     "a law is a function (t, desired, q, v) -> efforts, a function t -> efforts, or an object with name, gains, "
@@ -34,6 +35,8 @@ class LawOfFunction(Values):
 
     function: Callable[[float, Desired, Array, Array], npt.ArrayLike]
     settings: Mapping[str, npt.ArrayLike] = field(default_factory=dict)
+
+    __repr__ = line("name", "settings")
 
     @property
     def name(self) -> str:

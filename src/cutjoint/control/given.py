@@ -14,10 +14,13 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen
 from cutjoint.control.pd import NOTHING
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.motion import Desired
+from cutjoint.reprs import line
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class EffortTable(Frozen):
     """Samples of efforts; called with a time it gives the efforts then, shape (n,).
@@ -32,6 +35,8 @@ class EffortTable(Frozen):
 
     time: Array
     efforts: Array
+
+    __repr__ = line(time="s", efforts="N or N m")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -68,6 +73,7 @@ class EffortTable(Frozen):
         return np.asarray((1.0 - share) * self.efforts[after - 1] + share * self.efforts[after])
 
 
+@door
 @dataclass(frozen=True)
 class GivenEfforts:
     """The efforts that `efforts`, a function of the time [s] or an `EffortTable`, says; shape (n,), [N] or [N m]."""
@@ -75,6 +81,8 @@ class GivenEfforts:
     efforts: Callable[[float], npt.ArrayLike]
 
     name = "given efforts"
+
+    __repr__ = line()
 
     @property
     def duration(self) -> float:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from inspect import Parameter, signature
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -11,6 +13,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import InputError
 from cutjoint.motion import Desired
+from cutjoint.reprs import line, one_line, short
 
 
 @runtime_checkable
@@ -80,6 +83,8 @@ class Gain:
         if self.value.ndim < 2 and (self.value < 0.0).any():
             raise InputError(f"gain {name} must be >= 0, found {self.value.tolist()}")
 
+    __repr__ = line("name", "value")
+
     def __reduce__(self) -> tuple[type[Gain], tuple[str, Array]]:
         return Gain, (self.name, self.value)
 
@@ -99,6 +104,19 @@ class Gain:
     def listed(self) -> list[list[float]]:
         """As nested lists: [[k]] for a scalar, one row for one number an actuator, else the matrix."""
         return np.atleast_2d(self.value).tolist()  # type: ignore[no-any-return]
+
+
+def law_in_words(law: object) -> str:
+    """A law with its gains and their units, in one line."""
+    try:
+        parameters: Mapping[str, Parameter] = signature(type(law), eval_str=True).parameters
+    except (NameError, TypeError, ValueError):
+        parameters = {}
+    notes = {name: getattr(one.annotation, "__metadata__", ()) for name, one in parameters.items()}
+    units = {name: note.unit for name, found in notes.items() for note in found if isinstance(note, GainHelp)}
+    model = [f"model={short(law.model)}"] if hasattr(law, "model") else []
+    gains = [f"{name}={short(gain.value, units.get(name, ''))}" for name, gain in gains_in(law).items()]
+    return one_line(type(law).__name__, [*model, *gains])
 
 
 def gains_in(law: object) -> dict[str, Gain]:

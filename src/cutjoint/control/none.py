@@ -7,12 +7,15 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.control.pd import NOTHING
 from cutjoint.motion import Desired
+from cutjoint.reprs import line
 
 
 class NoControl:
     """Zero effort at every actuator."""
 
     name = "none"
+
+    __repr__ = line("gains")
 
     @property
     def gains(self) -> dict[str, list[list[float]]]:

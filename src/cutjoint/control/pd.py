@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
-from cutjoint.control.law import Gain, GainHelp, gains_in
+from cutjoint.control.law import Gain, GainHelp, gains_in, law_in_words
+from cutjoint.doors import door
 from cutjoint.motion import Desired
 
 Kp = Annotated[npt.ArrayLike, GainHelp("effort per error of position", "N/m or N m/rad")]
@@ -20,6 +21,7 @@ NOTHING: Array = np.zeros(0)
 NOTHING.setflags(write=False)
 
 
+@door
 class PD:
     """Proportional and derivative feedback; needs no model of the robot."""
 
@@ -32,6 +34,9 @@ class PD:
             InputError: gains of another shape, not finite or negative.
         """
         self.kp, self.kd = Gain("kp", kp), Gain("kd", kd)
+
+    def __repr__(self) -> str:
+        return law_in_words(self)
 
     @property
     def gains(self) -> dict[str, list[list[float]]]:

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from cutjoint.arrays import Array
 from cutjoint.control.pd import PD, Kd, Kp
+from cutjoint.doors import door
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired
 
 
+@door
 class PDGravity(PD):
     """PD and gravity compensation by `model`, which need not be the plant's."""
 

@@ -14,9 +14,11 @@ import numpy.typing as npt
 from cutjoint.arrays import Array
 from cutjoint.control.law import Gain, GainHelp
 from cutjoint.control.pd import PD, Kd, Kp
+from cutjoint.doors import door
 from cutjoint.motion import Desired
 
 
+@door
 class PID(PD):
     """Proportional, integral and derivative feedback; needs no model.  Its memory is the integral of e, shape (n,)."""
 

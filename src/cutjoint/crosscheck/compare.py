@@ -22,8 +22,11 @@ import numpy as np
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.crosscheck.sampling import REFUSED, Reacher, SampledState, frame_jacobian, length_of, units_of
+from cutjoint.doors import door, of_type
 from cutjoint.errors import ToleranceError
 from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.reprs import clipped, line, one_line
+from cutjoint.tables import TextTable
 
 FAR = 1e-4
 """From 1 / FAR characteristic lengths from the origin on the tool position is measured against this part of its
@@ -52,6 +55,8 @@ class ComparisonRow:
     tolerance: float
     sample: int
 
+    __repr__ = line("quantity", "error", "tolerance", "sample")
+
     @property
     def passes(self) -> bool:
         """Whether the error is within the tolerance (a NaN is not)."""
@@ -72,6 +77,31 @@ class Comparison:
     rows: tuple[ComparisonRow, ...]
     refused: int = 0
     reason: str = ""
+
+    def __repr__(self) -> str:
+        verdict = "agrees" if self.passes else "differs"
+        worst = max(self.rows, key=lambda row: row.error / row.tolerance, default=None)
+        told = [] if worst is None else [f"worst: {worst.quantity} {worst.error:.2g} of {worst.tolerance:.0e}"]
+        names = f"{clipped(self.checked, 24)} against {clipped(self.reference, 24)}"
+        return one_line("Comparison", [names, verdict, f"{self.samples} states", *told])
+
+    def __str__(self) -> str:
+        return str(self.table())
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
+
+    def table(self) -> TextTable:
+        """A row a quantity: worst relative error, tolerance, verdict."""
+        rows = [
+            (row.quantity, f"{row.error:.1e}", f"{row.tolerance:.0e}", "agrees" if row.passes else "differs")
+            for row in self.rows
+        ]
+        refused = f"{self.refused} states refused ({self.reason})" if self.refused else ""
+        title = f"{clipped(self.checked)} against {clipped(self.reference)}: {self.samples} states"
+        return TextTable(
+            title, ("quantity", "worst error", "tolerance", ""), rows, ("worst error", "tolerance"), refused
+        )
 
     @property
     def passes(self) -> bool:
@@ -95,6 +125,7 @@ class Comparison:
         raise ToleranceError(f"{self.checked} and {self.reference} disagree: {text}", worst=worst)
 
 
+@door
 def compare(
     checked: Mechanism,
     reference: Mechanism,
@@ -107,6 +138,7 @@ def compare(
     reacher = Reacher(checked)
     units, length = units_of(reference), length_of(reference)
     for count, state in enumerate(states, start=1):
+        of_type("each of the states", state, SampledState)
         try:
             at = reacher.take_up(state)
             found = _evaluate(checked, at, state, units, length)
@@ -186,6 +218,8 @@ class Cost(Values):
     error: Array
     inertial_peak: Array
 
+    __repr__ = line(peak="N or N m", error="N or N m", inertial_peak="N or N m")
+
     @property
     def rows(self) -> list[tuple[str, ...]]:
         """As text, an actuator each: name, peak effort, error, and it in percent of the two peaks."""
@@ -206,6 +240,7 @@ class Cost(Values):
         return _percent(self.error, self.inertial_peak)
 
 
+@door
 def effort_along(mechanism: Mechanism, path: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array]:
     """Effort and its gravity part along tool positions, velocities and accelerations, (3,) each.
 
@@ -227,6 +262,7 @@ def effort_along(mechanism: Mechanism, path: Sequence[tuple[Array, Array, Array]
     return np.array(efforts), np.array(gravity)
 
 
+@door
 def hypothesis_cost(simplified: Mechanism, physical: Mechanism, path: Sequence[tuple[Array, Array, Array]]) -> Cost:
     """Effort of `physical` along `path` against what `simplified` predicts."""
     predicted, _ = effort_along(simplified, path)

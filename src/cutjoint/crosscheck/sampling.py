@@ -16,7 +16,8 @@ from functools import partial
 
 import numpy as np
 
-from cutjoint.arrays import Array, Values, readonly
+from cutjoint.arrays import Array, Values, positive, readonly
+from cutjoint.doors import door
 from cutjoint.errors import (
     ClosureError,
     CutjointError,
@@ -26,6 +27,7 @@ from cutjoint.errors import (
     UnreachableError,
 )
 from cutjoint.mechanism import Mechanism, Posture, Terms, Tool
+from cutjoint.reprs import line
 
 WORST_CONDITION = 100.0
 """Postures where the tool's frame Jacobian or the mass matrix, per natural unit of the actuators, is worse conditioned
@@ -43,6 +45,8 @@ class TargetBox(Values):
 
     lower: Array
     upper: Array
+
+    __repr__ = line(lower="m or rad", upper="m or rad")
 
     @property
     def diagonal(self) -> float:
@@ -63,11 +67,15 @@ class SampledState(Values):
     a: Array
     effort: Array
 
+    __repr__ = line(position="m", v="m/s or rad/s", a="m/s2 or rad/s2", effort="N or N m")
+
 
 class Reacher:
     """Takes a mechanism to states that another model of the robot was sampled at: its tool each time from the nearest
     posture it has been to, its actuators from home, straight as they were sampled, since on another way there may be
     another assembly mode at the end of it."""
+
+    __repr__ = line()
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._of_point = leads_point(mechanism)
@@ -109,6 +117,7 @@ def units_of(mechanism: Mechanism) -> Array:
     return np.array([length if one.kind == "translation" else 1.0 for one in mechanism.actuators])
 
 
+@door
 def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: float = 10.0) -> TargetBox:
     """How far `mechanism` gets from home along each axis.
 
@@ -116,7 +125,12 @@ def workspace_box(mechanism: Mechanism, resolution: float = 1e-3, furthest: floa
         mechanism: the robot.
         resolution: how exactly, as a fraction of the distance.
         furthest: where the search ends, in characteristic lengths or radians.
+
+    Raises:
+        InputError: `resolution` or `furthest` is not > 0.
     """
+    positive("resolution", resolution)
+    positive("furthest", furthest)
     of_point = leads_point(mechanism)
     origin, go = _targets(mechanism, of_point)
     units = np.full(3, length_of(mechanism)) if of_point else units_of(mechanism)
@@ -178,6 +192,7 @@ def _targets(mechanism: Mechanism, of_point: bool) -> tuple[Array, Callable[[Arr
     return mechanism.home.q, partial(mechanism.close, limits="ignore")
 
 
+@door
 def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[SampledState]:
     """`samples` random states of `mechanism`; the same for the same seed.
 
@@ -187,8 +202,11 @@ def sample_states(mechanism: Mechanism, samples: int, seed: int) -> Iterator[Sam
     answered.
 
     Raises:
+        InputError: samples < 1, or a seed < 0.
         CutjointError: hardly any posture around home can be closed and is well conditioned.
     """
+    if samples < 1 or seed < 0:
+        raise InputError(f"samples must be at least 1 and the seed at least 0, found {samples} and {seed}")
     random, led = np.random.default_rng(seed), has_tool(mechanism)
     box, of_point = workspace_box(mechanism), leads_point(mechanism)
     go, units, length = _targets(mechanism, of_point)[1], units_of(mechanism), length_of(mechanism)

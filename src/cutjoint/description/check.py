@@ -20,9 +20,11 @@ from cutjoint.description.checks.tree import check_joints, check_tree
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats import Reading, read
 from cutjoint.description.model import RobotDescription
+from cutjoint.doors import door
 from cutjoint.errors import DescriptionError, DescriptionWarning, Problem, UnknownNameError
 
 
+@door
 def check(robot: RobotDescription | str | os.PathLike[str], lenient: bool = False) -> tuple[Problem, ...]:
     """All problems of a description, or of the files that a name or path means; errors first, then warnings.
 
@@ -69,6 +71,7 @@ def read_checked(source: str | os.PathLike[str], lenient: bool = False) -> Readi
     return Reading(description, ordered)
 
 
+@door
 def load_description(
     source: str | os.PathLike[str], variant: str | None = None, lenient: bool = False
 ) -> RobotDescription:

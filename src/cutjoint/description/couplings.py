@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from cutjoint.description.curves import Curve, Polynomial, added_up
 from cutjoint.description.place import NOWHERE, Place
+from cutjoint.reprs import line
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,8 @@ class Coupling:
     drives: tuple[DriverCurve, ...] = ()
     offset: float = 0.0
     place: Place = NOWHERE
+
+    __repr__ = line("name", "joint", "drivers", "offset", offset="m or rad")
 
     @classmethod
     def geared(

@@ -26,6 +26,7 @@ from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism.physics import LARGEST_PAYLOAD, NO_PHYSICS
 from cutjoint.mechanism.physics import Bushing as Bushing
 from cutjoint.mechanism.physics import JointPhysics as JointPhysics
+from cutjoint.reprs import counted, line, one_line, quoted, short
 
 IDENTITY: Array = readonly(np.eye(4))
 TASK_NAMES = ("x", "y", "z", "rx", "ry", "rz")
@@ -42,6 +43,8 @@ class Inertial(Frozen):
     mass: float
     com: Array = field(default_factory=lambda: readonly(np.zeros(3)))
     inertia: Array = field(default_factory=lambda: readonly(np.zeros((3, 3))))
+
+    __repr__ = line(mass="kg", com="m", inertia="kg m2")
 
     @classmethod
     def of(cls, mass: float, com: npt.ArrayLike, entries: Sequence[float], axes: Array = IDENTITY[:3, :3]) -> Inertial:
@@ -74,6 +77,8 @@ class Shape(Frozen):
     mesh: Path | None = None
     name: str = ""
 
+    __repr__ = line(size="m")
+
 
 @dataclass(frozen=True, eq=False)
 class Link:
@@ -90,6 +95,8 @@ class Link:
     place: Place = NOWHERE
     gravity_compensation: float = 0.0
 
+    __repr__ = line("name", "inertial", "visuals", "collisions")
+
     @property
     def held_up(self) -> float:
         """Mass whose weight is compensated [kg]."""
@@ -104,6 +111,8 @@ class Limits:
     upper: float | None = None
     velocity: float | None = None
     effort: float | None = None
+
+    __repr__ = line(lower="m or rad", upper="m or rad", velocity="m/s or rad/s", effort="N or N m")
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +133,8 @@ class Joint(Frozen):
     physics: JointPhysics = NO_PHYSICS
     place: Place = NOWHERE
 
+    __repr__ = line("name", "type", "parent", "child", "axis", "limits", "physics")
+
 
 @dataclass(frozen=True, eq=False)
 class Frame(Frozen):
@@ -131,6 +142,8 @@ class Frame(Frozen):
 
     link: str
     placement: Array = field(default_factory=lambda: IDENTITY)
+
+    __repr__ = line()
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +165,8 @@ class CutJoint:
     bushing: Bushing | None = None
     length: float = 0.0
 
+    __repr__ = line("name", "type", "a", "b", "length", "physics", "bushing", length="m")
+
 
 @dataclass(frozen=True)
 class Home(Frozen):
@@ -166,6 +181,8 @@ class Home(Frozen):
     passive: Mapping[str, float | tuple[float, ...]] = field(default_factory=dict)
     about: str = ""
 
+    __repr__ = line(actuated="m or rad", passive="m or rad")
+
 
 @dataclass(frozen=True)
 class Variant(Frozen):
@@ -174,6 +191,8 @@ class Variant(Frozen):
     name: str
     about: str = ""
     inertials: Mapping[str, Inertial] = field(default_factory=dict)
+
+    __repr__ = line("name", "about", "inertials")
 
 
 Named = TypeVar("Named", Link, Joint, Variant)
@@ -212,6 +231,11 @@ class RobotDescription(Frozen):
         rank = {name: number for number, name in enumerate(TASK_NAMES)}
         ordered = sorted(self.task, key=lambda name: rank.get(name, len(rank)))
         object.__setattr__(self, "task", tuple(ordered))
+
+    def __repr__(self) -> str:
+        parts = {"link": self.links, "joint": self.joints, "cut": self.cuts, "coupling": self.couplings}
+        counts = [counted(len(found), what) for what, found in parts.items() if found]
+        return one_line("RobotDescription", [quoted(self.name), *counts, f"actuators={short(self.actuators)}"])
 
     @property
     def closing(self) -> tuple[CutJoint, ...]:

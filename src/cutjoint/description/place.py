@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cutjoint.reprs import told
+
 
 @dataclass(frozen=True)
 class Place:
@@ -11,6 +13,9 @@ class Place:
 
     file: str = ""
     line: int | None = None
+
+    def __repr__(self) -> str:
+        return told(self)
 
 
 NOWHERE = Place()

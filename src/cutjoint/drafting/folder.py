@@ -22,7 +22,7 @@ from cutjoint.errors import InputError, UnknownNameError, shown
 from cutjoint.files import path_name, write_files
 
 if TYPE_CHECKING:
-    from cutjoint.chain.mobility import MobilityReport
+    from cutjoint.chain.mobility_report import MobilityReport
     from cutjoint.description import RobotDescription
 
 SMALLEST, LARGEST = 1e-3, 100.0

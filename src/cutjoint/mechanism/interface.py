@@ -9,12 +9,12 @@ from __future__ import annotations
 from inspect import getattr_static
 from typing import Literal, Protocol, Self, TypeGuard, runtime_checkable
 
-import numpy as np
 import numpy.typing as npt
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, as_vector
+from cutjoint.doors import door
 from cutjoint.errors import InputError
-from cutjoint.mechanism.loads import Loads
+from cutjoint.mechanism.loads import NO_LOADS, Loads
 from cutjoint.mechanism.names import ActuatedCoordinates, Actuator
 from cutjoint.mechanism.task import TargetLike, Task
 from cutjoint.mechanism.types import Posture, Terms, Tool
@@ -127,10 +127,10 @@ class Mechanism(Protocol):
             UnknownNameError: there is no such link.
         """
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Effort that gives the acceleration `a` against `loads` from outside, shape (n,), [N] or [N m]."""
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Acceleration that `effort` and `loads` from outside give, shape (n,), [m/s2] or [rad/s2]."""
 
     def with_payload(self, mass: float) -> Self:
@@ -144,7 +144,12 @@ def is_mechanism(robot: object) -> TypeGuard[Mechanism]:
     return all(getattr_static(robot, name, None) is not None for name in members)
 
 
+@door
 def kinetic_energy(mechanism: Mechanism, at: Posture, v: npt.ArrayLike) -> float:
-    """Kinetic energy v' M v / 2 [J]."""
-    speed = np.asarray(v, dtype=np.float64)
+    """Kinetic energy v' M v / 2 [J].
+
+    Raises:
+        InputError: no mechanism, a posture of another one, or a speed of another shape than (n,).
+    """
+    speed = as_vector("v", v, mechanism.n)
     return 0.5 * float(speed @ mechanism.terms(at).mass @ speed)

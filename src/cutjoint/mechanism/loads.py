@@ -5,15 +5,17 @@ A load is a force and a moment at a point.  Cutting forces, contacts, a hand, a 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen, as_vector, readonly
+from cutjoint.doors import described
 from cutjoint.errors import InputError
 from cutjoint.mechanism.types import Tool
+from cutjoint.reprs import line
 
 LoadAxes = Literal["world", "link"]
 """Along which axes a force is given: those of the world, or of the link (of the tool) it acts on."""
@@ -41,11 +43,15 @@ class Load(Frozen):
     point: Array = field(default_factory=lambda: _ZERO)
     axes: LoadAxes = "world"
 
+    __repr__ = line(force="N", moment="N m", point="m")
+
     def __post_init__(self) -> None:
         for name, unit in (("force", "N"), ("moment", "N m"), ("point", "m")):
             self.__dict__[name] = as_vector(name, self.__dict__[name], 3, unit)
         if self.axes not in ("world", "link"):
             raise InputError(f'axes of a load must be "world" or "link", found {self.axes!r}')
+        if not (self.link is None or isinstance(self.link, str)):
+            raise InputError(f"link of a load must be the name of a link, or None for the tool, found {self.link!r}")
         super().__post_init__()
 
     def wrench(self, axes: Array, place: Array) -> tuple[Array, Array, Array]:
@@ -61,6 +67,8 @@ class Load(Frozen):
 
 Loads: TypeAlias = Load | Iterable[Load]
 """One load, or several."""
+NO_LOADS: Final[tuple[Load, ...]] = ()
+"""Compared by identity, since loads may be anything; another empty tuple is the same one, or several that are none."""
 
 
 def as_loads(loads: Loads) -> tuple[Load, ...]:
@@ -69,10 +77,15 @@ def as_loads(loads: Loads) -> tuple[Load, ...]:
     Raises:
         InputError: something else.
     """
-    found = (loads,) if isinstance(loads, Load) else tuple(loads) if isinstance(loads, Iterable) else None
+    found = (loads,) if isinstance(loads, Load) else tuple(loads) if _several(loads) else None
     if found is None or not all(isinstance(one, Load) for one in found):
-        raise InputError(f"loads must be a Load or several, such as Load(force=[0, 0, -10]), found {loads!r}")
+        raise InputError(f"loads must be a Load or several, such as Load(force=[0, 0, -10]), found {described(loads)}")
     return found
+
+
+def _several(loads: object) -> bool:
+    """Whether these may be several loads."""
+    return isinstance(loads, Iterable) and not isinstance(loads, type | str | bytes | Mapping)
 
 
 def tool_wrench(loads: tuple[Load, ...], tool: Tool, robot: str) -> Array:

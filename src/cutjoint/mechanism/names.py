@@ -11,7 +11,9 @@ from typing import Literal
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Values, as_vector, readonly
+from cutjoint.doors import described, door
 from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.reprs import clipped, line
 
 COLUMNS = 80
 """Longest line of a posture in words."""
@@ -22,12 +24,15 @@ ActuatedCoordinates = npt.ArrayLike | Mapping[str, float]
 """Coordinates of all actuators, [m] or [rad]: in their order, shape (n,), or by name."""
 
 
+@door
 @dataclass(frozen=True)
 class Actuator:
     """An actuated joint: its name and whether it turns or slides."""
 
     name: str
     kind: Literal["rotation", "translation"]
+
+    __repr__ = line("name", "kind", "unit")
 
     @property
     def unit(self) -> str:
@@ -89,6 +94,8 @@ class Stored:
     count: int = 1
     read: Callable[[Array], Array] | None = None
 
+    __repr__ = line("name", "units", "start", "count")
+
     def of(self, q_full: Array) -> float | Array:
         """A number, or the list of coordinates, shape (coordinates,)."""
         if self.count == 1 and self.read is None:
@@ -111,6 +118,8 @@ class Layout(Values):
     actuators: tuple[Actuator, ...]
     passive: tuple[Stored, ...]
 
+    __repr__ = line("robot", "names")
+
     @classmethod
     def of_numbers(cls, robot: str, actuators: tuple[Actuator, ...], stored: tuple[str, ...]) -> Layout:
         """Of a robot whose `q_full` has the numbers `stored`, each a name with its unit, as `x[m]`."""
@@ -127,21 +136,32 @@ class Layout(Values):
 
         Raises:
             UnknownNameError: nothing is.
+            InputError: that is no name.
         """
+        if not isinstance(name, str):
+            raise InputError(f"a coordinate of {self.robot} has a name, found {described(name)}")
         if (index := self._actuated.get(name)) is not None:
             return float(q[index])
         if (stored := self._stored.get(name)) is not None:
             return stored.of(q_full)
         raise UnknownNameError(f"coordinate of {self.robot}", str(name), self.names)
 
-    def words(self, q: Array, q_full: Array) -> str:
-        """All names with values and units, a line each."""
-        width = min(30, max(map(len, self.names), default=0))
-        lines = []
+    def rows(self, q: Array, q_full: Array) -> list[tuple[str, str, str]]:
+        """All names, with values and units, and whether they are actuated."""
+        found = []
         for name in self.names:
             actuated = name in self._actuated
             units = (self.actuators[self._actuated[name]].unit,) if actuated else self._stored[name].units
-            numbers = _with_units(self.value(name, q, q_full), units) + ("  actuated" if actuated else "")
+            numbers = _with_units(self.value(name, q, q_full), units)
+            found.append((clipped(name), numbers, "actuated" if actuated else ""))
+        return found
+
+    def words(self, q: Array, q_full: Array) -> str:
+        """All names with values and units, a line each."""
+        width = min(30, max((len(clipped(name)) for name in self.names), default=0))
+        lines = []
+        for name, values, actuated in self.rows(q, q_full):
+            numbers = f"{values}  {actuated}".rstrip()
             begin = f"  {name:<{width}}  "
             indent = " " * min(len(begin), width + 4)
             lines.append(fill(numbers, COLUMNS, initial_indent=begin, subsequent_indent=indent, break_long_words=False))

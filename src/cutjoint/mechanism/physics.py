@@ -17,6 +17,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cutjoint.reprs import line
+
 LARGEST_PAYLOAD = 1e9
 """kg.  Nothing that moves carries more."""
 FRICTION_SPEED = 0.01
@@ -51,6 +53,17 @@ class JointPhysics:
     gear: float = 1.0
     stop_stiffness: float = 0.0
     stop_damping: float = 0.0
+
+    __repr__ = line(
+        damping="N s/m or N m s/rad",
+        friction="N or N m",
+        friction_speed="m/s or rad/s",
+        stiffness="N/m or N m/rad",
+        rest="m or rad",
+        rotor="kg or kg m2",
+        stop_stiffness="N/m or N m/rad",
+        stop_damping="N s/m or N m s/rad",
+    )
 
     @property
     def armature(self) -> float:
@@ -95,3 +108,5 @@ class Bushing:
     damping: float = 0.0
     turning_stiffness: float = 0.0
     turning_damping: float = 0.0
+
+    __repr__ = line(stiffness="N/m", damping="N s/m", turning_stiffness="N m/rad", turning_damping="N m s/rad")

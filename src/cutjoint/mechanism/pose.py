@@ -12,6 +12,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array, Frozen, as_vector
 from cutjoint.errors import InputError
 from cutjoint.mechanism.rotations import quaternion_of, rotation_from, turned
+from cutjoint.reprs import line
 
 
 class Homogeneous(Protocol):
@@ -36,6 +37,16 @@ class Pose(Frozen):
 
     position: Array
     rotation: Array
+
+    __repr__ = line("position", "quaternion", position="m")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.position.shape != (3,) or self.rotation.shape != (3, 3):
+            raise InputError(
+                f"a Pose is a position (3,) [m] and a rotation (3, 3), found shapes {self.position.shape} and "
+                f"{self.rotation.shape}; Pose.of takes {FORMS.removeprefix('a Pose, ')}"
+            )
 
     @classmethod
     def of(cls, given: PoseLike) -> Pose:

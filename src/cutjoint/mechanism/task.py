@@ -30,9 +30,11 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen, as_vector
+from cutjoint.doors import door, door_but
 from cutjoint.errors import InputError
 from cutjoint.mechanism.pose import FORMS, Pose, PoseLike
 from cutjoint.mechanism.rotations import Quaternion, crossing, quaternion_of, turned, vector_of
+from cutjoint.reprs import line, one_line, short
 
 NAMES = ("x", "y", "z", "rx", "ry", "rz")
 Axes = Literal["world", "tool"]
@@ -56,6 +58,13 @@ class Target(Frozen):
     asked: tuple[int, ...]
     names: Mapping[str, float] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        given = {**dict.fromkeys(NAMES[:3], "m"), **dict.fromkeys(NAMES[3:], "rad")}
+        named = [f"{name}={short(value, given.get(name, ''))}" for name, value in self.names.items()]
+        return one_line(
+            "Target", named or [f"{x}={short(value, 'm')}" for x, value in zip("xyz", self.pose.position, strict=True)]
+        )
+
     def __str__(self) -> str:
         if self.names:
             return ", ".join(f"{name} {value:.6g}" for name, value in self.names.items())
@@ -63,6 +72,7 @@ class Target(Frozen):
         return place if self.asked == _POINT else f"the pose at {place}"
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Task(Frozen):
     """Which motions of a tool are led.
@@ -78,6 +88,8 @@ class Task(Frozen):
     home: Pose
     robot: str
     axes: Axes = "world"
+
+    __repr__ = line("names", "robot", "axes", "home")
 
     @cached_property
     def rows(self) -> tuple[int, ...]:
@@ -104,6 +116,7 @@ class Task(Frozen):
 
     # ---- coordinates -----------------------------------------------------------------------------------------------
 
+    @door
     def coordinates(self, pose: Pose) -> Array:
         """Coordinates of a pose of the tool, shape (rows,), [m] and [rad]."""
         basis = self.basis
@@ -143,6 +156,7 @@ class Task(Frozen):
 
     # ---- targets ---------------------------------------------------------------------------------------------------
 
+    @door_but("given")
     def target(self, given: TargetLike, free: bool = False) -> Target:
         """What `given` asks of the tool: a point (3,), a pose (see `FORMS`), or coordinates by name.
 
@@ -214,6 +228,8 @@ class Condition:
 
     The tool is told by its position (3,) and rotation (3, 3) in the world.
     """
+
+    __repr__ = line()
 
     def __init__(self, task: Task, wanted: Pose, rows: Sequence[int]) -> None:
         basis = task.basis

@@ -14,6 +14,8 @@ from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.errors import InputError
 from cutjoint.mechanism.names import Layout
 from cutjoint.mechanism.pose import Pose
+from cutjoint.reprs import clipped, line, told
+from cutjoint.tables import TextTable
 
 _NONE = readonly(np.zeros(0))
 
@@ -62,11 +64,21 @@ class Posture(Frozen):
         actuators = () if self.layout is None else self.layout.actuators
         return {actuator.name: float(value) for actuator, value in zip(actuators, self.q, strict=False)}
 
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
+
+    def table(self) -> TextTable:
+        """All coordinates by name, with their units."""
+        layout = Layout("a robot", (), ()) if self.layout is None else self.layout
+        distance, angle = self.gap
+        title = f"posture of {clipped(layout.robot)}, closed to {distance:.2g} m, {angle:.2g} rad"
+        return TextTable(title, ("coordinate", "value", ""), layout.rows(self.q, self.q_full))
+
     def __repr__(self) -> str:
         if self.layout is None:
-            return f"Posture(q={self.q.tolist()}, q_full={self.q_full.tolist()}, gap={self.gap})"
+            return told(self, "q", "q_full", "gap", q="m or rad", gap="m, rad")
         distance, angle = self.gap
-        head = f"posture of {self.layout.robot}, closed to {distance:.2g} m, {angle:.2g} rad"
+        head = f"posture of {clipped(self.layout.robot)}, closed to {distance:.2g} m, {angle:.2g} rad"
         return f"{head}\n{self.layout.words(self.q, self.q_full)}".rstrip()
 
 
@@ -89,6 +101,10 @@ class Terms(Frozen):
     gravity: Array
     springs: Array = field(default_factory=lambda: _NONE)
     friction: Array = field(default_factory=lambda: _NONE)
+
+    __repr__ = line(
+        mass="kg, kg m or kg m2", coriolis="N or N m", gravity="N or N m", springs="N or N m", friction="N or N m"
+    )
 
     def __post_init__(self) -> None:
         for name in ("springs", "friction"):
@@ -125,6 +141,8 @@ class Tool(Frozen):
     frame_jacobian: Array
     frame_drift: Array
     twist: Array
+
+    __repr__ = line("position", "rotation", "frame_jacobian", "twist", position="m", twist="m/s, rad/s")
 
     @classmethod
     def of_point(cls, position: Array, jacobian: Array, drift: Array, v: Array | None = None) -> Tool:

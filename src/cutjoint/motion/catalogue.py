@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 
+from cutjoint.doors import door_but, of_type
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.from_file import is_motion_file, motion_from_file
@@ -157,6 +158,7 @@ def describe(name: str) -> str:
     return f"{name}{row.form} ({row.about}; {', '.join(map(str, (*row.arguments, *row.repeated)))})"
 
 
+@door_but("mechanism")
 def trajectory(spec: str, mechanism: Mechanism) -> Trajectory:
     """The trajectory that `spec`, NAME or NAME:NUMBER,NUMBER, names, from the home posture of `mechanism` on; or the
     one that the file of this path tells.
@@ -166,6 +168,8 @@ def trajectory(spec: str, mechanism: Mechanism) -> Trajectory:
         InputError: its numbers are wrong, or the mechanism cannot follow such a one.
         UnreachableError: it is fitted to what the mechanism reaches, and that is nothing.
     """
+    if not hasattr(mechanism, "home"):
+        of_type("mechanism of trajectory", mechanism, Mechanism)
     name, _, rest = spec.partition(":")
     if name not in TRAJECTORIES and is_motion_file(spec):
         return motion_from_file(spec, mechanism)

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen
+from cutjoint.doors import door_but, of_type
 from cutjoint.errors import WaypointError
 from cutjoint.files import is_file
 from cutjoint.mechanism import Mechanism, Task
@@ -38,6 +39,7 @@ def is_motion_file(spec: str) -> bool:
     return spec.casefold().endswith(SUFFIXES) or is_file(spec)
 
 
+@door_but("mechanism")
 def motion_from_file(path: str | os.PathLike[str], mechanism: Mechanism) -> PointSpline | PoseSpline | JointSpline:
     """The motion that a file tells a mechanism: the spline through its rows, closed where the last row is the first.
 
@@ -45,6 +47,8 @@ def motion_from_file(path: str | os.PathLike[str], mechanism: Mechanism) -> Poin
         MotionFileError: the file is none, or a cell, heading or row is wrong; the message tells line and column.
         InputError: the robot has no tool, or its task cannot be told.
     """
+    if not hasattr(mechanism, "home"):
+        of_type("mechanism of motion_from_file", mechanism, Mechanism)
     table = read_table(path)
     columns = _columns(table, mechanism)
     clock = columns.pop("t")

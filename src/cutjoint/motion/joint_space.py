@@ -7,15 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import JointMotion
+from cutjoint.reprs import line
 
 OPENING = 0.1
 """Part of a chirp in which it swells up from rest, and in which it dies away at the end."""
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class JointSine(Values):
     """centre + amplitude sin(rate t + phase), each of shape (n,): [m] or [rad], [rad/s], [rad].
@@ -30,6 +33,8 @@ class JointSine(Values):
     duration: float
     name: str = "joint sine"
 
+    __repr__ = line(centre="m or rad", amplitude="m or rad", rate="rad/s", phase="rad", duration="s")
+
     def __post_init__(self) -> None:
         size = np.size(self.centre)
         for name, unit in (("centre", ""), ("amplitude", ""), ("rate", "rad/s"), ("phase", "rad")):
@@ -37,6 +42,7 @@ class JointSine(Values):
         positive("duration", self.duration, "s")
 
     @classmethod
+    @door
     def from_home(cls, mechanism: Mechanism, amplitude: float, hertz: float) -> JointSine:
         """All actuators about home in step, by one amplitude [m] or [rad], so many times a second."""
         rate = 2.0 * np.pi * positive("hertz", hertz, "Hz")
@@ -52,6 +58,7 @@ class JointSine(Values):
         )
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class JointChirp(Values):
     """centre + w(t) amplitude sin(phi(t)): a sine whose frequency rises evenly from one to the other.
@@ -71,6 +78,8 @@ class JointChirp(Values):
     duration: float
     name: str = "joint chirp"
 
+    __repr__ = line(centre="m or rad", amplitude="m or rad", hertz="Hz", duration="s")
+
     def __post_init__(self) -> None:
         size = np.size(self.centre)
         for name, count, unit in (("centre", size, ""), ("amplitude", size, ""), ("hertz", 2, "Hz")):
@@ -80,6 +89,7 @@ class JointChirp(Values):
         positive("duration", self.duration, "s")
 
     @classmethod
+    @door
     def from_home(cls, mechanism: Mechanism, amplitude: float, low: float, high: float, seconds: float) -> JointChirp:
         """All actuators about home in step, by one amplitude [m] or [rad], from one frequency to the other [Hz]."""
         return cls(mechanism.home.q, np.full(mechanism.n, amplitude), np.array([low, high]), seconds)

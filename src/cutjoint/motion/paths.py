@@ -13,13 +13,16 @@ from typing import Self
 import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.home import ToolAtHome, orthonormal
 from cutjoint.motion.timing import Progress, minimum_jerk, trapezoid
 from cutjoint.motion.values import ToolMotion
+from cutjoint.reprs import line
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Hold(Values):
     """The tool stays at `position`, shape (3,) [m]."""
@@ -28,11 +31,14 @@ class Hold(Values):
     duration: float = 1.0
     name: str = "hold"
 
+    __repr__ = line(position="m", duration="s")
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", readonly(as_vector("position", self.position, 3, "m")))
         positive("duration", self.duration, "s")
 
     @classmethod
+    @door
     def at_home(cls, mechanism: Mechanism, seconds: float) -> Hold:
         """Where the tool is at home."""
         return cls(mechanism.tool(mechanism.home).position, seconds)
@@ -42,6 +48,7 @@ class Hold(Values):
         return ToolMotion(self.position, np.zeros(3), np.zeros(3))
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class PointToPoint(Values):
     """A straight line from `start` to `goal`, shape (3,) [m], in `duration` [s], at rest at both ends.
@@ -55,12 +62,15 @@ class PointToPoint(Values):
     duration: float = 1.0
     name: str = "point to point"
 
+    __repr__ = line(start="m", goal="m", duration="s")
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", readonly(as_vector("start", self.start, 3, "m")))
         object.__setattr__(self, "goal", readonly(as_vector("goal", self.goal, 3, "m")))
         positive("duration", self.duration, "s")
 
     @classmethod
+    @door
     def from_home(cls, mechanism: Mechanism, x: float, y: float, z: float, seconds: float) -> Self:
         """From where the tool is at home to the point that is (x, y, z) [m] away from there, along the axes of the
         task."""
@@ -78,6 +88,7 @@ class PointToPoint(Values):
         return ToolMotion(self.start + s * way, rate * way, change * way)
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Trapezoidal(PointToPoint):
     """The same line with a trapezoidal velocity: it speeds up for a `ramp` of the duration, and slows down for as long.
@@ -89,6 +100,8 @@ class Trapezoidal(PointToPoint):
     name: str = "trapezoidal"
     ramp: float = 1.0 / 3.0
 
+    __repr__ = line(start="m", goal="m", duration="s")
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 0.0 < positive("ramp", self.ramp, "of the duration") <= 0.5:
@@ -99,6 +112,7 @@ class Trapezoidal(PointToPoint):
         return trapezoid(t, self.duration, self.ramp * self.duration)
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Circle(Values):
     """centre + radius (cos(rate t) first + sin(rate t) second), at constant speed.
@@ -117,6 +131,8 @@ class Circle(Values):
     second: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
     name: str = "circle"
 
+    __repr__ = line(centre="m", radius="m", rate="rad/s")
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre", readonly(as_vector("centre", self.centre, 3, "m")))
         positive("radius", self.radius, "m")
@@ -126,6 +142,7 @@ class Circle(Values):
         orthonormal("first and second", np.column_stack([self.first, self.second]), 2)
 
     @classmethod
+    @door
     def through_home(cls, mechanism: Mechanism, radius: float, seconds: float) -> Circle:
         """From where the tool is at home, in the plane in which it moves most easily, a turn in `seconds` [s].
 
@@ -151,6 +168,7 @@ class Circle(Values):
         return ToolMotion(self.centre + out, along, -(self.rate**2) * out)
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Lissajous(Values):
     """centre + axes @ (amplitude cos(rate t + phase)), each of shape (3,): [m], [m], [rad/s], [rad].
@@ -167,6 +185,8 @@ class Lissajous(Values):
     name: str = "lissajous"
     axes: Array = field(default_factory=lambda: readonly(np.eye(3)))
 
+    __repr__ = line(centre="m", amplitude="m", rate="rad/s", phase="rad", duration="s")
+
     def __post_init__(self) -> None:
         for name, unit in (("centre", "m"), ("amplitude", "m"), ("rate", "rad/s"), ("phase", "rad")):
             object.__setattr__(self, name, readonly(as_vector(name, getattr(self, name), 3, unit)))
@@ -174,6 +194,7 @@ class Lissajous(Values):
         positive("duration", self.duration, "s")
 
     @classmethod
+    @door
     def through_home(cls, mechanism: Mechanism, width: float, height: float, seconds: float) -> Lissajous:
         """A figure of eight through where the tool is at home, `width` across and `height` up [m], in `seconds` [s].
 

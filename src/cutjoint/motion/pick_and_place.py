@@ -13,11 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
+from cutjoint.doors import door
 from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
 from cutjoint.mechanism import Mechanism, Pose
 from cutjoint.motion.home import ToolAtHome
 from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import ToolMotion
+from cutjoint.reprs import line
 
 UP, ACROSS = 0.025, 0.305
 """The cycle of the industry [m]."""
@@ -29,6 +31,7 @@ HALVINGS, REFINED, LOOKS = 24, 4, 12
 """How far a cycle is made smaller, how finely it is fitted, and at how many places it is looked at."""
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class PickAndPlace(Values):
     """From `start` up, across and down, and back, in `duration` [s]; then again.
@@ -44,6 +47,8 @@ class PickAndPlace(Values):
     up: Array
     across: Array
     duration: float
+
+    __repr__ = line(start="m", up="m", across="m", duration="s")
 
     def __post_init__(self) -> None:
         for name in ("start", "up", "across"):
@@ -62,6 +67,7 @@ class PickAndPlace(Values):
         return 60.0 / self.duration
 
     @classmethod
+    @door
     def from_home(cls, mechanism: Mechanism, seconds: float, width: float = 0.0) -> PickAndPlace:
         """Picks where the tool is at home, and places beside it, with a lift of 25/305 of the width [m].
 

@@ -11,13 +11,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
+from cutjoint.doors import door, door_but
 from cutjoint.mechanism import Mechanism, Pose
 from cutjoint.mechanism.rotations import turned
 from cutjoint.motion.home import ToolAtHome
 from cutjoint.motion.timing import Progress, minimum_jerk
 from cutjoint.motion.values import ROTATION, ToolMotion
+from cutjoint.reprs import line
 
 
+@door_but("start")
 @dataclass(frozen=True, eq=False)
 class PoseMove(Values):
     """From a pose by a way, turned about one axis, in `duration` [s], with the least jerk (C2), at rest at both ends.
@@ -37,6 +40,8 @@ class PoseMove(Values):
     given: tuple[str, ...] | None = None
     name: str = "pose move"
 
+    __repr__ = line(by="m", turn="rad", duration="s")
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", Pose.of(self.start))
         object.__setattr__(self, "by", readonly(as_vector("by", self.by, 3, "m")))
@@ -45,6 +50,7 @@ class PoseMove(Values):
         self.at(0.0)  # says what is wrong with `given`
 
     @classmethod
+    @door
     def from_home(
         cls, mechanism: Mechanism, x: float, y: float, z: float, rx: float, ry: float, rz: float, seconds: float
     ) -> PoseMove:
@@ -54,6 +60,7 @@ class PoseMove(Values):
         return cls(home.pose, home.basis @ np.array([x, y, z]), turn, seconds)
 
     @classmethod
+    @door
     def turn_at_home(cls, mechanism: Mechanism, rx: float, ry: float, rz: float, seconds: float) -> PoseMove:
         """Turned by a rotation vector [deg] along the axes of the task.
 

@@ -8,15 +8,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import isfinite
 from threading import Lock
 
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen, positive, readonly
-from cutjoint.errors import ClosureError, CutjointError, LimitError, SingularError, UnreachableError
+from cutjoint.doors import door, of_type
+from cutjoint.errors import ClosureError, CutjointError, InputError, LimitError, SingularError, UnreachableError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
 from cutjoint.motion.following import Demand, follower
 from cutjoint.motion.values import ROTATION, ToolMotion, Trajectory
+from cutjoint.reprs import line
 
 # Anchors to a way, and to a second of it: near enough that kinematics from the nearest one stays on its branch.
 ANCHORS, ANCHORS_PER_SECOND, MOST_ANCHORS = 64, 20, 4096
@@ -44,15 +47,21 @@ class Desired(Frozen):
     posture: Posture
     mechanism: Mechanism
 
+    __repr__ = line("t", "q", "v", "a", "tool", "mechanism", t="s", q="m or rad", v="m/s or rad/s", a="m/s2 or rad/s2")
+
     def posture_of(self, model: Mechanism) -> Posture:
         """The desired posture as `model` makes it: its own where it made it, else closed at the same `q`.
 
         Raises:
             ClosureError, SingularError: `model` cannot be closed there.
+            InputError: it is no model.
         """
+        if not hasattr(model, "close"):
+            of_type("model", model, Mechanism)
         return self.posture if model is self.mechanism else model.close(self.q, limits="ignore")
 
 
+@door
 class Reference:
     """The motion of the actuators of `mechanism` that follows `trajectory` for `duration` [s] from time 0 on.
 
@@ -66,6 +75,8 @@ class Reference:
         duration: how long it is followed [s].
         limits: whether joint limits are respected or ignored.
     """
+
+    __repr__ = line("trajectory", "mechanism", "duration", duration="s")
 
     def __init__(
         self,
@@ -120,9 +131,15 @@ class Reference:
         Raises:
             UnreachableError, LimitError: outside the workspace or the limits between two anchors, or past the duration.
         """
-        known = self._known.get(t)
+        try:
+            known = self._known.get(t)
+        except TypeError:
+            known = None  # what cannot be looked up is no time
         if known is not None:
             return known
+        of_type("t", t, float)
+        if not isfinite(t):
+            raise InputError(f"t must be a finite time [s], found {t!r}")
         demand = self._follower.at(t)
         away = self._places - demand.place
         nearest = self._postures[int(np.argmin(np.einsum("ij,ij->i", away, away)))]

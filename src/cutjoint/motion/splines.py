@@ -17,11 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Values, readonly
+from cutjoint.doors import door, door_but, of_type
 from cutjoint.errors import InputError, WaypointError
 from cutjoint.mechanism.pose import Pose, PoseLike
 from cutjoint.mechanism.rotations import NOT_QUITE
 from cutjoint.motion.rotation_spline import FELT, RotationSpline
 from cutjoint.motion.values import JointMotion, ToolMotion
+from cutjoint.reprs import line
 
 SAME = 1e-9
 """By how much the last way-point of a closed way may miss the first: [m] or [rad], or beside the range of the
@@ -39,6 +41,7 @@ MOST = 1e100
 STILL = readonly(np.zeros(3))
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class PointSpline(Values):
     """Through `points`, shape (n, 3) [m], at `times`, shape (n,) [s].
@@ -57,6 +60,8 @@ class PointSpline(Values):
     closed: bool = False
     given: tuple[str, ...] | None = None
     name: str = "point spline"
+
+    __repr__ = line(times="s", points="m")
 
     def __post_init__(self) -> None:
         _set(self, times=as_times(self.times), points=as_rows("points", self.points, 3))
@@ -81,6 +86,7 @@ class PointSpline(Values):
         return ToolMotion(position, velocity, acceleration, given=self.given)
 
 
+@door_but("poses")
 @dataclass(frozen=True, eq=False)
 class PoseSpline(Values):
     """Through `poses` at `times`, shape (n,) [s]: the rotation by `RotationSpline`, half a turn a step at most.
@@ -102,6 +108,8 @@ class PoseSpline(Values):
     closed: bool = False
     given: tuple[str, ...] | None = None
     name: str = "pose spline"
+
+    __repr__ = line(times="s", poses="m, quaternions")
 
     def __post_init__(self) -> None:
         _set(self, times=as_times(self.times), poses=as_poses(self.poses))
@@ -130,6 +138,7 @@ class PoseSpline(Values):
         return ToolMotion(*motion, *rotation, given=self.given)
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class JointSpline(Values):
     """Through actuated coordinates `q`, shape (n, actuators) [m] or [rad], at `times`, shape (n,) [s].
@@ -146,6 +155,8 @@ class JointSpline(Values):
     q: Array
     closed: bool = False
     name: str = "joint spline"
+
+    __repr__ = line(times="s", q="m or rad")
 
     def __post_init__(self) -> None:
         _set(self, times=as_times(self.times), q=as_rows("q", self.q, None))
@@ -273,6 +284,7 @@ def as_poses(given: Iterable[PoseLike]) -> Array:
         InputError: they are no poses, or less than two.
     """
     if not (isinstance(given, np.ndarray) and given.ndim == 2):
+        of_type("poses", given, Iterable)
         found = [_pose(number, one) for number, one in enumerate(given)]
         given = np.reshape([[*one.position, *one.quaternion] for one in found], (-1, 7))
     rows = np.array(as_rows("poses", given, 7))

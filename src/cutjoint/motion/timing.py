@@ -25,7 +25,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
+from cutjoint.doors import door
 from cutjoint.errors import InputError
+from cutjoint.reprs import line
 
 Progress = tuple[float, float, float]
 """Part of the way, its rate [1/s] and the rate of that [1/s2]."""
@@ -66,6 +68,7 @@ def trapezoid(t: float, duration: float, ramp: float) -> Progress:
     return speed * (t - 0.5 * ramp), speed, 0.0
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Corners(Values):
     """Straight legs from point to point, from rest to rest, with blends at every point, the first and last included.
@@ -81,6 +84,8 @@ class Corners(Values):
     seconds: Array
     blend: float
     smooth: Smooth = "quintic"
+
+    __repr__ = line(points="m or rad", seconds="s", blend="s")
 
     def __post_init__(self) -> None:
         own = self.__dict__

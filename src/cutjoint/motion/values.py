@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from cutjoint.arrays import Array, Frozen, readonly
+from cutjoint.doors import described
 from cutjoint.errors import InputError
 from cutjoint.mechanism.task import NAMES
+from cutjoint.reprs import line
 
 POSITION, ROTATION = NAMES[:3], NAMES[3:]
 
@@ -37,8 +39,15 @@ class ToolMotion(Frozen):
     angular_acceleration: Array | None = None
     given: tuple[str, ...] | None = None
 
+    __repr__ = line(
+        position="m", velocity="m/s", acceleration="m/s2", angular_velocity="rad/s", angular_acceleration="rad/s2"
+    )
+
     def __post_init__(self) -> None:
         super().__post_init__()
+        if not self.position.shape == self.velocity.shape == self.acceleration.shape == (3,):
+            found = f"{self.position.shape}, {self.velocity.shape}, {self.acceleration.shape}"
+            raise InputError(f"a tool motion has position, velocity and acceleration of shape (3,), found {found}")
         turning = (self.rotation, self.angular_velocity, self.angular_acceleration)
         if any(one is not None for one in turning):
             if any(one is None for one in turning):
@@ -73,6 +82,14 @@ class JointMotion(Frozen):
     v: Array
     a: Array
 
+    __repr__ = line(q="m or rad", v="m/s or rad/s", a="m/s2 or rad/s2")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.q.ndim != 1 or not self.q.shape == self.v.shape == self.a.shape:
+            found = f"{self.q.shape}, {self.v.shape}, {self.a.shape}"
+            raise InputError(f"a joint motion has q, v and a of one shape (n,), found {found}")
+
 
 @runtime_checkable
 class Trajectory(Protocol):
@@ -91,6 +108,8 @@ class Trajectory(Protocol):
 
 
 def _check_given(given: tuple[str, ...], turns: bool) -> None:
+    if not isinstance(given, tuple | list):
+        raise InputError(f"given must be some of {', '.join(NAMES)} in a tuple, found {described(given)}")
     unknown = [name for name in given if name not in NAMES]
     if unknown:
         raise InputError(f"'{unknown[0]}' is no coordinate of a tool; they are {', '.join(NAMES)}")

@@ -7,13 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array, Values, positive
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.home import ToolAtHome
 from cutjoint.motion.timing import Corners, points_of
 from cutjoint.motion.values import JointMotion, ToolMotion
+from cutjoint.reprs import line
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Waypoints(Values):
     """The tool point along straight legs with blends, from rest to rest.
@@ -25,10 +28,13 @@ class Waypoints(Values):
     corners: Corners
     name: str = "way-points"
 
+    __repr__ = line("corners", "duration", "name", duration="s")
+
     def __post_init__(self) -> None:
         points_of("points", self.corners.points, 3)
 
     @classmethod
+    @door
     def from_home(cls, mechanism: Mechanism, seconds: float, *numbers: float) -> Waypoints:
         """From where the tool is at home over points that are x, y, z [m] away from there, along the axes of the task,
         in `seconds` [s] with quintic blends (C2)."""
@@ -46,6 +52,7 @@ class Waypoints(Values):
         return ToolMotion(*self.corners.at(t))
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class JointWaypoints(Values):
     """The actuators along straight legs in their coordinates with blends, from rest to rest.
@@ -57,7 +64,10 @@ class JointWaypoints(Values):
     corners: Corners
     name: str = "joint way-points"
 
+    __repr__ = line("corners", "duration", "name", duration="s")
+
     @classmethod
+    @door
     def from_home(cls, mechanism: Mechanism, seconds: float, *numbers: float) -> JointWaypoints:
         """From home over points of the actuators that are so far away from there, n numbers [m] or [rad] each, in
         `seconds` [s] with quintic blends (C2)."""

@@ -8,13 +8,16 @@ from math import isfinite
 import numpy as np
 
 from cutjoint.arrays import Array, Values, as_vector, positive, readonly
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion.home import ToolAtHome, orthonormal
 from cutjoint.motion.timing import minimum_jerk
 from cutjoint.motion.values import ToolMotion
+from cutjoint.reprs import line
 
 
+@door
 @dataclass(frozen=True, eq=False)
 class Spiral(Values):
     """centre + r(s) (cos(2 pi turns s) first + sin(2 pi turns s) second) + s rise first x second.
@@ -40,6 +43,8 @@ class Spiral(Values):
     second: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
     name: str = "spiral"
 
+    __repr__ = line(centre="m", radii="m", rise="m", duration="s")
+
     def __post_init__(self) -> None:
         for name, size, unit in (("centre", 3, "m"), ("radii", 2, "m"), ("first", 3, ""), ("second", 3, "")):
             object.__setattr__(self, name, readonly(as_vector(name, getattr(self, name), size, unit)))
@@ -51,6 +56,7 @@ class Spiral(Values):
         orthonormal("first and second", np.column_stack([self.first, self.second]), 2)
 
     @classmethod
+    @door
     def from_home(cls, mechanism: Mechanism, radius: float, turns: float, seconds: float) -> Spiral:
         """A spiral from where the tool is at home outwards to a radius [m], where the tool moves most easily.
 
@@ -64,6 +70,7 @@ class Spiral(Values):
         )
 
     @classmethod
+    @door
     def helix_from_home(cls, mechanism: Mechanism, radius: float, rise: float, turns: float, seconds: float) -> Spiral:
         """A helix from where the tool is at home, about an axis along z of the task, by `rise` [m] along it.
 

@@ -19,8 +19,10 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, as_vector, readonly
+from cutjoint.doors import door, of_type
 from cutjoint.errors import InputError, UnreachableError
 from cutjoint.mechanism import (
+    NO_LOADS,
     ActuatedCoordinates,
     Actuator,
     JointLimits,
@@ -158,6 +160,7 @@ class ReducedModel(ABC, Generic[P]):
             UnreachableError: a pose that is turned otherwise than the tool is there.
         """
         are_respected(limits)
+        of_type("free", free, bool)
         if isinstance(target, np.ndarray) and target.shape == (3,):
             return self.reach_point(target, near)
         wanted = self.task.target(target, free)
@@ -224,9 +227,10 @@ class ReducedModel(ABC, Generic[P]):
 
     def dissipation(self, at: Posture, v: npt.ArrayLike) -> float:
         """Power that the friction of the motors takes [W]."""
+        self.full(at)  # it is one of this model
+        speed = self._numbers("v", v, self._rate)
         if not self.motors:
             return 0.0
-        speed = self._numbers("v", v, self._rate)
         return float(np.dot(motors.friction(self.motors, speed), speed))
 
     def load_effort(self, at: Posture, loads: Loads) -> Array:
@@ -238,13 +242,13 @@ class ReducedModel(ABC, Generic[P]):
         tool = self.tool(at)
         return readonly(tool.frame_jacobian.T @ tool_wrench(as_loads(loads), tool, self.name))
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Effort of the actuators for their acceleration `a`, shape (n,)."""
         terms = self.terms(at, v)
         effort = terms.mass @ self._numbers("a", a, self._acceleration) + terms.bias
         return readonly(self._relieved(effort, at, loads))
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Acceleration of the actuators that `effort` gives, shape (n,)."""
         terms = self.terms(at, v)
         given = self._aided(as_vector("effort", effort, self.n, self._effort), at, loads)
@@ -252,12 +256,13 @@ class ReducedModel(ABC, Generic[P]):
 
     def _aided(self, effort: Array, at: Posture, loads: Loads) -> Array:
         """An effort (n,) and what loads do."""
-        return effort if loads == () else effort + self.load_effort(at, loads)
+        return effort if loads is NO_LOADS else effort + self.load_effort(at, loads)
 
     def _relieved(self, effort: Array, at: Posture, loads: Loads) -> Array:
         """An effort (n,) without what loads do."""
-        return effort if loads == () else effort - self.load_effort(at, loads)
+        return effort if loads is NO_LOADS else effort - self.load_effort(at, loads)
 
+    @door
     def with_payload(self, mass: float) -> Self:
         """The same robot with `mass` [kg] more at the tool.
 
@@ -291,6 +296,8 @@ class ReducedModel(ABC, Generic[P]):
         Raises:
             InputError: it is of another mechanism.
         """
+        if not hasattr(at, "q_full"):
+            of_type("at", at, Posture)
         if at.q_full.shape != self._shape:
             raise InputError(
                 f"a posture of {self.name} holds ({', '.join(self.stored)}), shape {self._shape}; found shape "

@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import SingularError
-from cutjoint.mechanism import Loads, Posture
+from cutjoint.mechanism import NO_LOADS, Loads, Posture
 from cutjoint.papers.reduced_model import EquationState, P, ReducedModel
 from cutjoint.papers.scalars import (
     Matrix3,
@@ -34,6 +34,7 @@ from cutjoint.papers.scalars import (
     three,
     times,
 )
+from cutjoint.reprs import one_line, quoted, short
 
 Triple = tuple[float, float, float]
 Signs = tuple[int, int, int]
@@ -78,7 +79,8 @@ class ThreeLimbModel(ReducedModel[P]):
         self.signs = check_signs(signs)
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}(parameters={self.parameters!r}, signs={self.signs!r})"
+        names = short([f"{one.name} [{one.unit}]" for one in self.actuators])
+        return one_line(type(self).__name__, [quoted(self.name), f"actuators={names}", f"signs={self.signs}"])
 
     @cached_property
     def home(self) -> Posture:
@@ -111,7 +113,7 @@ class ThreeLimbModel(ReducedModel[P]):
     def _place(self, tool: Triple, signs: Signs) -> Posture:
         """Inverse kinematics with its checks."""
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Effort of the actuators for their acceleration `a`, shape (3,), [N] or [N m]."""
         if self.motors:
             return super().inverse_dynamics(at, v, a, loads)
@@ -121,7 +123,7 @@ class ThreeLimbModel(ReducedModel[P]):
         f1, f2, f3 = times(symmetric(state.entries()), three("a", a, self._acceleration))
         return readonly(self._relieved(np.array((f1 + c1 + g1, f2 + c2 + g2, f3 + c3 + g3)), at, loads))
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Acceleration of the actuators that `effort` gives, shape (3,), [m/s2] or [rad/s2]."""
         if self.motors:
             return super().forward_dynamics(at, v, effort, loads)
@@ -129,7 +131,7 @@ class ThreeLimbModel(ReducedModel[P]):
         c1, c2, c3 = state.coriolis(three("v", v, self._rate))
         g1, g2, g3 = state.gravity()
         given = three("effort", effort, self._effort)
-        f1, f2, f3 = given if loads == () else self._aided(np.array(given), at, loads).tolist()
+        f1, f2, f3 = given if loads is NO_LOADS else self._aided(np.array(given), at, loads).tolist()
         return readonly(solve_symmetric(state.entries(), (f1 - c1 - g1, f2 - c2 - g2, f3 - c3 - g3)))
 
     def _numbers(self, name: str, values: npt.ArrayLike, unit: str) -> Triple:

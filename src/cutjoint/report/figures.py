@@ -17,6 +17,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.extras import needed
+from cutjoint.reprs import line
 from cutjoint.simulation.panels import Panel
 
 if TYPE_CHECKING:
@@ -78,9 +79,13 @@ class ToolPath:
     desired: Array
     actual: Array | None = None
 
+    __repr__ = line(desired="m", actual="m")
+
 
 class Drawing:
     """A finished figure."""
+
+    __repr__ = line()
 
     def __init__(self, canvas: Figure) -> None:
         self._figure = canvas

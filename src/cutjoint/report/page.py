@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from html import escape
 
 from cutjoint.report.figures import Drawing
+from cutjoint.reprs import line
 from cutjoint.tables import TextTable
 
 STYLE = """
@@ -65,6 +66,8 @@ class Section:
     parts: Sequence[str | TextTable | Picture] = ()
     level: int = 3
     printed: bool = True
+
+    __repr__ = line("title", "parts")
 
 
 def page(title: str, lead: str, sections: Sequence[Section]) -> str:

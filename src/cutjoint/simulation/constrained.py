@@ -19,13 +19,16 @@ import pinocchio as pin
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.build import bind_frame
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Loads, Posture
 from cutjoint.mechanism.rotations import quaternion_of
+from cutjoint.reprs import line
 from cutjoint.simulation.plant import Observation, State, tool_turns
 
 
 # long: what every `Plant` has, a few lines a method
+@door
 class ConstrainedPlant:
     """The robot in all joints of its tree, by `pin.constraintDynamics`.
 
@@ -33,6 +36,8 @@ class ConstrainedPlant:
         chain: the closed robot.
         project: put every accepted step back onto the loops.  Without it the loops drift; for measuring that.
     """
+
+    __repr__ = line("name")
 
     def __init__(self, chain: ClosedChain, *, project: bool = True) -> None:
         self.chain = chain

@@ -9,7 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import as_vector, positive
+from cutjoint.chain import ClosedChain
 from cutjoint.control import GivenEfforts, Law, NoControl, as_law
+from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
 from cutjoint.motion import Reference
@@ -32,6 +34,7 @@ from cutjoint.simulation.running import SAME, Running, Span
 
 
 # long: its arguments and what they mean
+@door
 def run(
     robot: Plant | Mechanism,
     law: Law | Callable[..., npt.ArrayLike] | None = None,
@@ -161,8 +164,18 @@ def _span(duration: float | None, law: Law, reference: Reference | None) -> floa
     return span
 
 
+def _check_start(mechanism: Mechanism, start: Posture) -> None:
+    """Raises InputError or ClosureError where a posture is none of this robot."""
+    robot = getattr(mechanism, "plain", mechanism)  # of a compiled robot, the one it was made from
+    if isinstance(robot, ClosedChain):
+        robot.posture(start)
+    else:
+        robot.terms(start)
+
+
 def _posture(plant: Plant, reference: Reference | None, start: Posture | None) -> Posture:
     """Where to start."""
     if start is not None:
+        _check_start(plant.mechanism, start)
         return start
     return plant.mechanism.home if reference is None else reference.at(0.0).posture_of(plant.mechanism)

@@ -16,9 +16,11 @@ import pinocchio as pin
 
 from cutjoint.arrays import Array, as_vector
 from cutjoint.chain import ClosedChain
+from cutjoint.doors import door
 from cutjoint.errors import ActuationError, InputError
 from cutjoint.mechanism import Loads, Posture, Tool
 from cutjoint.mechanism.rotations import quaternion_of
+from cutjoint.reprs import line
 from cutjoint.simulation.plant import Observation, State, tool_turns
 
 
@@ -46,6 +48,7 @@ class Coordinates(Protocol):
 
 
 # long: what every `Plant` has, a few lines a method
+@door
 class MinimalPlant:
     """A robot in its minimal coordinates.
 
@@ -56,6 +59,8 @@ class MinimalPlant:
         InputError: the robot has no tool to record.
         ActuationError: the coordinates do not tell its motion: idle motions gain momentum.
     """
+
+    __repr__ = line("name")
 
     def __init__(self, minimal: Coordinates) -> None:
         chain = minimal.chain

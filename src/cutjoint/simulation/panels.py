@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.reprs import line
 from cutjoint.simulation.result import Result
 
 
@@ -38,6 +39,8 @@ class Panel(Values):
     bound: float | None = None
     since: float = 0.0
     zoom: tuple[float, float] | None = None
+
+    __repr__ = line("title", "quantity", "unit", "names", "time", time="s")
 
     def __post_init__(self) -> None:
         for name in ("time", "values"):

@@ -16,9 +16,11 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen, Values, readonly
 from cutjoint.chain import ClosedChain
+from cutjoint.doors import door
 from cutjoint.errors import ActuationError, CutjointError
 from cutjoint.mechanism import Loads, Mechanism, Posture, Tool
 from cutjoint.mechanism.rotations import quaternion_of
+from cutjoint.reprs import line, told
 
 STILL = 1e-9
 """A tool whose turning is below this part of its moving, in lengths of the robot, never turns."""
@@ -37,6 +39,8 @@ class State(Values):
     q: Array
     v: Array
     posture: Posture | None = None
+
+    __repr__ = line(q="m or rad", v="m/s or rad/s")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +67,17 @@ class Observation(Frozen):
     q_full: Array
     orientation: Array | None = None
     angular_velocity: Array | None = None
+
+    __repr__ = line(
+        q="m or rad",
+        v="m/s or rad/s",
+        tool="m",
+        tool_velocity="m/s",
+        kinetic="J",
+        potential="J",
+        gap="m, rad",
+        angular_velocity="rad/s",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -150,6 +165,9 @@ class Advanced(NamedTuple):
     evaluations: int
     ahead: float
 
+    def __repr__(self) -> str:
+        return told(self, work="J", lost="J", strayed="m", ahead="s")
+
 
 @runtime_checkable
 class Advancing(Plant, Protocol):
@@ -169,6 +187,7 @@ class Advancing(Plant, Protocol):
         """What to record of many states."""
 
 
+@door
 class ReducedPlant:
     """Any `mechanism` in its n actuated coordinates, by its own forward dynamics.
 
@@ -178,6 +197,8 @@ class ReducedPlant:
     Raises:
         ActuationError: n coordinates do not tell its motion.
     """
+
+    __repr__ = line("name")
 
     def __init__(self, mechanism: Mechanism) -> None:
         if not getattr(mechanism, "idle_is_cyclic", True):  # only chains have idle motions

@@ -18,10 +18,12 @@ import numpy as np
 from cutjoint.arrays import Array, Frozen
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.reactions import Reaction, Stiffness
+from cutjoint.doors import door
 from cutjoint.errors import ActuationError, InputError, UnknownNameError
 from cutjoint.files import check_place, write_whole
 from cutjoint.mechanism import Load, Posture
 from cutjoint.mechanism.loads import as_loads
+from cutjoint.reprs import line, told
 from cutjoint.simulation.held import HeldJoints
 from cutjoint.simulation.plant import Observation
 from cutjoint.simulation.pushing import RunLoads
@@ -31,6 +33,9 @@ ReactionAxes = Literal["world", "own"]
 """Along which axes reactions are told: those of the world, or of the child's frame (of frame b of a cut)."""
 SAME = 1e-9
 """Part of their size that actuated coordinates of a run may differ from those of its configurations."""
+
+
+_PEAK_UNITS = {"force": "N", "force_time": "s", "moment": "N m", "moment_time": "s"}
 
 
 class Peak(NamedTuple):
@@ -43,6 +48,9 @@ class Peak(NamedTuple):
     moment: float
     moment_time: float
     moment_unique: bool
+
+    def __repr__(self) -> str:
+        return told(self, "name", "force", "force_time", "moment", "moment_time", **_PEAK_UNITS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +72,8 @@ class ReactionHistory(Frozen):
     force: Array
     moment: Array
     unique: tuple[tuple[bool, ...], ...]
+
+    __repr__ = line("names", "time", "axes", time="s")
 
     @property
     def columns(self) -> dict[str, Array]:
@@ -112,6 +122,7 @@ def check_csv(path: str | Path) -> Path:
     return check_place(target)
 
 
+@door
 def reactions_of(
     result: Result,
     chain: ClosedChain,

@@ -9,13 +9,16 @@ from typing import NamedTuple, TypedDict
 import numpy as np
 
 from cutjoint.arrays import Array, Values, readonly, readonly_mapping
+from cutjoint.doors import door
 from cutjoint.errors import InputError
+from cutjoint.reprs import clipped, told
 from cutjoint.simulation.hardware.parts import Parts
 from cutjoint.simulation.observables import OBSERVABLES
 
 ROUNDING = 16.0 * np.finfo(float).eps
 """Part of an energy that its rounding may be."""
 FREE = "free motion"
+_NAMED = (("plant", "?"), ("law", "?"), ("trajectory", "free motion"))
 """What stands for a trajectory where there was none."""
 
 
@@ -24,6 +27,9 @@ class Rmse(NamedTuple):
 
     position: float
     velocity: float
+
+    def __repr__(self) -> str:
+        return told(self, position="m", velocity="m/s")
 
 
 class About(TypedDict, total=False):
@@ -115,10 +121,8 @@ class Result(Values):
 
     def __repr__(self) -> str:
         what = self.about
-        return (
-            f"Result({what.get('plant', '?')}, {what.get('law', '?')}, {what.get('trajectory', FREE)}: "
-            f"{len(self)} samples over {self.time[-1] - self.time[0]:g} s)"
-        )
+        names = ", ".join(clipped(str(what.get(one, usual)), 24) for one, usual in _NAMED)
+        return f"Result({names}: {len(self)} samples over {self.time[-1] - self.time[0]:g} s)"
 
     @property
     def followed(self) -> bool:
@@ -163,14 +167,17 @@ class Result(Values):
         means = (np.trapezoid(_squares(e), self.time) / span for e in (self.error, self.velocity_error))
         return Rmse(*(float(np.sqrt(mean)) for mean in means))
 
+    @door
     def worst_error(self, after: float = 0.0) -> float:
         """Largest |error| of the tool from time `after` [s] on [m]."""
         return float(np.sqrt(_squares(self.error[_from(self, after)]).max()))
 
+    @door
     def worst_axis_error(self, after: float = 0.0) -> float:
         """Largest error of the tool along any one axis from time `after` [s] on [m]."""
         return float(np.abs(self.error[_from(self, after)]).max())
 
+    @door
     def worst_turn(self, after: float = 0.0) -> float:
         """Largest angle between desired and actual orientation of the tool from time `after` [s] on [rad].
 

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cutjoint.doors import door
 from cutjoint.errors import FileError, InputError, ResultFileError
 from cutjoint.files import check_place, read_file, write_whole
 from cutjoint.simulation.about_run import about_of, json_words
@@ -29,6 +30,7 @@ COLUMNS = "columns"
 """Where among the words about a run its file keeps name and shape of its columns, so that none can be lost unseen."""
 
 
+@door
 def save(result: Result, path: str | Path) -> Path:
     """Write `result` to `path`; the suffix picks the format (.npz or .csv).
 
@@ -51,6 +53,7 @@ def check_target(path: str | Path) -> Path:
     return target
 
 
+@door
 def load(path: str | Path) -> Result:
     """Read a result that `save` wrote as npz.  Columns without a row in `OBSERVABLES` are left out, with a warning.
 

@@ -5,9 +5,12 @@ Nothing else imports this package; it needs the extra `viewer` (meshcat).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from cutjoint.chain import ClosedChain
+from cutjoint.doors import door
 from cutjoint.extras import missing
+from cutjoint.mechanism import Posture
+from cutjoint.motion import Trajectory
+from cutjoint.simulation import Result
 
 try:
     from cutjoint.viewer.film.document import Document
@@ -18,28 +21,26 @@ try:
 except ModuleNotFoundError as error:
     raise missing(error.name, "the viewer") from error
 
-if TYPE_CHECKING:
-    from cutjoint.chain import ClosedChain
-    from cutjoint.mechanism import Posture
-    from cutjoint.motion import Trajectory
-    from cutjoint.simulation import Result
-
 __all__ = ["Bridge", "Document", "LiveView", "Recording", "play", "show"]
 
 
+@door
 def show(chain: ClosedChain, at: Posture | None = None) -> Document:
-    """A posture (default home) as a page: shows itself in a notebook, `save`s as HTML, `picture`s as PNG."""
-    return playback(chain, still(chain, chain.home if at is None else at))
+    """A posture (default home) as a page: shows itself in a notebook, `save`s as HTML, `picture`s as PNG.
+
+    Raises:
+        InputError, ClosureError: it is no chain, or no posture of it.
+    """
+    return playback(chain, still(chain, chain.home if at is None else chain.posture(at)))
 
 
+@door
 def play(chain: ClosedChain, motion: Result | Trajectory, title: str = "") -> Document:
     """A simulation, or a trajectory followed exactly, as a page that plays it.
 
     Raises:
-        InputError, ClosureError: the result is another robot's.
+        InputError, ClosureError: it is no chain or no motion, or the result is another robot's.
         UnreachableError: the trajectory leaves the workspace.
     """
-    from cutjoint.simulation import Result
-
     made = from_result(chain, motion) if isinstance(motion, Result) else from_trajectory(chain, motion)
     return playback(chain, made, title)

@@ -31,7 +31,8 @@ from cutjoint.chain.minimal.linearisation import Linearisation, linearised
 from cutjoint.chain.mobility import Mobility
 from cutjoint.chain.reduced import ReducedDynamics
 from cutjoint.errors import ClosureError, SingularError
-from cutjoint.mechanism import Loads, Posture, Terms, Tool
+from cutjoint.mechanism import NO_LOADS, Loads, Posture, Terms, Tool
+from cutjoint.reprs import clipped, one_line, quoted
 
 
 # long: the public face of a robot in minimal coordinates, a line or two of code a method
@@ -68,7 +69,8 @@ class MinimalCoordinates(Sealed):
         return partial(_of, self.chain, self._named), ()
 
     def __repr__(self) -> str:
-        return f"minimal coordinates of {self.chain.name}: {', '.join(self.names)}"
+        coordinates = [f"{name} [{unit}]" for name, unit in zip(self.names, self.units, strict=True)]
+        return one_line("MinimalCoordinates", [f"of {quoted(self.chain.name)}", *map(clipped, coordinates)])
 
     @property
     def name(self) -> str:
@@ -192,7 +194,7 @@ class MinimalCoordinates(Sealed):
         """Whether loads push an idle motion, which the coordinates do not tell."""
         return self._reduced.at(at).pushes_idle(self.chain.full_load_effort(at, loads))
 
-    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def inverse_dynamics(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Generalised forces that give the acceleration `a` against `loads`, shape (n,); `efforts` are those of the
         actuators.
 
@@ -200,9 +202,9 @@ class MinimalCoordinates(Sealed):
             InputError, UnknownNameError, SingularError: as `load_effort`.
         """
         force = self._reduced.inverse(at, v, a)
-        return force if loads == () else force - self.load_effort(at, loads)
+        return force if loads is NO_LOADS else force - self.load_effort(at, loads)
 
-    def efforts(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = ()) -> ActuatorEfforts:
+    def efforts(self, at: Posture, v: npt.ArrayLike, a: npt.ArrayLike, loads: Loads = NO_LOADS) -> ActuatorEfforts:
         """Least efforts of the actuators that give the acceleration `a` against `loads`, and their internal preload.
 
         Raises:
@@ -211,11 +213,11 @@ class MinimalCoordinates(Sealed):
         """
         here = self._reduced.at(at)
         full = here.map @ as_vector("a", a, self.n) + self.drift(at, v)
-        if here.idle.size and loads != ():  # idle motions are pushed by loads alone
+        if here.idle.size and loads is not NO_LOADS:  # idle motions are pushed by loads alone
             full = full + here.idle @ (here.idle.T @ self.chain.full_load_effort(at, loads))
         return self.chain.full_inverse_dynamics(at, self.full_velocity(at, v), full, loads)
 
-    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = ()) -> Array:
+    def forward_dynamics(self, at: Posture, v: npt.ArrayLike, effort: npt.ArrayLike, loads: Loads = NO_LOADS) -> Array:
         """Acceleration that efforts of the actuators and `loads` give, shape (n,).
 
         Args:
@@ -229,13 +231,13 @@ class MinimalCoordinates(Sealed):
             DynamicsError: a motion moves no mass.
         """
         force = self.effort_map(at) @ as_vector("effort", effort, self.chain.n)
-        return self.accelerated(at, v, force if loads == () else force + self.load_effort(at, loads))
+        return self.accelerated(at, v, force if loads is NO_LOADS else force + self.load_effort(at, loads))
 
     def accelerated(self, at: Posture, v: npt.ArrayLike, force: npt.ArrayLike) -> Array:
         """Acceleration that generalised forces (n,) give, shape (n,)."""
         return self._reduced.forward(at, v, force)
 
-    def linearised(self, at: Posture, effort: npt.ArrayLike | None = None, loads: Loads = ()) -> Linearisation:
+    def linearised(self, at: Posture, effort: npt.ArrayLike | None = None, loads: Loads = NO_LOADS) -> Linearisation:
         """How small motions around an equilibrium go on.
 
         Args:

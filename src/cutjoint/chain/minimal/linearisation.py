@@ -23,6 +23,7 @@ from cutjoint.chain.actuation import ActuatorEfforts
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Loads, Posture, Terms
+from cutjoint.reprs import line
 
 STEP = 0.01
 """Step of the differences, in radians or link lengths; velocities in these times the pace of the robot."""
@@ -46,6 +47,8 @@ class Linearisation(Frozen):
     input: Array
     effort: Array
     names: tuple[str, ...]
+
+    __repr__ = line()
 
     @property
     def eigenvalues(self) -> npt.NDArray[np.complex128]:

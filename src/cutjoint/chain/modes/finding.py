@@ -41,6 +41,8 @@ from cutjoint.chain.rank import null_space, rank_of
 from cutjoint.chain.structure import scaled_tool
 from cutjoint.errors import ActuationError, InputError
 from cutjoint.mechanism import Posture, Task
+from cutjoint.reprs import clipped, line, one_line, quoted
+from cutjoint.tables import TextTable
 
 Held = Literal["point", "pose", "task"]
 WAYS: tuple[Held, ...] = ("point", "pose", "task")
@@ -76,6 +78,26 @@ class Modes(Sequence[Posture]):
     settled: bool
     held: str
 
+    def __repr__(self) -> str:
+        first = self.postures[0].layout if self.postures else None
+        of = [f"of {quoted(first.robot)}"] if first is not None else []
+        end = "all found several times" if self.settled else f"{self.unseen:.2g} of further starts would find more"
+        return one_line("Modes", [str(len(self)), *of, f"{clipped(self.held)} held", f"{self.starts} starts", end])
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
+
+    def table(self) -> TextTable:
+        """A row a mode: its actuated coordinates, and how often it was found."""
+        layout = self.postures[0].layout if self.postures else None
+        actuators = [] if layout is None else [f"{clipped(one.name)} [{one.unit}]" for one in layout.actuators]
+        rows = [
+            (str(number), *(f"{value:.6g}" for value in at.q), str(found))
+            for number, (at, found) in enumerate(zip(self.postures, self.found, strict=True))
+        ]
+        columns = ("mode", *actuators, "found")
+        return TextTable(f"{len(self)} modes with the {clipped(self.held)} held", columns, rows, columns)
+
     def __len__(self) -> int:
         return len(self.postures)
 
@@ -91,6 +113,8 @@ class Modes(Sequence[Posture]):
 
 class ModeSeeker:
     """Seeks the modes of one robot; what it raises is said in `ClosedChain`."""
+
+    __repr__ = line()
 
     def __init__(self, postures: Postures) -> None:
         self._postures, self._k, self._actuated = postures, postures.k, postures.actuated

@@ -26,6 +26,7 @@ from cutjoint.chain.physics.joint_forces import JointForces, balls, resisted
 from cutjoint.description.model import CutJoint, RobotDescription
 from cutjoint.errors import DynamicsError
 from cutjoint.mechanism.physics import Bushing
+from cutjoint.reprs import line
 
 MEETING = 1e-9
 """Ends of a spring that are nearer than this part of its length are one point."""
@@ -46,6 +47,8 @@ class Elastic:
     frames: CutFrames
     twists: Array
 
+    __repr__ = line()
+
 
 class ChainPhysics:
     """Dampers, dry friction, springs, stops and bushings of one robot.
@@ -55,6 +58,8 @@ class ChainPhysics:
         cuts: the bushings, then the other cuts that do something: those whose frames are needed.
         sticking: velocities whose friction holds what rests (stiction), and by how much: index -> [N] or [N m].
     """
+
+    __repr__ = line("acts")
 
     def __init__(self, model: pin.Model, description: RobotDescription) -> None:
         bushings = tuple(cut for cut in description.cuts if cut.bushing is not None)

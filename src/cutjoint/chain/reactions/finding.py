@@ -29,6 +29,7 @@ from cutjoint.chain.reactions.values import GearForce, Reaction, Reactions
 from cutjoint.description.model import Joint, RobotDescription
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism.loads import Loads, as_loads
+from cutjoint.reprs import line
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +51,8 @@ class _Carried:
 
 class ReactionFinder:
     """Reactions of one robot, of which `kinematics` are."""
+
+    __repr__ = line()
 
     def __init__(self, kinematics: Kinematics) -> None:
         self._k = k = kinematics

@@ -11,6 +11,8 @@ import numpy.typing as npt
 from cutjoint import tolerances
 from cutjoint.arrays import Array, Frozen, as_vector
 from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.reprs import clipped, line, one_line, quoted
+from cutjoint.tables import TextTable
 
 COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
 """What the components of a reaction are called, forces [N] first, then moments [N m]."""
@@ -80,8 +82,9 @@ class Reaction(Frozen):
         return replace(self, force=turn @ self.force, moment=turn @ self.moment, axes=wanted, stresses=stresses)
 
     def __repr__(self) -> str:
-        sizes = [f"{name} {value:.6g}{'' if alone else '?'}" for name, value, alone in self._components()]
-        return f"Reaction({self.name}: {', '.join(sizes[:3])} N, {', '.join(sizes[3:])} N m)"
+        sizes = [f"{value:.3g}{'' if alone else '?'}" for _, value, alone in self._components()]
+        force, moment = f"force=({', '.join(sizes[:3])}) N", f"moment=({', '.join(sizes[3:])}) N m"
+        return one_line("Reaction", [quoted(self.name, 20), force, moment])
 
     def _components(self) -> Iterator[tuple[str, float, bool]]:
         return zip(COMPONENTS, self.wrench.tolist(), self.unique, strict=True)
@@ -93,6 +96,8 @@ class GearForce:
 
     force: float
     unique: bool
+
+    __repr__ = line(force="N or N m")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -135,6 +140,20 @@ class Reactions(Frozen):
         yield from self.cuts.values()
 
     def __repr__(self) -> str:
-        marked = f", {self.undecided} undecided: components with ? are the least of many" if self.undecided else ""
+        marked = [f"  {self.undecided} undecided: components with ? are the least of many"] if self.undecided else []
         head = f"reactions of {len(self.joints)} joints and {len(self.cuts)} cuts, {self.redundancy} times redundant"
-        return "\n".join([head + marked, *(f"  {one!r}" for one in self)])
+        return "\n".join([head, *marked, *(f"  {one!r}" for one in self)])
+
+    def _repr_html_(self) -> str:
+        return self.table()._repr_html_()
+
+    def table(self) -> TextTable:
+        """Forces and moments, a row a joint or cut."""
+        units = [f"{name} [{'N' if name.startswith('f') else 'N m'}]" for name in COMPONENTS]
+        rows = [
+            (clipped(one.name), *(f"{value:.6g}{'' if alone else '?'}" for _, value, alone in one._components()))
+            for one in self
+        ]
+        note = "? one of many that are possible, the least" if self.undecided else ""
+        title = f"reactions, {self.redundancy} times redundant"
+        return TextTable(title, ("joint or cut", *units), rows, units, note)

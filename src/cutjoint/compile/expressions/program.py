@@ -17,6 +17,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.operations import Op
 from cutjoint.errors import CompileError
+from cutjoint.reprs import line
 
 MAGIC = b"cutjoint program 2\n"
 Indices = npt.NDArray[np.int32]
@@ -47,6 +48,8 @@ class Program:
     operands: Indices
     values: Array
     outputs: Indices
+
+    __repr__ = line("name", "arguments", "results")
 
     def __post_init__(self) -> None:
         for part in (self.op, self.operands, self.values, self.outputs):

@@ -20,7 +20,9 @@ from cutjoint.compile.machine.backends import backend
 from cutjoint.compile.machine.interpreter import Interpreter
 from cutjoint.compile.machine.kernel import Kernel
 from cutjoint.compile.sources.interface import Source, size
+from cutjoint.doors import door
 from cutjoint.errors import CompileError
+from cutjoint.reprs import line
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,10 @@ class Made:
     trace_time: float
     compile_time: float
 
+    __repr__ = line(trace_time="s", compile_time="s")
 
+
+@door
 @dataclass(frozen=True)
 class Options:
     """How to compile.
@@ -66,6 +71,8 @@ class Options:
     ranges: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]] = field(default_factory=dict)
     quick: bool = False
 
+    __repr__ = line()
+
     def __post_init__(self) -> None:
         backend(self.backend)  # raises: there is none of that name
 
@@ -78,6 +85,8 @@ class CompiledFunction:
         kernel: the machine code; whoever calls that directly looks at the strain himself.
         source: the model.
     """
+
+    __repr__ = line("row", "source")
 
     def __init__(self, row: Function, kernel: Kernel, source: Source) -> None:
         self.row, self.kernel = row, kernel
@@ -130,6 +139,8 @@ class Library:
         check: compares a function with the model it was made from, before it is handed out.
         options: how to compile.
     """
+
+    __repr__ = line("source", "options")
 
     def __init__(self, source: Source, check: Check, options: Options) -> None:
         self.source, self.options, self._check = source, options, check

@@ -12,6 +12,7 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.compile.expressions.program import Program
 from cutjoint.errors import InputError
+from cutjoint.reprs import line
 
 
 class Kernel:
@@ -28,6 +29,8 @@ class Kernel:
     """
 
     compile_time = 0.0
+
+    __repr__ = line("program", "fast", "quick", "compile_time", compile_time="s")
 
     def __init__(self, program: Program, *, fast: bool = False, quick: bool = False, kept: bool = False) -> None:
         self.program, self.fast, self.quick, self.kept = program, fast, quick, kept

@@ -32,9 +32,11 @@ from cutjoint.compile.many.traced import traced_loop
 from cutjoint.compile.many.variation import Variation, whole
 from cutjoint.compile.once import once
 from cutjoint.control import Law, as_law
+from cutjoint.doors import door
 from cutjoint.errors import InputError, Interrupted
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Desired, Reference
+from cutjoint.reprs import line
 from cutjoint.simulation.hardware import Hardware
 from cutjoint.simulation.hardware.checks import check_robot, check_span
 from cutjoint.simulation.hardware.control import control_of, limits_of
@@ -46,6 +48,7 @@ CHUNK = 2**26
 """Bytes of the records of a chunk where nobody says how many runs it has."""
 
 
+@door
 class ClosedLoop:
     """A plant, a law and what varies, compiled once; `run` then takes any number of runs.
 
@@ -63,6 +66,8 @@ class ClosedLoop:
         InputError: the law cannot be traced, or its model cannot follow the measured state.
         ActuationError: the actuators do not determine the motion of the plant, or its idle freedoms gain momentum.
     """
+
+    __repr__ = line("law", "robot")
 
     def __init__(
         self,
@@ -220,6 +225,7 @@ def simulate_many(
 
 
 # long: its arguments and what they mean
+@door
 def simulate_many(
     plant: Compiled,
     law: Law,

@@ -17,6 +17,7 @@ from cutjoint.control import Law
 from cutjoint.control.law import Gain
 from cutjoint.errors import CutjointError, InputError, Interrupted
 from cutjoint.motion import Reference
+from cutjoint.reprs import line
 from cutjoint.simulation import ReducedPlant
 from cutjoint.simulation import run as simulate
 from cutjoint.simulation.hardware import Hardware
@@ -63,6 +64,20 @@ class Many(Values):
     effort_max: Array
     failed: Mapping[int, str]
     slow: tuple[int, ...]
+
+    __repr__ = line(
+        "time",
+        "q",
+        "failed",
+        "error_rms",
+        "error_max",
+        "effort_max",
+        time="s",
+        q="m or rad",
+        error_rms="m",
+        error_max="m",
+        effort_max="N or N m",
+    )
 
     def __post_init__(self) -> None:
         for name in ("time", *_PER_RUN):

@@ -8,6 +8,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.compile.many.results import Many
+from cutjoint.reprs import line
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +73,8 @@ class Summary:
     error_rms: Statistics = field(default_factory=Statistics)
     error_max: Statistics = field(default_factory=Statistics)
     effort_max: Statistics = field(default_factory=Statistics)
+
+    __repr__ = line(error_rms="m", error_max="m", effort_max="N or N m")
 
     def extended(self, many: Many) -> Summary:
         """With more runs."""

@@ -22,6 +22,7 @@ from cutjoint.description.formats.common.unsaid import unsaid as beyond
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import DescriptionError, FileError, UnknownNameError, shown
 from cutjoint.files import is_file, read_file, write_files
+from cutjoint.reprs import line
 
 __all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "left_out", "read", "unsaid", "write"]
 
@@ -55,6 +56,8 @@ class Format:
     folder: bool = False
     says: tuple[str, ...] | None = None
     draws: tuple[str, ...] | None = None
+
+    __repr__ = line("name", "suffixes")
 
     def place(self, name: str) -> Path:
         """Where a robot called `name` is written unless one says where."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cutjoint.chain.mobility import MobilityReport
+from cutjoint.chain.mobility_report import MobilityReport
 from cutjoint.description.model import RobotDescription
 from cutjoint.drafting.cutting.kinds import TypeChoice
 

@@ -29,6 +29,7 @@ from cutjoint.papers.scalars import (
     two_link_angle,
 )
 from cutjoint.papers.three_limbs import ThreeLimbState
+from cutjoint.reprs import line
 
 
 def limb_ends(p: CpmParameters, tool: Vector3) -> tuple[tuple[Scalar, Scalar], ...]:
@@ -175,6 +176,8 @@ class CpmState(ThreeLimbState):
     """
 
     __slots__ = ("_k", "_p", "_tool", "gamma", "limbs")
+
+    __repr__ = line("gamma")
 
     def __init__(
         self, p: CpmParameters, k: CpmCoefficients, tool: Vector3, angles: Vector3, fn: Functions = NUMBERS

@@ -25,6 +25,7 @@ from cutjoint.papers.cpm.parameters import CpmCoefficients, CpmParameters
 from cutjoint.papers.reduced_model import ClosedFormModel
 from cutjoint.papers.scalars import NUMBERS, Functions, Vector3, three, times
 from cutjoint.papers.three_limbs import Signs, ThreeLimbModel, Triple
+from cutjoint.reprs import line
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,8 @@ class LimbEnergies(Frozen):
 
     kinetic: Array
     potential: Array
+
+    __repr__ = line(kinetic="J", potential="J")
 
 
 class CpmQuantities(ThreeLimbModel[CpmParameters]):

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from cutjoint.errors import InputError
+from cutjoint.reprs import line, told
 
 
 class CpmCoefficients(NamedTuple):
@@ -26,6 +27,9 @@ class CpmCoefficients(NamedTuple):
     coriolis: float
     rod_weight: float
     weight: float
+
+    def __repr__(self) -> str:
+        return told(self, inertia="kg", rods="kg m2", coriolis="kg m2", rod_weight="N m", weight="N")
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,8 @@ class CpmParameters:
     m3: float = 0.2
     m4: float = 0.3
     g: float = 9.81
+
+    __repr__ = line(L="m", L1="m", L2="m", D="m", m1="kg", m2="kg", m3="kg", m4="kg", g="m/s2")
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -41,6 +41,7 @@ from cutjoint.papers.scalars import (
     transposed,
 )
 from cutjoint.papers.three_limbs import ThreeLimbState
+from cutjoint.reprs import line
 
 
 def inverse_kinematics(p: CpmParameters, tool: Vector3, fn: Functions = NUMBERS) -> tuple[tuple[Scalar, Scalar], ...]:
@@ -156,6 +157,8 @@ class CpmRotaryState(ThreeLimbState):
     """
 
     __slots__ = ("_k", "_p", "_tool", "jacobian", "limbs", "rods")
+
+    __repr__ = line("jacobian", jacobian="m")
 
     def __init__(self, p: CpmParameters, angles: Vector3, tool: Vector3, fn: Functions = NUMBERS) -> None:
         self._p, self._k, self._tool = p, p.coefficients, tool

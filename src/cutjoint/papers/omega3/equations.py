@@ -27,6 +27,7 @@ from cutjoint.papers.scalars import (
     two_link_angle,
 )
 from cutjoint.papers.three_limbs import ThreeLimbState
+from cutjoint.reprs import line
 
 COS_PHI = (1.0, -0.5, -0.5)
 """cos(phi_i) of equation (9)."""
@@ -223,6 +224,8 @@ class Omega3State(ThreeLimbState):
     """
 
     __slots__ = ("_arms", "_inverse", "_k", "_p", "_tool", "jacobian", "rods")
+
+    __repr__ = line("jacobian", jacobian="m")
 
     def __init__(self, p: Omega3Parameters, arms: Arms, tool: Vector3) -> None:
         self._p, self._k, self._arms, self._tool = p, p.coefficients, arms, tool

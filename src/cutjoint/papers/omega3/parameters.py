@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from cutjoint.errors import InputError
+from cutjoint.reprs import line, told
 
 _LENGTHS = ("L_A", "L_B", "rod_spacing")
 
@@ -26,6 +27,9 @@ class Omega3Coefficients(NamedTuple):
     inertia: float
     weight: float
     arm_weight: float
+
+    def __repr__(self) -> str:
+        return told(self, mass="kg", inertia="kg m2", weight="N", arm_weight="N m")
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,21 @@ class Omega3Parameters:
     arm_inertia: float = 0.100 * (0.070**2 / 2.0 - (4.0 * 0.070 / (3.0 * math.pi)) ** 2)
     rod_spacing: float = 0.040
     g: float = 9.81
+
+    __repr__ = line(
+        L_A="m",
+        L_B="m",
+        R_A="m",
+        R_B="m",
+        m_payload="kg",
+        m_P="kg",
+        m_R="kg",
+        m_SC="kg",
+        arm_com="m",
+        arm_inertia="kg m2",
+        rod_spacing="m",
+        g="m/s2",
+    )
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -11,6 +11,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from cutjoint.errors import InputError
+from cutjoint.reprs import told
 
 WHOLE = 1e-9
 """How far from a whole number of ticks a time may be, as a part of it: the rounding of decimals."""
@@ -36,6 +37,9 @@ class Ticks(NamedTuple):
     seen_late: int
     acts_after: int
     acts_late: int
+
+    def __repr__(self) -> str:
+        return told(self, length="s")
 
     @property
     def delayed(self) -> bool:

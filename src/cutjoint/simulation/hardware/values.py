@@ -15,7 +15,9 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from cutjoint.arrays import LARGEST, positive
+from cutjoint.doors import door
 from cutjoint.errors import InputError
+from cutjoint.reprs import line
 from cutjoint.simulation.hardware.ticks import Ticks, ticks_of
 
 FINEST_STEP = 1e-100
@@ -25,6 +27,7 @@ Each: TypeAlias = float | Sequence[float]
 """One number for all actuators, or one an actuator."""
 
 
+@door
 @dataclass(frozen=True)
 class Clock:
     """When the controller works.
@@ -43,6 +46,8 @@ class Clock:
     jitter: float = 0.0
     tick: float | None = None
 
+    __repr__ = line(rate="Hz", jitter="s", tick="s")
+
     def __post_init__(self) -> None:
         _keep(self, "rate", positive("rate of the clock", self.rate, "Hz"))
         _keep(self, "jitter", _plain("jitter of the clock", self.jitter, "s"))
@@ -60,6 +65,7 @@ class Clock:
         return 1.0 / self.rate
 
 
+@door
 @dataclass(frozen=True)
 class Encoder:
     """What measures the position of an actuator: the nearest step to position + offset + noise.
@@ -81,6 +87,8 @@ class Encoder:
     delay: float = 0.0
     at: Literal["joint", "motor"] = "joint"
 
+    __repr__ = line(resolution="m or rad", offset="m or rad", noise="m or rad", delay="s")
+
     def __post_init__(self) -> None:
         if self.resolution is not None:
             mend = "; leave it out for an encoder without steps"
@@ -92,6 +100,7 @@ class Encoder:
             raise InputError(f"an encoder sits at the joint or at the motor, found at={self.at!r}")
 
 
+@door
 @dataclass(frozen=True)
 class Differences:
     """Speed as the difference of two measured positions over a period, and a low pass of first order.
@@ -105,11 +114,14 @@ class Differences:
 
     cutoff: float | None = None
 
+    __repr__ = line(cutoff="Hz")
+
     def __post_init__(self) -> None:
         if self.cutoff is not None:
             _keep(self, "cutoff", positive("cutoff of the filter", self.cutoff, "Hz"))
 
 
+@door
 @dataclass(frozen=True)
 class Tachometer:
     """Speed as it is.
@@ -123,10 +135,13 @@ class Tachometer:
 
     noise: Each = 0.0
 
+    __repr__ = line(noise="m/s or rad/s")
+
     def __post_init__(self) -> None:
         _keep(self, "noise", _each("noise of the tachometer", self.noise))
 
 
+@door
 @dataclass(frozen=True)
 class TorqueSpeed:
     """What a motor at full voltage can give: a line from the stall effort at rest to nothing at the no-load speed.
@@ -145,11 +160,14 @@ class TorqueSpeed:
     stall: Each
     no_load_speed: Each
 
+    __repr__ = line(stall="N or N m", no_load_speed="m/s or rad/s")
+
     def __post_init__(self) -> None:
         _keep(self, "stall", _each("stall effort of the motor", self.stall, above=0.0))
         _keep(self, "no_load_speed", _each("no-load speed of the motor", self.no_load_speed, above=0.0))
 
 
+@door
 @dataclass(frozen=True)
 class Backlash:
     """Play in the gear between motor and joint; outside of it a spring and damper that push and never pull.
@@ -171,6 +189,8 @@ class Backlash:
     damping: Each
     rotor: Each
 
+    __repr__ = line(width="m or rad", stiffness="N/m or N m/rad", damping="N s/m or N m s/rad", rotor="kg or kg m2")
+
     def __post_init__(self) -> None:
         _keep(self, "width", _each("width of the backlash", self.width))
         _keep(self, "stiffness", _each("stiffness of the backlash", self.stiffness, above=0.0))
@@ -178,6 +198,7 @@ class Backlash:
         _keep(self, "rotor", _each("rotor of the backlash", self.rotor, above=0.0))
 
 
+@door
 @dataclass(frozen=True)
 class Drive:
     """What makes an effort of a command: rounded to a step, held within limits, late, through motor and gear.
@@ -198,6 +219,8 @@ class Drive:
     delay: float = 0.0
     torque_speed: TorqueSpeed | None = None
     backlash: Backlash | None = None
+
+    __repr__ = line(limits="N or N m", resolution="N or N m", delay="s")
 
     def __post_init__(self) -> None:
         if self.limits is not None:
@@ -232,6 +255,8 @@ class Hardware:
     speed: Differences | Tachometer = field(default_factory=Tachometer)
     drive: Drive = field(default_factory=Drive)
     seed: int = 0
+
+    __repr__ = line()
 
     def __post_init__(self) -> None:
         if isinstance(self.seed, bool) or not isinstance(self.seed, int | np.integer) or self.seed < 0:

@@ -19,6 +19,7 @@ from typing import ClassVar
 import numpy as np
 
 from cutjoint.arrays import Array, positive
+from cutjoint.reprs import line
 from cutjoint.simulation.integrators.method import Field, Step, StepError
 
 NODES = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
@@ -45,6 +46,8 @@ class DormandPrince:
 
     relative: float = 1e-9
     absolute: float = 1e-10
+
+    __repr__ = line()
 
     def __post_init__(self) -> None:
         positive("relative tolerance", self.relative)

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from cutjoint.arrays import Array, positive
 from cutjoint.errors import UnknownNameError
+from cutjoint.reprs import line
 from cutjoint.simulation.integrators.method import Field, Step
 
 
@@ -17,6 +18,8 @@ class FixedStep:
     """Steps of `h` [s]; what `h` does not divide is cut into equal, slightly shorter steps."""
 
     h: float = 1e-3
+
+    __repr__ = line(h="s")
 
     def __post_init__(self) -> None:
         positive("step", self.h, "s")
@@ -50,6 +53,8 @@ class RungeKutta4(FixedStep):
 
     title: ClassVar[str] = "RK4"
 
+    __repr__ = line(h="s")
+
     def advanced(self, field: Field, t: float, y: Array, slope: Array, h: float) -> Array:
         """Four slopes."""
         second = field(t + 0.5 * h, y + 0.5 * h * slope)
@@ -63,6 +68,8 @@ class Midpoint(FixedStep):
     """The explicit midpoint rule of order 2: half the work of `RungeKutta4` a step."""
 
     title: ClassVar[str] = "midpoint"
+
+    __repr__ = line(h="s")
 
     def advanced(self, field: Field, t: float, y: Array, slope: Array, h: float) -> Array:
         """Two slopes."""

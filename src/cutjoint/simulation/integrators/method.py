@@ -12,6 +12,7 @@ from typing import Protocol
 
 from cutjoint.arrays import Array, Values
 from cutjoint.errors import CutjointError
+from cutjoint.reprs import line
 
 Field = Callable[[float, Array], Array]
 """Right hand side (t, y) -> dy/dt; not-a-number entries say that y is out of bounds."""
@@ -38,6 +39,8 @@ class Step(Values):
     slope: Array | None
     ahead: float
     between: Callable[[float], Array] | None = None
+
+    __repr__ = line("t", "y", "ahead", t="s", ahead="s")
 
 
 class Integrator(Protocol):

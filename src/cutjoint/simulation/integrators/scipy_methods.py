@@ -13,6 +13,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, positive
 from cutjoint.errors import UnknownNameError
+from cutjoint.reprs import line
 from cutjoint.simulation.integrators.method import Field, Step, StepError
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ class Adaptive:
     relative: float = 1e-9
     absolute: float = 1e-12
     method: str = "DOP853"
+
+    __repr__ = line()
 
     def __post_init__(self) -> None:
         positive("relative tolerance", self.relative)

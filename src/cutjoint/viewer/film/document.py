@@ -16,6 +16,7 @@ from pathlib import Path
 
 from cutjoint.errors import ViewerError
 from cutjoint.files import write_files
+from cutjoint.reprs import one_line, quoted
 from cutjoint.viewer.browser.camera import photograph
 from cutjoint.viewer.picture.scene import Scene, pack
 from cutjoint.viewer.server.assets import File, bundle, page
@@ -30,6 +31,9 @@ class Document:
     def __init__(self, scene: Scene, data: Mapping[str, object]) -> None:
         self._scene = scene
         self._data = dict(data)
+
+    def __repr__(self) -> str:
+        return one_line("Document", [quoted(str(self._data.get("title", "cutjoint")))])
 
     @property
     def html(self) -> str:

@@ -16,6 +16,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.errors import ClosureError, CutjointError, InputError
 from cutjoint.mechanism import Posture
 from cutjoint.motion import Reference, Trajectory
+from cutjoint.reprs import line
 from cutjoint.simulation import Result
 
 FRAMES_PER_SECOND = 30.0
@@ -42,6 +43,8 @@ class Recording:
     desired: Array | None
     effort: Array
     about: tuple[str, ...] = ()
+
+    __repr__ = line("about", "time", "tool", time="s", tool="m")
 
     @property
     def duration(self) -> float:

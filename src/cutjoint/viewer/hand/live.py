@@ -18,6 +18,7 @@ import numpy as np
 
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import CutjointError
+from cutjoint.reprs import line
 from cutjoint.viewer.hand.panel import ControlPanel
 from cutjoint.viewer.hand.puppet import Puppet
 from cutjoint.viewer.hand.quoting import as_python, as_toml
@@ -72,6 +73,8 @@ class LiveView:
     Raises:
         ViewerError: no port is free.
     """
+
+    __repr__ = line("url")
 
     def __init__(self, chain: ClosedChain, *, host: str = LOOPBACK, port: int = PORT) -> None:
         self.figure = Figure(chain, chain.home)

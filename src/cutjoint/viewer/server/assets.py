@@ -8,6 +8,7 @@ from importlib import resources
 
 from cutjoint.errors import ViewerError
 from cutjoint.extras import missing
+from cutjoint.reprs import line
 
 LIVE_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
@@ -23,6 +24,8 @@ class File:
     body: bytes
     kind: str
     policy: str = "default-src 'none'"
+
+    __repr__ = line("kind", "policy")
 
 
 @cache

@@ -19,6 +19,7 @@ from tornado.web import Application
 
 from cutjoint import interrupts
 from cutjoint.errors import ViewerError
+from cutjoint.reprs import line
 from cutjoint.viewer.picture.scene import Scene, pack
 from cutjoint.viewer.server.addresses import LOOPBACK, PORT, Address, bind
 from cutjoint.viewer.server.assets import File
@@ -40,6 +41,8 @@ class Bridge:
     Raises:
         ViewerError: no port is free, or the address is not one of this machine.
     """
+
+    __repr__ = line("url")
 
     def __init__(
         self,

@@ -25,6 +25,7 @@ from cutjoint.description.model import (
     Variant,
 )
 from cutjoint.errors import Problem
+from cutjoint.reprs import line
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,8 @@ class Reading:
 
     description: RobotDescription | None
     problems: tuple[Problem, ...] = ()
+
+    __repr__ = line("description", "problems")
 
 
 @dataclass

@@ -1,0 +1,207 @@
+"""An object of every public class: found by looking at what a few robots, runs and pictures are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from enum import Enum
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import cutjoint
+from cutjoint import control, crosscheck, description, motion, simulation
+from cutjoint.chain import GearForce
+from cutjoint.chain.modes import ModeSeeker
+from cutjoint.chain.physics import Elastic
+from cutjoint.compile import ClosedLoop, Options, simulate_many
+from cutjoint.description.catalogue import resolve
+from cutjoint.description.formats import FORMATS, read
+from cutjoint.errors import Problem
+from cutjoint.papers.cpm.model import InferredCpmModel
+from cutjoint.report import ReportTable, Section, ToolPath
+from cutjoint.report.figures import Drawing
+from cutjoint.simulation import hardware, integrators, reactions_of
+from cutjoint.simulation.panels import panels_of
+from cutjoint.tables import TextTable
+from cutjoint.viewer import LiveView, show
+from cutjoint.viewer.film.recording import from_result
+
+
+def walked(seeds: Iterator[object], most: int = 4) -> dict[type, object]:
+    """Objects of cutjoint's classes that seeds and their parts are, by class: fields, attributes, items."""
+    found: dict[type, object] = {}
+    seen: set[int] = set()
+    todo = [(one, 0) for one in seeds]
+    while todo:
+        one, depth = todo.pop(0)
+        if id(one) in seen or (
+            isinstance(one, str | bytes | int | float | np.ndarray | type) and not isinstance(one, Enum)
+        ):
+            continue
+        seen.add(id(one))
+        if type(one).__module__.startswith("cutjoint."):
+            found.setdefault(type(one), one)
+        if depth < most:
+            todo += [(part, depth + 1) for part in _inside(one)]
+    return found
+
+
+def _inside(one: object) -> list[object]:
+    if isinstance(one, Mapping):
+        return list(one.values())[:20]
+    if isinstance(one, tuple | list):
+        return list(one)[:20]
+    if not type(one).__module__.startswith("cutjoint."):
+        return []
+    if is_dataclass(one):
+        return [getattr(one, field.name) for field in fields(one)]
+    return [value for name, value in getattr(one, "__dict__", {}).items()]
+
+
+def quick_seeds() -> Iterator[object]:
+    """What is made without compiling and without a picture."""
+    robot, paper, other = cutjoint.load("fivebar"), cutjoint.published("omega3"), cutjoint.published("cpm")
+    q, pose = robot.home.q, robot.task.home
+    point, away = pose.position, pose.moved([0.02, 0.0, 0.0]).position
+    corners = motion.Corners(np.array([point, away]), [1.0], 0.1)
+    hold = motion.Hold.at_home(robot, 1.0)
+    reference = motion.Reference(hold, robot)
+    yield from (robot, robot.description, paper, other, cutjoint.published("cpm_rotary"), reference, hold)
+    yield from (robot.home, robot.task, robot.tool(robot.home), robot.terms(robot.home), pose, robot.mobility())
+    yield from (robot.minimal(), robot.reactions(robot.home), robot.working_modes(starts=4), robot.task.target(pose))
+    yield robot.minimal().linearised(robot.home)
+    full = np.zeros(robot.nv)
+    yield from (
+        robot.full_forward_dynamics(robot.home, full, full),
+        robot.full_inverse_dynamics(robot.home, full, full),
+    )
+    yield reference.at(0.0)
+    yield cutjoint.Load([1.0, 0.0, 0.0])
+    x, y = np.eye(3)[:2]
+    yield motion.PointToPoint(point, away)
+    yield motion.Trapezoidal(point, away)
+    yield motion.Circle(point, 0.1, 1.0)
+    yield motion.Lissajous(point, x, x, x, 1.0)
+    yield motion.Spiral.from_home(robot, 0.01, 2.0, 1.0)
+    yield motion.PoseMove(pose)
+    yield motion.PickAndPlace(point, 0.01 * x, 0.01 * y, 1.0)
+    yield motion.JointSine(q, 0.1 * q, q, q, 1.0)
+    yield motion.JointChirp(q, 0.1 * q, [0.1, 1.0], 1.0)
+    yield from (corners, motion.Waypoints(corners), motion.JointWaypoints(corners))
+    yield motion.PointSpline([0.0, 1.0, 2.0], np.array([point, away, point]))
+    yield motion.JointSpline([0.0, 1.0, 2.0], np.array([q, q + 0.1, q]))
+    yield motion.PoseSpline([0.0, 1.0, 2.0], [pose, pose.moved([0.1, 0.0, 0.0]), pose])
+    yield motion.JointMotion(q, q, q)
+    yield from (
+        control.PD(1.0, 2.0),
+        control.PID(1.0, 2.0, 3.0),
+        control.NoControl(),
+        control.PDGravity(robot, 1.0, 2.0),
+    )
+    yield from (control.Feedforward(robot, 1.0, 2.0), control.ComputedTorque(robot, 1.0, [2.0, 3.0]))
+    yield control.as_law(lambda t, desired, q, v: [0.0, 0.0])
+    yield control.GivenEfforts(control.EffortTable([0.0, 1.0], np.zeros((2, 2))))
+    yield from _of_descriptions(robot)
+    yield from _of_papers(paper, other)
+    yield from _of_runs(robot, reference)
+
+
+def _of_descriptions(robot: cutjoint.ClosedChain) -> Iterator[object]:
+    """Parts that not every robot has."""
+    yield from (robot.description, FORMATS)
+    yield description.Inertial(1.0, np.zeros(3), np.eye(3))
+    yield description.Shape("box", (1.0, 2.0, 3.0))
+    yield description.Limits(0.0, 1.0)
+    yield description.Variant("light", "of paper", {})
+    yield description.Bushing(1.0, 2.0)
+    yield GearForce(1.0, True)
+    yield description.JointPhysics(damping=1.0, friction=2.0)
+    yield description.Coupling.geared("gear", "a", "b", 2.0)
+    yield read(resolve("fivebar"))
+    yield from (robot.task.towards(robot.task.home, (0, 1)), ModeSeeker(robot._postures), Drawing(Figure()))
+    frames = robot._postures.at_home.frames
+    yield from (Elastic(frames, np.zeros((6, robot.nv))), TextTable("title", ("a",), [("1",)]))
+    yield Problem("found", "expected", "mend", "file.toml", 3)
+
+
+def _of_papers(paper: object, other: object) -> Iterator[object]:
+    rotary = cutjoint.published("cpm_rotary")
+    for one in (paper, other, rotary, InferredCpmModel()):
+        yield from (one, one.parameters)  # type: ignore[attr-defined]
+    for one in (paper, other, rotary):
+        yield from (one.state(one.home), one.branch(one.home))  # type: ignore[attr-defined]
+    yield paper.parameters.coefficients
+    yield other.limb_energies(other.home, np.zeros(3))
+
+
+def _of_runs(robot: cutjoint.ClosedChain, reference: motion.Reference) -> Iterator[object]:
+    """Plants, integrators, hardware, a run, and what is made of it."""
+    plant = simulation.ReducedPlant(robot)
+    result = simulation.run(plant, control.PD(10.0, 1.0), reference, rate=100.0, duration=0.02)
+    yield from (plant, simulation.ConstrainedPlant(robot), simulation.MinimalPlant(robot.minimal()), result)
+    yield from (result.rmse(), panels_of(result))
+    start = plant.start(robot.home, np.zeros(2))
+    yield from (start, plant.observe(start))
+    yield from (integrators.Adaptive(), integrators.DormandPrince(), integrators.RungeKutta4(1e-3))
+    yield integrators.Midpoint(1e-3)
+    backlash = hardware.Backlash(1e-3, 1e5, 1.0, 1e-3)
+    drive = hardware.Drive(20.0, torque_speed=hardware.TorqueSpeed(10.0, 20.0), backlash=backlash)
+    loop = hardware.Hardware(
+        hardware.Clock(1000.0),
+        hardware.Encoder(noise=1e-5),
+        hardware.Differences(100.0),
+        drive,
+    )
+    yield from (loop, loop.ticks, hardware.Tachometer(1e-3))
+    history = reactions_of(result, robot)
+    yield from (history, history.peaks)
+    states = list(crosscheck.sample_states(robot, 2, 0))
+    yield from (
+        states,
+        crosscheck.compare(robot, robot, states),
+        crosscheck.workspace_box(robot),
+        crosscheck.Reacher(robot),
+    )
+    path = [(np.array(reference.at(0.0).tool.position), np.zeros(3), np.zeros(3))]
+    yield crosscheck.hypothesis_cost(robot, robot, path)
+    yield from (
+        ToolPath("path", "xy", result.tool),
+        ReportTable("title", ("a",), [("1",)]),
+        Section("section", ("words",)),
+    )
+    yield from_result(robot, result)
+
+
+def slow_seeds() -> Iterator[object]:
+    """What is compiled, shown or served."""
+    robot, paper = cutjoint.load("fivebar"), cutjoint.published("cpm")
+    fast, fast_paper, made = robot.compile(), cutjoint.compiled(paper), list[object]()
+    cutjoint.compiled(robot, cached=False, report=made.append).kernel("tool")
+    yield from (Options(), made)
+    yield from (fast, fast_paper, cutjoint.compiled(robot.minimal()))
+    plants = [cutjoint.compiled_plant(one) for one in (fast, fast_paper)]
+    yield plants
+    start = plants[0].start(robot.home, np.zeros(2))
+    yield plants[0].advance(start, np.zeros(2), 0.001, 1e-4)
+    n, at, v = robot.n, robot.home, np.zeros(2)
+    yield from (
+        fast.forward_derivatives(at, v, v),
+        fast.forward_loaded(at, v, v, np.zeros(6)),
+        fast.batch,
+        fast_paper.batch,
+    )
+    library = fast.library()
+    yield from (library, library["forward"], library["forward"].kernel)
+    q = np.tile(at.q_full, (2, 1))
+    yield from (fast.batch.tool(q), fast.batch.terms(q, np.zeros((2, n))))
+    hold = motion.Reference(motion.Hold.at_home(robot, 1.0), robot)
+    law = control.PD(10.0, 1.0)
+    yield from (ClosedLoop(fast, law, robot), simulate_many(fast, law, hold, duration=0.01, runs=2))
+    yield simulate_many(fast, law, hold, duration=0.01, runs=4, chunk=2, into=lambda number, many: None)
+    method = integrators.RungeKutta4(1e-3)
+    yield method.step(lambda t, y: -y, 0.0, np.ones(2), -np.ones(2), 1e-3, 1.0, 1.0)
+    document = show(robot)
+    yield from (document, document.files())
+    with LiveView(robot) as view:
+        yield from (view, view.bridge)
