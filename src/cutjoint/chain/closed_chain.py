@@ -594,6 +594,11 @@ class ClosedChain(Sealed):
         """Worst loop gap, ([m], [rad])."""
         return self._k.at(self._configuration(at)).gap[:2]
 
+    def constraint_residual(self, at: Posture | npt.ArrayLike) -> Array:
+        """By how much every constraint row is open, shape (rows,), [m] and [rad] (the sine of the angle for a universal
+        cut)."""
+        return readonly(self._k.at(self._configuration(at)).residual)
+
     def constraint_jacobian(self, at: Posture | npt.ArrayLike) -> Array:
         """Derivative of all constraint rows, unscaled, shape (rows, nv)."""
         return self._k.at(self._configuration(at)).jacobian
