@@ -106,7 +106,10 @@ def main():
     ours = run(chain, duration=DURATION).q_full[-1]
     moved = np.abs(ours - chain.home.q_full).max()
     apart = {step: np.abs(swung(chain, step) - ours).max() for step in (1e-3, 1e-4)}
-    print(f"a fall of {DURATION} s, {moved:.2f} rad:", *(f"{one:.1e} rad apart at {step} s" for step, one in apart.items()))
+    print(
+        f"a fall of {DURATION} s, {moved:.2f} rad:",
+        *(f"{one:.1e} rad apart at {step} s" for step, one in apart.items()),
+    )
     assert apart[1e-4] < 2e-3
     assert 5.0 < apart[1e-3] / apart[1e-4] < 20.0, "the difference should be that of a method of first order"
 

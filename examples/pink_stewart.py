@@ -50,7 +50,9 @@ def solved(chain, target):
     tool, loops = FrameTask(chain.description.tool.link, position_cost=1.0, orientation_cost=1.0), Loops(chain)
     tool.set_target(target)
     for _ in range(STEPS):
-        velocity = solve_ik(configuration, [tool], DT, solver="daqp", limits=[], constraints=[loops], safety_break=False)
+        velocity = solve_ik(
+            configuration, [tool], DT, solver="daqp", limits=[], constraints=[loops], safety_break=False
+        )
         configuration.integrate_inplace(velocity, DT)
     return configuration.q
 
