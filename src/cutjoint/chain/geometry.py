@@ -85,7 +85,9 @@ def _solid(shape: Shape, scale: np.ndarray) -> object:
     if shape.kind in ("cylinder", "capsule"):
         return (coal.Cylinder if shape.kind == "cylinder" else coal.Capsule)(size[0], size[1])
     if shape.kind != "mesh" or shape.mesh is None:
-        raise InputError(f"a shape of kind '{shape.kind}' is none in Pinocchio; box, sphere, cylinder, capsule and mesh are")
+        raise InputError(
+            f"a shape of kind '{shape.kind}' is none in Pinocchio; box, sphere, cylinder, capsule and mesh are"
+        )
     needed("trimesh", "a mesh")
     parts = read_meshes(shape.mesh)
     solid = coal.BVHModelOBBRSS()
