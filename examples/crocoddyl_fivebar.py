@@ -69,15 +69,15 @@ def swing(chain, to):
 
 
 def main():
+    """Swing the five-bar's tool by 8 cm in 0.4 s."""
     chain = cutjoint.load("fivebar")
     assert not chain.description.acting, "friction, springs and dampers are cutjoint's own, pin.Model has none"
-    to = chain.reach(chain.tool(chain.home).position + [0.06, 0.0, 0.05])
+    to = chain.reach(chain.tool(chain.home).position + np.array([0.06, 0.0, 0.05]))
     states, efforts = swing(chain, to)
     gap = max(max(chain.gap(x[: chain.nq])) for x in states)
     missed = np.abs(states[-1, : chain.nq] - to.q_full).max()
-    print(
-        f"swing: loops open by {gap:.1e}, {missed:.1e} rad from the goal, efforts up to {np.abs(efforts).max():.2f} N m"
-    )
+    most = np.abs(efforts).max()
+    print(f"swing: loops open by {gap:.1e}, {missed:.1e} rad from the goal, efforts up to {most:.2f} N m")
 
     result = run(chain, lambda t: efforts[min(int(t / DT + 1e-9), NODES - 1)], rate=1.0 / DT, duration=NODES * DT)
     ends = np.array([np.interp(DT * np.arange(NODES + 1), result.time, one) for one in result.q_full.T]).T

@@ -4,9 +4,9 @@
 # ///
 """A closed robot in Drake: its URDF as a MultibodyPlant, its cuts as Drake's constraints, and a free swing compared.
 
-A revolute cut is two ball constraints on its axis; a spherical one is one, a fixed one AddWeldConstraint.  Drake has them
-in discrete plants alone, whose steps are of first order: the difference goes down with the step.  With the matrices of
-Drake's tree and hard loops the accelerations are those of cutjoint to rounding.
+A revolute cut is two ball constraints on its axis; a spherical one is one, a fixed one AddWeldConstraint.  Drake has
+them in discrete plants alone, whose steps are of first order: the difference goes down with the step.  With the
+matrices of Drake's tree and hard loops the accelerations are those of cutjoint to rounding.
 
 cutjoint itself comes from a checkout: pip install '.[compile]' drake
 """
@@ -93,6 +93,7 @@ def swung(chain, step):
 
 
 def main():
+    """Compare accelerations, and a fall with two sizes of Drake's step."""
     chain, rng, worst = cutjoint.load("fivebar"), np.random.default_rng(0), 0.0
     plant = plant_of(chain, 0.0)
     for _ in range(20):
@@ -106,10 +107,8 @@ def main():
     ours = run(chain, duration=DURATION).q_full[-1]
     moved = np.abs(ours - chain.home.q_full).max()
     apart = {step: np.abs(swung(chain, step) - ours).max() for step in (1e-3, 1e-4)}
-    print(
-        f"a fall of {DURATION} s, {moved:.2f} rad:",
-        *(f"{one:.1e} rad apart at {step} s" for step, one in apart.items()),
-    )
+    told = ", ".join(f"{one:.1e} rad apart at steps of {step} s" for step, one in apart.items())
+    print(f"a fall of {DURATION} s by {moved:.2f} rad: {told}")
     assert apart[1e-4] < 2e-3
     assert 5.0 < apart[1e-3] / apart[1e-4] < 20.0, "the difference should be that of a method of first order"
 

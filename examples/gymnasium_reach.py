@@ -24,10 +24,8 @@ SPAN, STEPS = 0.01, 200
 
 
 class Reach(gymnasium.Env):
-    """Actions are efforts, from -1 to 1 of `most` [N] or [N m] about those that hold the robot at home; observations are
-    the actuated coordinates, their velocities, and how far they are from the goal, shape (3 n,) [m] or [rad]."""
-
-    metadata = {"render_modes": []}
+    """Actions are efforts, from -1 to 1 of `most` [N] or [N m] about those that hold the robot at home; observations
+    are the actuated coordinates, their velocities, and how far they are from the goal, shape (3 n,) [m] or [rad]."""
 
     def __init__(self, robot="fivebar", most=2.0, spread=0.3):
         self.chain = cutjoint.load(robot)
@@ -84,6 +82,7 @@ def rolled(env, seed, steps):
 
 
 def main():
+    """Check the environment as Gymnasium does, that its seeds repeat, and how quick it is."""
     env = Reach()
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -2,10 +2,10 @@
 # requires-python = ">=3.11"
 # dependencies = ["mujoco>=3.3.7"]
 # ///
-"""A closed robot in MuJoCo: exported, compared in acceleration, and driven there by a law that is written over cutjoint.
+"""A closed robot in MuJoCo: exported, compared in acceleration, and driven there by a law written over cutjoint.
 
-MuJoCo's loops are soft: they give a little, by its impedance, and it never closes them exactly.  What is compared here is
-therefore close, not equal; `cutjoint crosscheck --engine mujoco` takes the softness away and agrees to rounding.
+MuJoCo's loops are soft: they give a little, by its impedance, and it never closes them exactly.  What is compared here
+is therefore close, not equal; `cutjoint crosscheck --engine mujoco` takes the softness away and agrees to rounding.
 
 cutjoint itself comes from a checkout: pip install '.[compile,engines]'
 """
@@ -48,13 +48,14 @@ def accelerations_apart(chain, model):
 
 
 def main():
+    """Compare accelerations, and half a second under one law in both."""
     chain = cutjoint.load("fivebar")
     model = exported(chain)
     apart = accelerations_apart(chain, model)
     print(f"accelerations: {apart:.1e} apart, relative")
     assert apart < 3e-4
 
-    goal = chain.reach(chain.tool(chain.home).position + [0.06, 0.0, 0.05])
+    goal = chain.reach(chain.tool(chain.home).position + np.array([0.06, 0.0, 0.05]))
     hold = chain.terms(goal).gravity
 
     def law(t, desired, q, v):
