@@ -117,7 +117,7 @@ def test_rows_are_open_by_what_the_gap_says() -> None:
     assert max(chain.gap(q)) < 1e-12 < 1e-8 < np.abs(opened).max()
 
 
-# ---- shapes -------------------------------------------------------------------------------------------------------------
+# ---- shapes ----------------------------------------------------------------------------------------------------------
 
 
 def with_collisions(shape: Shape) -> ClosedChain:
@@ -192,11 +192,11 @@ def test_a_mesh_has_its_triangles_and_its_scale(tmp_path: Path) -> None:
 
 def test_a_mesh_that_is_not_there_is_named(tmp_path: Path) -> None:
     chain = with_collisions(Shape("mesh", (1.0, 1.0, 1.0), mesh=tmp_path / "lost.stl"))
-    with pytest.raises(InputError, match="lost.stl"):
+    with pytest.raises(InputError, match=r"lost\.stl"):
         chain.collision_model()
 
 
-# ---- what Pinocchio does wrong, so that the documents may say so ------------------------------------------------------
+# ---- what Pinocchio does wrong, so that the documents may say so -----------------------------------------------------
 
 
 def derivative_error(name: str) -> float:

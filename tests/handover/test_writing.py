@@ -108,7 +108,7 @@ def test_a_topic_without_messages_is_not_there(tmp_path: Path) -> None:
 def test_where_it_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"'\.csv'; known: '\.jsonl'"):
         check_target(tmp_path / "run.csv")
-    with pytest.raises(InputError, match="no such folder|does not exist|not there"):
+    with pytest.raises(InputError, match=r"no such folder|does not exist|not there"):
         check_target(tmp_path / "nowhere" / "run.jsonl")
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "mine").write_text("kept")

@@ -546,7 +546,7 @@ class ClosedChain(Sealed):
     def _mujoco(self) -> MujocoOrder:
         return MujocoOrder(self.model, self.description)
 
-    # ---- for programs that work with Pinocchio (docs/neighbours.md); all fresh, and the caller's own ------------------
+    # ---- for programs that work with Pinocchio (docs/neighbours.md); all fresh, and the caller's own -----------------
 
     def constraint_models(self) -> pin.StdVec_RigidConstraintModel:
         """The cuts as Pinocchio's constraint models for `model`, which `pin.constraintDynamics` and others take.

@@ -62,8 +62,8 @@ def constraint_models(
     others += [f"coupling '{coupling.name}'" for coupling in description.couplings]
     if others:
         raise InputError(
-            f"{description.name} has loops that no RigidConstraintModel of Pinocchio closes: {', '.join(others)}; fixed,"
-            " spherical and revolute cuts have one. Take constraint_jacobian(), tangent() and full_forward_dynamics(), "
-            "which hold everything"
+            f"{description.name} has loops that no RigidConstraintModel of Pinocchio closes: {', '.join(others)}; "
+            "fixed, spherical and revolute cuts have one. Take constraint_jacobian(), tangent() and "
+            "full_forward_dynamics(), which hold everything"
         )
     return contact_models(model, cuts, length)

@@ -1,7 +1,7 @@
 """The shapes of a robot as Pinocchio's geometry models: what its collision checks and its visualizers take.
 
-Meshes are read as everywhere in cutjoint (`cutjoint.description.meshes`), also those that Pinocchio's own loader does not
-know; the triangles are what a geometry holds, and its path is kept for visualizers that load files themselves.
+Meshes are read as everywhere in cutjoint (`cutjoint.description.meshes`), also those that Pinocchio's own loader does
+not know; the triangles are what a geometry holds, and its path is kept for visualizers that load files themselves.
 """
 
 from __future__ import annotations
