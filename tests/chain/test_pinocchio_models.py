@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from kit.two_bodies import two_bodies
+from kit.two_bodies import FRAME_A, FRAME_B, two_bodies
 
 import cutjoint
 from cutjoint.chain import ClosedChain
 from cutjoint.chain.build import build_model
 from cutjoint.chain.contacts import constraint_models
-from cutjoint.description import Coupling, CutType, Link, Shape
+from cutjoint.description import Coupling, CutType, Frame, Home, Link, Shape
 from cutjoint.errors import InputError
 
 CONTACTS = (CutType.FIXED, CutType.SPHERICAL, CutType.REVOLUTE)
@@ -74,19 +74,30 @@ def test_a_coupling_is_refused_by_name() -> None:
 
 
 def test_a_robot_far_from_the_origin_has_its_constraints_in_the_world() -> None:
-    near = cutjoint.load("fivebar").description
-    away = np.eye(4)
-    away[:3, 3] = (300.0, -200.0, 50.0)
-    moved = tuple(
-        replace(joint, placement=away @ joint.placement) if joint.parent == near.root else joint
-        for joint in near.joints
+    far = np.array([300.0, -200.0, 50.0])
+    at_base = np.array(FRAME_A)
+    at_base[:3, 3] += far
+    plain = two_bodies("spherical")
+    hung = replace(
+        plain,
+        links=plain.links[:2],
+        joints=plain.joints[:1],
+        cuts=(replace(plain.cuts[0], a=Frame("base", at_base), b=Frame("one", FRAME_B)),),
+        homes=(Home("default", {}, {"f1": (*far, 0.1, 0.2, 0.3)}),),
     )
-    chain = ClosedChain(replace(near, joints=moved))
+    chain = ClosedChain(hung)
     assert np.linalg.norm(chain.origin) > 100.0
     v, effort = motion(chain, 3)
     ours = chain.full_forward_dynamics(chain.home, v, effort).acceleration
     found = theirs(chain, np.array(chain.home.q_full), v, effort)
     np.testing.assert_allclose(found, ours, rtol=0, atol=1e-7 * np.abs(ours).max())
+    (model,) = chain.constraint_models()
+    np.testing.assert_array_equal(model.joint1_placement.translation, at_base[:3, 3])
+
+
+def test_workspaces_are_of_constraint_models_alone() -> None:
+    with pytest.raises(InputError, match="found 7"):
+        cutjoint.load("fivebar").constraint_datas([7])
 
 
 def test_what_is_handed_out_is_the_callers_own() -> None:

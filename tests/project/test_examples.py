@@ -29,12 +29,9 @@ def quoted(text: str) -> list[tuple[str, str]]:
 
 def stands_in(code: str, source: str) -> bool:
     """Whether the lines follow each other in a file, wherever they are indented."""
-    rows, wanted = source.splitlines(), code.rstrip().splitlines()
-    starts = [k for k, row in enumerate(rows) if row.strip() == wanted[0].strip()]
-    return any(
-        textwrap.dedent("\n".join(rows[k : k + len(wanted)])).splitlines() == textwrap.dedent(code).rstrip().splitlines()
-        for k in starts
-    )
+    rows, wanted = source.splitlines(), textwrap.dedent(code).rstrip().splitlines()
+    parts = ("\n".join(rows[k : k + len(wanted)]) for k in range(len(rows)))
+    return any(textwrap.dedent(part).splitlines() == wanted for part in parts)
 
 
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)

@@ -49,6 +49,20 @@ def contact_models(model: pin.Model, cuts: Iterable[BoundCut], length: float) ->
     return models
 
 
+def constraint_datas(models: Iterable[pin.RigidConstraintModel]) -> pin.StdVec_RigidConstraintData:
+    """Fresh workspaces of constraint models, in their order.
+
+    Raises:
+        InputError: something else is among them.
+    """
+    datas = pin.StdVec_RigidConstraintData()
+    for one in models:
+        if not isinstance(one, pin.RigidConstraintModel):
+            raise InputError(f"expected RigidConstraintModels, as constraint_models() gives them; found {one!r}")
+        datas.append(one.createData())
+    return datas
+
+
 def constraint_models(
     model: pin.Model, description: RobotDescription, length: float
 ) -> pin.StdVec_RigidConstraintModel:

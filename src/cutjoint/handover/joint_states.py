@@ -13,7 +13,8 @@ import numpy as np
 from cutjoint.arrays import Array, Frozen
 from cutjoint.chain import ClosedChain
 from cutjoint.description.model import Joint
-from cutjoint.errors import ActuationError
+from cutjoint.errors import ActuationError, InputError
+from cutjoint.mechanism import Mechanism
 from cutjoint.mechanism.rotations import quaternion_of
 from cutjoint.simulation import Result
 from cutjoint.simulation.reactions import posture_of, velocity_of
@@ -57,13 +58,20 @@ class JointStates(Frozen):
     carried: tuple[CarriedChild, ...] = ()
 
 
-def joint_states(result: Result, chain: ClosedChain) -> JointStates:
+def joint_states(result: Result, robot: Mechanism) -> JointStates:
     """The motion of all joints of a run.
 
+    Args:
+        result: of a closed chain.
+        robot: the chain that moved, or the compiled one.
+
     Raises:
-        InputError: the run is not one of this chain.
+        InputError: the run is not one of this robot, or the robot no closed chain.
         ClosureError: the loops of the result are open, as of a run that was not put back onto them.
     """
+    chain = getattr(robot, "plain", robot)
+    if not isinstance(chain, ClosedChain) or not isinstance(result, Result):
+        raise InputError(f"joint states are those of a Result and its closed chain; found {result!r} and {robot!r}")
     moving = [joint for joint in chain.description.joints if joint.type.moves]
     order = {name: index for index, name in enumerate(chain.model.names)}
     moving.sort(key=lambda joint: order[joint.name])
