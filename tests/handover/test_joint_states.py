@@ -7,9 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from kit.two_bodies import body
 
 import cutjoint
 from cutjoint.chain import ClosedChain
+from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Link, RobotDescription
+from cutjoint.description.transforms import placement
 from cutjoint.errors import InputError
 from cutjoint.handover import JointStates, joint_states
 from cutjoint.mechanism.rotations import matrix_of
@@ -64,6 +67,57 @@ def test_what_flies_is_told_by_its_place_in_its_parent() -> None:
         found = np.eye(4)
         found[:3, :3], found[:3, 3] = matrix_of(platform.orientation[i]), platform.position[i]
         np.testing.assert_allclose(links[platform.parent] @ found, links[platform.child], atol=1e-12)
+
+
+def carriage() -> ClosedChain:
+    """A slide that carries a body which flies from the base, and one that flies from its carriage; flying ones first,
+    so that places in configurations and in velocities differ."""
+    turned = placement((0.1, -0.2, 0.3), (0.3, -0.4, 0.5))
+    return ClosedChain(
+        RobotDescription(
+            name="carriage",
+            links=(Link("base"), *(Link(name, body()) for name in ("carriage", "flyer", "rider"))),
+            joints=(
+                Joint("f1", JointType.FLOATING, "base", "flyer"),
+                Joint("slide", JointType.PRISMATIC, "base", "carriage"),
+                Joint("f2", JointType.FLOATING, "carriage", "rider", turned),
+            ),
+            cuts=(
+                CutJoint("c1", CutType.FIXED, Frame("carriage", turned), Frame("flyer")),
+                CutJoint("c2", CutType.FIXED, Frame("carriage"), Frame("rider")),
+            ),
+            actuators=("slide",),
+        )
+    )
+
+
+def test_places_are_those_in_the_parent_and_velocities_those_of_the_joint() -> None:
+    chain, time = carriage(), np.array([0.0, 0.1])
+    at = [chain.close([0.2]), chain.close([0.5])]
+    column, twice = np.zeros(2), np.zeros((2, 3))
+    result = Result(
+        time,
+        q=np.array([[0.2], [0.5]]),
+        v=np.array([[3.0], [-4.0]]),
+        tool=twice,
+        tool_velocity=twice,
+        effort=np.array([[7.0], [8.0]]),
+        gap=np.zeros((2, 2)),
+        kinetic=column,
+        potential=column,
+        work=column,
+        q_full=np.array([one.q_full for one in at]),
+    )
+    states = joint_states(result, chain)
+    assert states.names == ("slide",)
+    assert states.position.tolist() == [[0.2], [0.5]]
+    np.testing.assert_allclose(states.velocity, [[3.0], [-4.0]])
+    assert states.effort.tolist() == [[7.0], [8.0]]
+    flyer, rider = states.carried
+    assert (flyer.parent, rider.parent) == ("base", "carriage")
+    np.testing.assert_allclose(flyer.position[1] - flyer.position[0], [0.3, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(rider.position, twice, atol=1e-9)  # frame and carriage are one
+    np.testing.assert_allclose(np.abs(rider.orientation[:, 3]), 1.0, atol=1e-9)
 
 
 @pytest.mark.slow

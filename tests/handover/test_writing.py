@@ -20,7 +20,7 @@ from cutjoint.simulation import ConstrainedPlant, run, save
 RANDOM = np.random.default_rng(0)
 TURNS = RANDOM.normal(size=(3, 4))
 STATES = JointStates(
-    time=np.array([0.0, 0.25, 12.000000001]),
+    time=np.array([0.0, 1.001, 12.000000001]),
     names=("slide", "hinge"),
     position=RANDOM.normal(size=(3, 2)),
     velocity=RANDOM.normal(size=(3, 2)),
@@ -31,7 +31,7 @@ STATES = JointStates(
         ),
     ),
 )
-NANOSECONDS = [0, 250_000_000, 12_000_000_001]
+NANOSECONDS = [0, 1_001_000_000, 12_000_000_001]
 
 
 def from_lines(file: Path) -> Mapping[str, list[dict[str, object]]]:
