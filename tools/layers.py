@@ -49,12 +49,14 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "simulation": CHAIN | {"motion", "control", "plugins", PACKAGE},  # simulation.choice asks for compiled plants
     "compile": RUN | {"papers"},
     "viewer": RUN,
+    "handover": RUN,
     "engines": CHAIN | {"crosscheck"},
     "drafting": CHAIN,
     "robots": ROBOTS,
     "experiments": ROBOTS | {"report"},
     "report": ROBOTS | {"viewer"},
-    "commands": ROBOTS | {"drafting", "engines", "experiments", "viewer", "report", "plugins", PACKAGE},
+    "commands": ROBOTS
+    | {"drafting", "engines", "experiments", "handover", "viewer", "report", "plugins", PACKAGE},
     "cli": BASE | {"commands", PACKAGE},
     "__main__": frozenset({"cli", "interrupts"}),
     PACKAGE: ROBOTS | {"report", "viewer"},  # both at call time: result.plot(), and cutjoint.viewer
@@ -101,6 +103,7 @@ OWNERS: Mapping[str, frozenset[str]] = {
     "matplotlib": frozenset({"report"}),
     "llvmlite": frozenset({"compile"}),
     "pyarrow": frozenset({"compile"}),
+    "rosbags": frozenset({"handover"}),
     "mujoco": frozenset({"description", "engines"}),
     "typer": frozenset({"cli", "commands"}),
     "rich": frozenset({"cli", "commands", "texts"}),

@@ -16,8 +16,9 @@ from cutjoint.commands.failing import complain, failed
 from cutjoint.commands.stopping import told
 
 COMMANDS = (
-    "new", "cut", "list", "info", "check", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile",
-)  # fmt: skip
+    *("new", "cut", "list", "info", "check", "crosscheck", "simulate", "plot", "report", "reproduce"),
+    *("view", "play", "export", "states", "compile"),
+)
 
 RARELY = 50_000
 """New objects until Python looks for circles among them: a command makes many that stay, and ends soon."""
