@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.commands import built
-from cutjoint.commands.output import TerminalTable
+from cutjoint.commands import built, output
+from cutjoint.tables import TextTable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -63,7 +63,6 @@ def show(result: Result, figures: Mapping[str, object]) -> None:
     """Print them."""
     from cutjoint.simulation.result import FREE
 
-    shown = TerminalTable(f"{figures['plant']}: {figures['law']}, {figures.get('trajectory', FREE)}", ("", ""))
     gains = ", ".join(f"{name} {_short(value)}" for name, value in result.about["gains"].items()) or "none"
     rate = "continuous" if figures["rate"] is None else f"{figures['rate']:g} Hz, held in between"
     rows = [
@@ -80,11 +79,10 @@ def show(result: Result, figures: Mapping[str, object]) -> None:
         ("", f"steps strayed by up to {figures['loop_gap_before_projection_m']:.1e} m before they were put back"),
         ("energy balance", f"off by {figures['energy_drift']:.1e} of the energy turned over"),
     ]
-    for row in rows:
-        shown.add_row(*row)
     if "saved" in figures:
-        shown.add_row("saved", str(figures["saved"]))
-    shown.print()
+        rows.append(("saved", str(figures["saved"])))
+    title = f"{figures['plant']}: {figures['law']}, {figures.get('trajectory', FREE)}"
+    output.show(TextTable(title, ("", ""), rows))
 
 
 def _error_rows(figures: Mapping[str, object]) -> list[tuple[str, str]]:
