@@ -24,7 +24,7 @@ class Cell(str):
         return cell
 
 
-def plainly(text: str, style: str) -> str:  # noqa: ARG001
+def plainly(text: str, style: str) -> str:
     """The text, whatever its style."""
     return text
 

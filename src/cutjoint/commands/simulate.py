@@ -15,7 +15,7 @@ from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, named_gains, 
 from cutjoint.commands.output import print_json
 from cutjoint.commands.progress import progress
 from cutjoint.commands.reaction_peaks import check_reactions, peaks_of, show_peaks, written
-from cutjoint.commands.run_figures import figures_of, show
+from cutjoint.commands.run_figures import show
 from cutjoint.commands.stopping import stopped, stopped_name
 
 if TYPE_CHECKING:
@@ -192,6 +192,8 @@ def _tell(
     Raises:
         typer.Exit: it was interrupted.
     """
+    from cutjoint.simulation.summary import figures_of
+
     figures = figures_of(result)
     if saved is not None:
         figures["saved"] = str(saved)

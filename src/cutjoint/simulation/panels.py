@@ -14,6 +14,7 @@ import numpy as np
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.errors import CutjointError, InputError, UnknownNameError
 from cutjoint.simulation.result import Result
+from cutjoint.simulation.summary import actuators_of
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
@@ -79,9 +80,8 @@ class Shown(NamedTuple):
 
     @property
     def actuators(self) -> list[tuple[str, str]]:
-        """Name and kind of each; old files may not tell."""
-        named = self.run.about.get("actuators") or [[f"q{i + 1}", "rotation"] for i in range(self.run.q.shape[1])]
-        return [(name, kind) for name, kind in named]
+        """Name and kind of each."""
+        return actuators_of(self.run)
 
 
 PLACE, SPEED, EFFORT, POWER = ("m", "rad"), ("m/s", "rad/s"), ("N", "N m"), ("W", "W")
