@@ -238,4 +238,4 @@ def _animation(named: Mapping[str, Result], robot: ClosedChain | None, why_none:
         f'<iframe title="animation of {html.escape(name)}" srcdoc="{html.escape(page)}" sandbox="allow-scripts" '
         'loading="lazy"></iframe>'
     )
-    return page, f'{which}{frame}<p class="note">On paper there is no animation.</p>'
+    return page, f'{which}{frame}<p class="note paper">On paper there is no animation.</p>'

@@ -92,7 +92,7 @@ def _gap(result: Result, length: float) -> Sign:
     return Sign(
         "loop gap",
         f"{gap:.1e} m, {angle:.1e} rad",
-        f"at most {RUN_GAP.value * measure:.1e} m, {RUN_GAP.value:.0e} rad",
+        f"at most {RUN_GAP.value * measure:.2g} m, {RUN_GAP.value:g} rad",
         _graded(max(gap / measure, angle), RUN_GAP.value, RUN_OPEN.value),
         "the loops did not stay closed, so the links were not as long as they are",
     )
@@ -106,7 +106,7 @@ def _strayed(result: Result, length: float) -> list[Sign]:
         Sign(
             "steps strayed",
             f"{strayed:.1e} m before they were put back",
-            f"at most {RUN_STRAYED.value * measure:.1e} m",
+            f"at most {RUN_STRAYED.value * measure:.2g} m",
             _graded(strayed / measure, RUN_STRAYED.value),
             "steps were long for this motion; take smaller ones or tighter tolerances",
         )
@@ -118,7 +118,7 @@ def _energy(result: Result) -> Sign:
     return Sign(
         "energy balance",
         f"off by {drift:.1e} of the energy turned over",
-        f"at most {RUN_DRIFT.value:.0e}",
+        f"at most {RUN_DRIFT.value:g}",
         _graded(drift, RUN_DRIFT.value, RUN_WRONG.value),
         "energy came from nowhere; take smaller steps or tighter tolerances",
     )
