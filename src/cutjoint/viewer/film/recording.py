@@ -6,7 +6,7 @@ trajectory alone, followed exactly, with the efforts of inverse dynamics.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
@@ -15,8 +15,10 @@ from cutjoint.arrays import Array, readonly
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import ClosureError, CutjointError, InputError
 from cutjoint.mechanism import Posture
-from cutjoint.motion import Reference, Trajectory
+from cutjoint.motion import Desired, Reference, Trajectory
 from cutjoint.simulation import Result
+from cutjoint.simulation.result import result_of
+from cutjoint.viewer.film.curves import CurveGroup, groups_of
 
 FRAMES_PER_SECOND = 30.0
 FRAMES = 1500
@@ -34,6 +36,8 @@ class Recording:
         tool, desired: tool positions, shape (k, 3), [m]; `desired` is None where nothing was asked for.
         effort: of the actuators, shape (k, n), [N] or [N m].
         about: lines that say how it was made.
+        curves: what can be shown beside the robot, over the times of the run.
+        start: time of the run at the first frame [s].
     """
 
     time: Array
@@ -42,6 +46,8 @@ class Recording:
     desired: Array | None
     effort: Array
     about: tuple[str, ...] = ()
+    curves: tuple[CurveGroup, ...] = ()
+    start: float = 0.0
 
     @property
     def duration(self) -> float:
@@ -79,6 +85,8 @@ def from_result(chain: ClosedChain, result: Result) -> Recording:
         _resampled(at, result.time, result.desired_tool) if result.followed else None,
         _resampled(at, result.time, result.effort),
         tuple(about),
+        groups_of(replace(result, about={**result.about, "actuators": _actuators(chain)})),
+        float(result.time[0]),
     )
 
 
@@ -92,15 +100,44 @@ def from_trajectory(chain: ClosedChain, trajectory: Trajectory, duration: float 
     reference = Reference(trajectory, chain, duration)
     time = frame_times(reference.duration)
     desired = [reference.at(float(t)) for t in time]
-    effort = [chain.inverse_dynamics(one.posture, one.v, one.a) for one in desired]
+    effort = readonly([chain.inverse_dynamics(one.posture, one.v, one.a) for one in desired])
+    tool = readonly([chain.tool(one.posture).position for one in desired])
     return Recording(
         readonly(time),
         tuple(one.posture for one in desired),
-        readonly([chain.tool(one.posture).position for one in desired]),
+        tool,
         None,
-        readonly(effort),
+        effort,
         (f"robot: {chain.name}", f"trajectory: {trajectory.name}, followed exactly", "effort: inverse dynamics"),
+        _curves_of_exact(chain, time, desired, tool, effort),
     )
+
+
+def _curves_of_exact(
+    chain: ClosedChain, time: Array, desired: list[Desired], tool: Array, effort: Array
+) -> tuple[CurveGroup, ...]:
+    """What there is to see of a motion that is followed exactly: a run without errors and energies."""
+    q, v = np.array([one.posture.q for one in desired]), np.array([one.v for one in desired])
+    nothing = np.zeros(len(time))
+    columns = {
+        "time": time,
+        "q": q,
+        "v": v,
+        "tool": tool,
+        "tool_velocity": np.zeros_like(tool),
+        "effort": effort,
+        "gap": np.zeros((len(time), 2)),
+        "kinetic": nothing,
+        "potential": nothing,
+        "work": nothing,
+        "q_full": np.array([one.posture.q_full for one in desired]),
+    }
+    return groups_of(result_of(columns, {"actuators": _actuators(chain)}), ("effort", "tool", "joints", "power"))
+
+
+def _actuators(chain: ClosedChain) -> list[list[str]]:
+    """Names and kinds of the actuators, as a result tells them."""
+    return [[one.name, one.kind] for one in chain.actuators]
 
 
 def still(chain: ClosedChain, at: Posture) -> Recording:
@@ -121,7 +158,7 @@ def _check_actuators(chain: ClosedChain, result: Result) -> None:
     Raises:
         InputError: they are not.
     """
-    own = [[one.name, one.kind] for one in chain.actuators]
+    own = _actuators(chain)
     made_with = result.about.get("actuators", own)
     if result.q.shape[1] != chain.n or list(map(list, made_with)) != own:
         named = f" ({', '.join(name for name, _ in made_with)})" if made_with != own else ""
