@@ -20,7 +20,7 @@ PACKAGE = "cutjoint"
 SOURCE = Path(__file__).resolve().parents[1] / "src" / PACKAGE
 
 # Room -> the rooms it may import, besides itself.  `cutjoint` is the package's own __init__.
-BASE = frozenset({"errors", "arrays", "extras", "files", "interrupts", "tables", "tolerances"})
+BASE = frozenset({"errors", "arrays", "extras", "files", "interrupts", "tables", "texts", "tolerances"})
 MODEL = BASE | {"mechanism"}
 CHAIN = MODEL | {"description", "chain"}
 RUN = CHAIN | {"motion", "control", "simulation"}
@@ -29,7 +29,8 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "errors": frozenset(),
     "arrays": frozenset({"errors"}),
     "extras": frozenset({"errors"}),
-    "tables": frozenset(),
+    "tables": frozenset({"texts"}),
+    "texts": frozenset(),
     "files": frozenset({"errors", "interrupts"}),
     "interrupts": frozenset(),
     "tolerances": frozenset(),
@@ -62,6 +63,7 @@ OUTSIDE: Mapping[str, frozenset[str]] = {
     "files": frozenset(),
     "interrupts": frozenset(),
     "tables": frozenset(),
+    "texts": frozenset({"rich"}),
     "tolerances": frozenset(),
     "plugins": frozenset(),
     "mechanism": frozenset({"numpy"}),
@@ -94,7 +96,7 @@ OWNERS: Mapping[str, frozenset[str]] = {
     "pyarrow": frozenset({"compile"}),
     "mujoco": frozenset({"description", "engines"}),
     "typer": frozenset({"cli", "commands"}),
-    "rich": frozenset({"cli", "commands"}),
+    "rich": frozenset({"cli", "commands", "texts"}),
 }
 
 # What is too heavy to be loaded by a program that only starts.

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import os
 import sys
 import warnings
 from importlib import import_module
@@ -13,15 +14,23 @@ from typing import Annotated
 import typer
 
 from cutjoint import interrupts
+from cutjoint.commands.failing import complain, failed
 from cutjoint.commands.stopping import told
-from cutjoint.errors import CutjointError
 
 COMMANDS = ("list", "info", "check", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
 
 RARELY = 50_000
 """New objects until Python looks for circles among them: a command makes many that stay, and ends soon."""
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, context_settings={"help_option_names": ["-h", "--help"]})
+STATUS = """Exit status: 0 done, 1 a check did not hold, 2 bad input, 70 a fault of cutjoint itself, 130 and 143 interrupted (SIGINT,
+SIGTERM).  Messages go to stderr; CUTJOINT_TRACEBACK=1 shows where in the code an error came from."""
+
+app = typer.Typer(
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=" ".join(STATUS.split()),
+)
 for _name in COMMANDS:
     app.command(_name)(told(import_module(f"cutjoint.commands.{_name}").command))
 
@@ -45,25 +54,50 @@ def _options(
 
 def _say(message: Warning | str, *_: object, **__: object) -> None:
     """A warning as a line on its own, without the place in the code."""
-    print(f"warning: {message}", file=sys.stderr)
+    complain(f"warning: {message}")
 
 
 def main() -> None:
-    """The command line.  Exit status: 0 done, 1 a check did not hold, 2 bad input, 130 and 143 interrupted (SIGINT,
-    SIGTERM)."""
+    """The command line; it ends the program with the status that `STATUS` explains."""
     interrupts.watch()
     warnings.showwarning = _say
     gc.set_threshold(RARELY, 20, 50)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # a mark or a name that the encoding has no sign for
     try:
-        app()
-    except CutjointError as error:
-        print(f"{type(error).__name__}: {error}", file=sys.stderr)
-        sys.exit(2)
-    except BrokenPipeError:
-        sys.exit(0)
+        status = app(prog_name="cutjoint", standalone_mode=False) or 0
+        _flush()
     except KeyboardInterrupt:
-        sys.exit(interrupts.status())
+        status = interrupts.status()
+    except BrokenPipeError:
+        status = _unheard()
+    except Exception as error:
+        status = failed(error)
     finally:
         with contextlib.suppress(OSError, ValueError):
-            sys.stdout.flush()
+            _flush()
         interrupts.done()
+    sys.exit(interrupts.status() if status == 128 + interrupts.SIGNALS[0] else status)
+
+
+def _flush() -> None:
+    """Write what is not written yet.
+
+    Raises:
+        OSError: it cannot be.
+    """
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, "standard output") from error
+
+
+def _unheard() -> int:
+    """Nobody reads the output any more, as with `| head`: the rest of it goes nowhere."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0

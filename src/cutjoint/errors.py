@@ -108,16 +108,49 @@ class DescriptionError(CutjointError):
         super().__init__("\n  ".join(lines))
 
 
+MOST_KNOWN = 8
+"""So many known names are told, where there are more the first ones."""
+NEAR, AS_NEAR = 0.6, 0.04
+"""Likeness (0 to 1) from which on a name is near, and how much less than the nearest another one may have."""
+
+
+def nearest(name: str, known: Sequence[str]) -> tuple[str, ...]:
+    """The known names that `name` may be meant for, nearest first, three at most; upper or lower case does not
+    matter."""
+    from difflib import SequenceMatcher
+
+    told = name[:200].casefold()
+    likeness: dict[str, float] = {}
+    for one in dict.fromkeys(known):
+        match = SequenceMatcher(None, one[:200].casefold(), told)
+        if match.real_quick_ratio() >= NEAR and match.quick_ratio() >= NEAR and match.ratio() >= NEAR:
+            likeness[one] = match.ratio()
+    best = max(likeness.values(), default=0.0)
+    found = sorted((one for one in likeness if likeness[one] >= best - AS_NEAR), key=lambda one: -likeness[one])
+    return tuple(found or [one for one in known if len(told) > 1 and one.casefold().startswith(told)])[:3]
+
+
 class UnknownNameError(CutjointError, KeyError):
-    """A name (robot, joint, controller, ...) is not known; the nearest known one is suggested."""
+    """A name (robot, joint, controller, ...) is not known; the nearest known ones are suggested.
 
-    def __init__(self, kind: str, name: str, known: Sequence[str]) -> None:
-        import difflib
+    Attributes:
+        kind: of what it should be the name.
+        name: as it was given.
+        known: the names that there are.
+    """
 
+    def __init__(self, kind: str, name: str, known: Sequence[str], everything: str = "") -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
-        near = difflib.get_close_matches(name[:200], self.known, n=1)
-        hint = f"; did you mean '{near[0]}'?" if near else "."
-        self.message = f"unknown {kind} '{shown(name)}'{hint} Known: {', '.join(self.known) or 'none'}"
+        near = [f"'{shown(one)}'" for one in nearest(name, self.known)]
+        hint = f"; did you mean {' or '.join([*([', '.join(near[:-1])] if near[1:] else []), near[-1]])}?" if near else "."
+        more = len(self.known) - MOST_KNOWN
+        if more > 0 and near:
+            told = ""
+        else:
+            told = f" Known: {', '.join(map(shown, self.known[:MOST_KNOWN])) or 'none'}"
+            if more > 0:
+                told += f" and {more} more" + (everything and f"; {everything}")
+        self.message = f"unknown {kind} '{shown(name)}'{hint}{told}"
         super().__init__(self.message)
 
     def __str__(self) -> str:

@@ -1,18 +1,27 @@
 """Tables of text, as a value: a terminal, a notebook and a page of HTML show the same one.
 
-A table is laid out for the width there is and never folded: where its columns do not fit, they are split into bands
-one below the other, each with the first column again.
+A table is laid out for the width there is, and no row of short cells or numbers is ever folded.  What does not fit is
+tried in this order: headings over several lines; a last column of prose wrapped at words in its place; prose on lines
+of its own below its row; rows as columns; and bands one below the other, each with the first column again.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from html import escape
+
+from cutjoint.texts import Cell, Paint, broad, cut, padded, plainly, wrapped
 
 GAP = 3
 """Blanks between two columns."""
 WIDTH = 80
+INDENT = 4
+"""Blanks before prose below its row."""
+LEAST_PROSE = 30
+"""Narrowest column that prose is wrapped in."""
+MARKS = {"good": "✓", "half": "◐", "bad": "✗"}
+"""What stands before a cell that is a verdict."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +31,7 @@ class TextTable:
     Attributes:
         title: what it shows.
         columns: headings with units; all empty for a table without headings.
-        rows: cells, plain text, as many a row as there are headings.
+        rows: cells, plain text, as many a row as there are headings; one of a style is a `Cell`.
         right: headings of the columns that are flush right: numbers.
         note: what a reader must know to read it.
     """
@@ -33,36 +42,186 @@ class TextTable:
     right: Sequence[str] = ()
     note: str = ""
 
+    def __post_init__(self) -> None:
+        for row in self.rows:
+            if len(row) != len(self.columns):
+                raise ValueError(f"{self.title}: {len(row)} cells under {len(self.columns)} headings")
+
     def __str__(self) -> str:
         return self.text()
 
-    def text(self, width: int = WIDTH) -> str:
-        """The table as lines of at most `width` columns, as far as single cells allow."""
-        return "\n".join([self.title, *(line for band in self._bands(width) for line in self._lines(band)), self.note])
+    def text(self, width: int = WIDTH, paint: Paint = plainly) -> str:
+        """The table as lines of at most `width` columns, as far as single words and cells of numbers allow; `paint`
+        gives a text the look of a style."""
+        shown = _shown(self)
+        lines = [paint(line, "bold") for line in wrapped(shown.title, width)]
+        if shown.rows:
+            for number, layout in enumerate(_laid_out(shown, width)):
+                lines += [*([""] if number else []), *layout.lines(paint)]
+        lines += [paint(line, "dim") for line in wrapped(shown.note, width)]
+        return "\n".join(lines)
+
+    def turned(self) -> TextTable:
+        """Columns as rows and rows as columns; the first column becomes the headings."""
+        columns = [self.columns[0], *(row[0] for row in self.rows)]
+        cells = zip(*(row[1:] for row in self.rows), strict=True)
+        rows = [(name, *row) for name, row in zip(self.columns[1:], cells, strict=True)]
+        return replace(self, columns=columns, rows=rows, right=columns[1:])
+
+    def html(self) -> str:
+        """The table as HTML; numbers are of class `n`, verdicts of class `verdict`, the note is a paragraph behind."""
+        numbers = [column in self.right for column in self.columns]
+        head = "".join(
+            f'<th scope="col"{_class(number)}>{escape(column)}</th>'
+            for column, number in zip(self.columns, numbers, strict=True)
+        )
+        rows = "".join(
+            f"<tr>{''.join(_html_cell(cell, number) for cell, number in zip(row, numbers, strict=True))}</tr>\n"
+            for row in self.rows
+        )
+        heads = f"<thead><tr>{head}</tr></thead>\n" if any(self.columns) else ""
+        note = f'<p class="note">{escape(self.note)}</p>' if self.note else ""
+        return f"<table><caption>{escape(self.title)}</caption>\n{heads}<tbody>\n{rows}</tbody></table>{note}"
 
     def _repr_html_(self) -> str:
-        head = "".join(f"<th>{escape(one)}</th>" for one in self.columns)
-        rows = "".join("<tr>" + "".join(f"<td>{escape(one)}</td>" for one in row) + "</tr>" for row in self.rows)
-        return f"<table><caption>{escape(self.title)}</caption><tr>{head}</tr>{rows}</table>"
+        return self.html()
 
-    def _widths(self) -> list[int]:
-        return [max(map(len, cells), default=0) for cells in zip(self.columns, *self.rows, strict=True)]
 
-    def _bands(self, width: int) -> list[list[int]]:
-        """Columns of each band, by number."""
-        widths, bands = self._widths(), [[0]]
-        for i, own in list(enumerate(widths))[1:]:
-            if len(bands[-1]) > 1 and sum(widths[j] + GAP for j in bands[-1]) + own > width:
-                bands.append([0])
-            bands[-1].append(i)
-        return bands
+def _class(number: bool) -> str:
+    return ' class="n"' if number else ""
 
-    def _lines(self, band: Sequence[int]) -> list[str]:
-        widths = self._widths()
-        lines = []
-        for row in (self.columns, *self.rows) if any(self.columns) else self.rows:
-            cells = [
-                row[i].rjust(widths[i]) if self.columns[i] in self.right else row[i].ljust(widths[i]) for i in band
-            ]
-            lines.append((" " * GAP).join(cells).rstrip())
+
+def _html_cell(cell: str, number: bool) -> str:
+    style = getattr(cell, "style", "")
+    if style in MARKS:
+        return f'<td><span class="verdict {style}">{escape(cell)}</span></td>'
+    return f"<td{_class(number)}>{escape(cell)}</td>"
+
+
+def _shown(table: TextTable) -> TextTable:
+    """The table as it is printed: nothing in it moves a terminal's cursor, and verdicts have their marks."""
+
+    def marked(cell: str) -> Cell:
+        style = getattr(cell, "style", "")
+        return Cell(f"{MARKS[style]} {cut(cell)}" if style in MARKS and cell else cut(cell), style)
+
+    rows = [[marked(cell) for cell in row] for row in table.rows]
+    columns, right = [cut(one) for one in table.columns], [cut(one) for one in table.right]
+    return TextTable(cut(table.title), columns, rows, right, cut(table.note))
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Some columns of a table side by side.
+
+    Attributes:
+        table: whose.
+        columns: their numbers.
+        widths: their widths; longer headings, and cells of the last column, are wrapped at words.
+        below: columns whose cells stand on lines of their own below the row.
+        width: of such lines.
+    """
+
+    table: TextTable
+    columns: Sequence[int]
+    widths: Sequence[int]
+    below: Sequence[int]
+    width: int
+
+    def lines(self, paint: Paint) -> list[str]:
+        """All lines: headings, a rule, rows."""
+        table, lines = self.table, []
+        if any(table.columns):
+            lines += self._row([Cell(one, "") for one in table.columns], plainly)
+            lines.append((" " * GAP).join("-" * width for width in self.widths))
+        rows = [self._row(row, paint) for row in table.rows]
+        apart = any(len(row) > 2 for row in rows) and bool(self.below)
+        for number, row in enumerate(rows):
+            lines += [*([""] if apart and number else []), *row]
         return lines
+
+    def _row(self, cells: Sequence[str], paint: Paint) -> list[str]:
+        parts = [wrapped(cells[i], width) or [""] for i, width in zip(self.columns, self.widths, strict=True)]
+        lines = []
+        for number in range(max(map(len, parts))):
+            line = []
+            for i, width, part in zip(self.columns, self.widths, parts, strict=True):
+                text = part[number] if number < len(part) else ""
+                flush = padded(text, width, right=self.table.columns[i] in self.table.right)
+                line.append(flush.replace(text, paint(text, getattr(cells[i], "style", "")), 1) if text else flush)
+            lines.append((" " * GAP).join(line).rstrip())
+        for i in self.below:
+            style = getattr(cells[i], "style", "")
+            lines += [" " * INDENT + paint(line, style) for line in wrapped(cells[i], self.width - INDENT)]
+        return lines
+
+
+def _laid_out(table: TextTable, width: int) -> list[_Layout]:
+    """The layouts, one below the other, that show the whole table."""
+    every = list(range(len(table.columns)))
+    natural = [max(broad(table.columns[i]), _longest(table, i, broad)) for i in every]
+    tight = [max(_word(table.columns[i]), _longest(table, i, broad)) for i in every]
+    if _sum(natural) <= width:
+        return [_Layout(table, every, natural, (), width)]
+
+    def beside(columns: Sequence[int], least: Sequence[int], below: Sequence[int] = ()) -> list[_Layout] | None:
+        """These columns side by side, if there is room; what is left over goes to those that would wrap most."""
+        widths = [least[i] for i in columns]
+        left = width - _sum(widths)
+        if left < 0:
+            return None
+        for _ in range(left):
+            most = max(range(len(columns)), key=lambda k: natural[columns[k]] - widths[k])
+            widths[most] += natural[columns[most]] > widths[most]
+        return [_Layout(table, columns, widths, below, width)]
+
+    prose = [i for i in every[1:] if table.columns[i] not in table.right and _word_of(table, i) < natural[i]]
+    found = beside(every, tight)
+    if found is None and every[-1] in prose:
+        found = beside(every, [*tight[:-1], max(LEAST_PROSE, _word_of(table, every[-1]))])
+    taken = sorted(prose, key=lambda i: natural[i], reverse=True)
+    for count in range(1, len(taken) + 1):
+        below = sorted(taken[:count])
+        found = found or beside([i for i in every if i not in below], tight, below)
+    if found is None and table.right and not prose:
+        turned = table.turned()
+        heads = [max(map(_word, (turned.columns[i], *(row[i] for row in turned.rows)))) for i in range(len(table.rows) + 1)]
+        if _sum(heads) <= width:
+            return _laid_out(turned, width)
+    return found or _bands(table, prose, tight, width)
+
+
+def _bands(table: TextTable, prose: Sequence[int], widths: Sequence[int], width: int) -> list[_Layout]:
+    """Bands of columns, each with the first one again; prose, and what is broader than that leaves room for, in a last
+    one: beside the first column or below it."""
+    least = [min(own, width) for own in widths]
+    others = [i for i in range(1, len(least)) if i in prose or _sum([least[0], least[i]]) > width]
+    bands: list[list[int]] = []
+    for i in [one for one in range(1, len(least)) if one not in others]:
+        if not bands or _sum([least[j] for j in (*bands[-1], i)]) > width:
+            bands.append([0])
+        bands[-1].append(i)
+    found = [_Layout(table, band, [least[j] for j in band], (), width) for band in bands]
+    room = width - GAP - least[0]
+    if len(others) == 1 and room >= max(LEAST_PROSE, _word_of(table, others[0])):
+        found.append(_Layout(table, [0, *others], [least[0], room], (), width))
+    elif others:
+        found.append(_Layout(table, [0], least[:1], others, width))
+    return found
+
+
+def _sum(widths: Sequence[int]) -> int:
+    return sum(widths) + GAP * (len(widths) - 1)
+
+
+def _longest(table: TextTable, i: int, size: Callable[[str], int]) -> int:
+    return max((size(row[i]) for row in table.rows), default=0)
+
+
+def _word(text: str) -> int:
+    return max(map(broad, text.split()), default=0)
+
+
+def _word_of(table: TextTable, i: int) -> int:
+    """The longest word of a column."""
+    return max(_word(table.columns[i]), _longest(table, i, _word))

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from cutjoint.commands.output import TerminalTable
+from cutjoint.commands.output import show
+from cutjoint.tables import TextTable
 
 if TYPE_CHECKING:
     from cutjoint.description import RobotDescription
@@ -32,7 +33,6 @@ def show_physics(robot: RobotDescription) -> None:
     from cutjoint.description.cuts import Freedom
     from cutjoint.mechanism.physics import NO_PHYSICS
 
-    shown = TerminalTable("joint physics", ("joint", "what acts by itself"))
     rows = [
         (joint.name, physics_words(joint.physics, any(joint.type.lengths), not joint.type.single))
         for joint in robot.joints
@@ -45,9 +45,7 @@ def show_physics(robot: RobotDescription) -> None:
         if words:
             rows.append((f"{cut.name} (cut)", "; ".join(words)))
     if rows:
-        for row in rows:
-            shown.add_row(*row)
-        shown.print()
+        show(TextTable("joint physics", ("joint", "what acts by itself"), rows))
 
 
 def physics_words(physics: JointPhysics, slides: bool, several: bool) -> str:

@@ -9,11 +9,15 @@ import typer
 
 from cutjoint.commands import options
 from cutjoint.commands.acting import physics_data, show_physics
-from cutjoint.commands.output import console, find_modes, print_json, show_mobility, show_task, task_at_home
+from cutjoint.commands.at_home import find_modes, show_mobility, show_task, task_at_home
+from cutjoint.commands.output import print_json, say
+from cutjoint.commands.progress import progress
+from cutjoint.errors import shown
+from cutjoint.texts import Cell
 from cutjoint.tolerances import CLOSURE
 
 if TYPE_CHECKING:
-    from cutjoint.chain import ClosedChain
+    from cutjoint.chain import ClosedChain, Modes
     from cutjoint.description import RobotDescription
     from cutjoint.errors import Problem
 
@@ -59,7 +63,7 @@ def _data(
         "problems": [{key: getattr(one, key) for key in one.__dataclass_fields__} for one in problems],
     }
     if chain is not None:
-        report, modes = chain.mobility(), find_modes(chain)
+        report, modes = chain.mobility(), _modes(chain)
         data["mobility"] = {key: getattr(report, key) for key in report.__dataclass_fields__}
         data["task"] = task_at_home(chain)
         data["physics"] = physics_data(chain.description)
@@ -69,8 +73,7 @@ def _data(
 
 
 def _show_motion(chain: ClosedChain) -> None:
-    out = console()
-    out.print()
+    say()
     show_mobility(chain.mobility())
     show_task(chain)
     show_physics(chain.description)
@@ -78,31 +81,31 @@ def _show_motion(chain: ClosedChain) -> None:
     if chain.description.cuts or chain.description.couplings:
         closed = max(distance, angle) <= CLOSURE.value
         state = "closed" if closed else f"open by up to {distance:.3g} m and {angle:.3g} rad, which is usual"
-        out.print(f"zero configuration: {state}")
-        modes = find_modes(chain)
+        say(f"zero configuration: {state}")
+        modes = _modes(chain)
         if modes is not None:
-            out.print(f"working modes found at home: {len(modes)} (cutjoint info lists them)")
+            say(f"working modes found at home: {len(modes)} (cutjoint info lists them)")
+
+
+def _modes(chain: ClosedChain) -> Modes | None:
+    with progress(f"{chain.name}: searching working modes"):
+        return find_modes(chain)
 
 
 def _show(file: str, robot: RobotDescription | None, problems: Sequence[Problem]) -> None:
-    from rich.markup import escape
-
-    out = console()
     for problem in problems:
-        colour = "red" if problem.severity == "error" else "yellow"
+        style = "bad" if problem.severity == "error" else "half"
         place = f"{problem.file}:{problem.line}" if problem.line else problem.file
-        out.print(f"[{colour}]{problem.severity}[/] [bold]{escape(place)}[/]", soft_wrap=True)
-        out.print(f"  found     {escape(problem.found)}", soft_wrap=True)
-        if problem.expected:
-            out.print(f"  expected  {escape(problem.expected)}", soft_wrap=True)
-        if problem.mend:
-            out.print(f"  mend      {escape(problem.mend)}", soft_wrap=True)
+        say(Cell(problem.severity, style), " ", Cell(place, "bold"))
+        for what, text in (("found", problem.found), ("expected", problem.expected), ("mend", problem.mend)):
+            if text:
+                say(f"  {what:<8}  {text}", hang=12)
     errors = sum(problem.severity == "error" for problem in problems)
     counts = f"{_count(errors, 'error')}, {_count(len(problems) - errors, 'warning')}"
     if robot is None:
-        out.print(f"[red]{escape(file)} does not load[/]: {counts}", soft_wrap=True)
+        say(Cell(f"{shown(file)} does not load", "bad"), f": {counts}")
         if any(problem.tolerable for problem in problems if problem.severity == "error"):
-            out.print("[dim]--lenient passes flaws that do not prevent computing[/]")
+            say(Cell("--lenient passes flaws that do not prevent computing", "dim"))
         return
     parts = [
         _count(len(robot.links), "link"),
@@ -111,7 +114,7 @@ def _show(file: str, robot: RobotDescription | None, problems: Sequence[Problem]
         _count(len(robot.couplings), "coupling"),
         _count(len(robot.actuators), "actuator"),
     ]
-    out.print(f"[green]{escape(robot.name)} loads[/]: {counts}; {', '.join(parts)}", soft_wrap=True)
+    say(Cell(f"{robot.name} loads", "good"), f": {counts}; {', '.join(parts)}")
 
 
 def _count(number: int, what: str) -> str:

@@ -8,8 +8,11 @@ import typer
 
 from cutjoint import interrupts
 from cutjoint.commands import options
-from cutjoint.commands.output import TerminalTable, console, print_json
+from cutjoint.commands.output import print_json, say, show
+from cutjoint.commands.progress import progress
 from cutjoint.commands.stopping import stopped
+from cutjoint.tables import TextTable
+from cutjoint.texts import Cell
 
 if TYPE_CHECKING:
     from cutjoint.compile import Compiled, Made
@@ -49,9 +52,11 @@ def command(
     known = functions_of(mechanism)
     usual = tuple(name for name in known if name in USUAL)
     chosen = _names(functions) or usual or known
+    chosen = known if chosen == ("all",) else chosen
     try:
-        with interrupts.asking():
-            for name in known if chosen == ("all",) else chosen:
+        with interrupts.asking(), progress(f"{mechanism.name}: compiling", len(chosen), "functions") as told:
+            for number, name in enumerate(chosen):
+                told(number)
                 mechanism.kernel(name)
                 if not json:
                     _say(made[-1])
@@ -71,7 +76,7 @@ def _names(text: str) -> tuple[str, ...]:
 
 def _say(one: Made) -> None:
     how = "found in the cache" if one.cached else f"traced in {one.trace_time:.2f} s"
-    console().print(f"[dim]{one.what}: {how}, compiled in {one.compile_time:.2f} s[/]")
+    say(Cell(f"{one.what}: {how}, compiled in {one.compile_time:.2f} s", "dim"))
 
 
 def _data(one: Made, times: tuple[float, float] | None) -> dict[str, object]:
@@ -90,14 +95,14 @@ def _data(one: Made, times: tuple[float, float] | None) -> dict[str, object]:
 def _show(mechanism: Compiled, made: list[Made], times: dict[str, tuple[float, float]]) -> None:
     right = ["operations", "trace", "compile", "scalar", "batch"]
     columns = ["function", "operations", "trace", "compile"] + (["scalar", "batch"] if times else [])
-    shown = TerminalTable(f"{mechanism.name}", columns, right)
+    rows = []
     for one in made:
         trace = "cached" if one.cached else f"{one.trace_time:.2f} s"
         cells = [one.what, str(one.operations), trace, f"{one.compile_time:.2f} s"]
         if times:
             cells += [f"{value:.0f} ns" for value in times[one.what]]
-        shown.add_row(*cells)
-    shown.print()
+        rows.append(cells)
+    show(TextTable(mechanism.name, columns, rows, right))
 
 
 def _measured(mechanism: Compiled, what: str) -> tuple[float, float]:

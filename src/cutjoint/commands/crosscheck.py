@@ -13,9 +13,12 @@ import typer
 
 from cutjoint import interrupts
 from cutjoint.commands import options
-from cutjoint.commands.output import TerminalTable, console, plain, print_json
+from cutjoint.commands.output import plain, print_json, say, show
+from cutjoint.commands.progress import progress
 from cutjoint.commands.stopping import stopped, stopped_name
 from cutjoint.files import write_whole
+from cutjoint.tables import TextTable
+from cutjoint.texts import Cell
 
 if TYPE_CHECKING:
     from cutjoint.crosscheck import Comparison, Cost, SampledState
@@ -106,9 +109,6 @@ def _emit(json: Path | None, data: dict[str, object]) -> None:
 
 def _compare(name: str, engine: Engine, variant: str | None, samples: int, seed: int, lenient: bool) -> Comparison:
     """The chain of a robot against the engine at random states, with a bar that shows how far it is."""
-    from rich.console import Console
-    from rich.progress import Progress
-
     from cutjoint.crosscheck import compare, sample_states
     from cutjoint.engines.compare import compare_with_mujoco
     from cutjoint.engines.yourdfpy import compare_with_yourdfpy
@@ -127,9 +127,8 @@ def _compare(name: str, engine: Engine, variant: str | None, samples: int, seed:
         Engine.MUJOCO: partial(compare_with_mujoco, chain),
         Engine.YOURDFPY: partial(compare_with_yourdfpy, chain),
     }
-    with Progress(transient=True, console=Console(stderr=True)) as bar:
-        task = bar.add_task(f"{chain.name}: {samples} states", total=samples)
-        return against[engine](_until_interrupted(first, states), lambda done: bar.update(task, completed=done))
+    with progress(f"{chain.name}: cross-check", samples, "states") as told:
+        return against[engine](_until_interrupted(first, states), told)
 
 
 def _until_interrupted(first: SampledState, more: Iterator[SampledState]) -> Iterator[SampledState]:
@@ -144,15 +143,20 @@ def _until_interrupted(first: SampledState, more: Iterator[SampledState]) -> Ite
 
 def _show(comparison: Comparison) -> None:
     title = f"{comparison.checked}, Pinocchio closed chain, against {comparison.reference}: {comparison.samples} states"
-    shown = TerminalTable(title, ("quantity", "worst error", "tolerance", ""), right=("worst error", "tolerance"))
-    for row in comparison.rows:
-        verdict = "[green]agrees[/]" if row.passes else "[bold red]DISAGREES[/]"
-        shown.add_row(row.quantity, f"{row.error:.1e}", f"{row.tolerance:.0e}", verdict)
-    shown.print()
-    if comparison.refused:
-        console().print(
-            f"[bold red]{comparison.refused} states could not be taken up by the chain[/]: {comparison.reason}"
+    rows = [
+        (
+            row.quantity,
+            f"{row.error:.1e}",
+            f"{row.tolerance:.0e}",
+            Cell("agrees", "good") if row.passes else Cell("DISAGREES", "bad"),
         )
+        for row in comparison.rows
+    ]
+    columns = ("quantity", "worst error", "tolerance", "")
+    show(TextTable(title, columns, rows, right=columns[1:3]))
+    if comparison.refused:
+        count = f"{comparison.refused} states could not be taken up by the chain"
+        say(Cell(count, "bad"), f": {comparison.reason}")
 
 
 def _comparison_data(comparison: Comparison, seed: int) -> dict[str, object]:
@@ -172,12 +176,8 @@ def _comparison_data(comparison: Comparison, seed: int) -> dict[str, object]:
 
 def _show_cost(name: str, cost: Cost) -> None:
     columns = ("actuator", "peak effort", "error", "of peak", "of inertial peak")
-    shown = TerminalTable(
-        f"{name}: what the paper's lumped rods cost along its own trajectory", columns, right=columns[1:]
-    )
-    for row in cost.rows:
-        shown.add_row(*row)
-    shown.print()
+    title = f"{name}: what the paper's lumped rods cost along its own trajectory"
+    show(TextTable(title, columns, cost.rows, right=columns[1:]))
 
 
 def _cost_data(cost: Cost) -> dict[str, object]:

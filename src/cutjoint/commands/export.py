@@ -9,6 +9,7 @@ import typer
 
 from cutjoint import interrupts
 from cutjoint.commands import options
+from cutjoint.commands.failing import complain
 
 
 def command(
@@ -47,6 +48,6 @@ def command(
         for written in files:
             typer.echo(str(written))
     for lost in unsaid(description, to):
-        typer.echo(f"warning: {WRITERS[to].name} has no word for {lost}; only cutjoint reads it back", err=True)
+        complain(f"warning: {WRITERS[to].name} has no word for {lost}; only cutjoint reads it back")
     for lost in left_out(description, to):
-        typer.echo(f"warning: left out, since programs that read {WRITERS[to].name} cannot draw it: {lost}", err=True)
+        complain(f"warning: left out, since programs that read {WRITERS[to].name} cannot draw it: {lost}")

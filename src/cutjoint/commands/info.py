@@ -9,15 +9,11 @@ import typer
 
 from cutjoint.commands import options
 from cutjoint.commands.acting import physics_data, show_physics
-from cutjoint.commands.output import (
-    TerminalTable,
-    console,
-    find_modes,
-    print_json,
-    show_mobility,
-    show_task,
-    task_at_home,
-)
+from cutjoint.commands.at_home import find_modes, show_mobility, show_task, task_at_home
+from cutjoint.commands.output import print_json, say, show
+from cutjoint.commands.progress import progress
+from cutjoint.tables import TextTable
+from cutjoint.texts import Cell
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain, MobilityReport, Modes
@@ -40,8 +36,10 @@ def command(
 
     chain = load(robot, variant, home, lenient=lenient)
     report = chain.mobility()
-    working = find_modes(chain) if modes else None
-    assembly = find_modes(chain, assembly=True) if modes else None
+    working, assembly = None, None
+    if modes:
+        with progress(f"{chain.name}: searching modes"):
+            working, assembly = find_modes(chain), find_modes(chain, assembly=True)
     if json:
         print_json(_data(chain, report, working, assembly))
     else:
@@ -110,33 +108,37 @@ def _tool(chain: ClosedChain, at: Posture) -> list[list[float]] | None:
 
 
 def _show(chain: ClosedChain, report: MobilityReport, working: Modes | None, assembly: Modes | None) -> None:
-    robot, out = chain.description, console()
+    robot = chain.description
     masses = [link.inertial.mass for link in robot.links if link.inertial]
-    out.print(
-        f"[bold]{robot.title or robot.name}[/]" + (f", variant {robot.variant_name}" if robot.variant_name else "")
-    )
+    variant = f", variant {robot.variant_name}" if robot.variant_name else ""
+    say(Cell(robot.title or robot.name, "bold"), variant)
     if robot.source:
-        out.print(f"[dim]{robot.source}[/]")
-    out.print(f"{len(robot.links)} links, {sum(masses):.6g} kg in all; gravity {_vector(robot.gravity)} m/s2")
-    out.print()
+        say(Cell(robot.source, "dim"))
+    say(f"{len(robot.links)} links, {sum(masses):.6g} kg in all; gravity {_vector(robot.gravity)} m/s2")
+    say()
 
     show_mobility(report)
     show_task(chain)
-    out.print()
+    say()
 
-    actuators = TerminalTable("actuators", ("joint", "kind", "home", "unit"), right=("home",))
-    for actuator, value in zip(chain.actuators, chain.home.q, strict=True):
-        actuators.add_row(actuator.name, actuator.kind, f"{value:.6g}", actuator.unit)
-    actuators.print()
+    motors = [
+        (actuator.name, actuator.kind, f"{value:.6g}", actuator.unit)
+        for actuator, value in zip(chain.actuators, chain.home.q, strict=True)
+    ]
+    show(TextTable("actuators", ("joint", "kind", "home", "unit"), motors, right=("home",)))
 
-    if robot.cuts or robot.couplings:
-        cuts = TerminalTable("cut joints", ("cut", "type", "rows", "between / formula"), right=("rows",))
-        for cut in robot.cuts:
-            kind = f"{cut.type} {cut.length:g} m" if cut.type.has_length else str(cut.type)
-            cuts.add_row(cut.name, kind, str(cut.type.rows), f"{cut.a.link} - {cut.b.link}")
-        for coupling in robot.couplings:
-            cuts.add_row(coupling.name, "coupling", "1", coupling.formula)
-        cuts.print()
+    cuts = [
+        (
+            cut.name,
+            f"{cut.type} {cut.length:g} m" if cut.type.has_length else str(cut.type),
+            str(cut.type.rows),
+            f"{cut.a.link} - {cut.b.link}",
+        )
+        for cut in robot.cuts
+    ]
+    cuts += [(coupling.name, "coupling", "1", coupling.formula) for coupling in robot.couplings]
+    if cuts:
+        show(TextTable("cut joints", ("cut", "type", "rows", "between / formula"), cuts, right=("rows",)))
 
     show_physics(robot)
 
@@ -153,7 +155,8 @@ def _show_modes(chain: ClosedChain, modes: Modes, title: str, actuators: bool) -
     """A table of modes: what they differ in, the actuators or the other joints, and how often each was found."""
     motors = chain.actuators if actuators else ()
     names = ("mode", "found", *(f"{motor.name} [{motor.unit}]" for motor in motors), "other joints that differ")
-    shown = TerminalTable(title, names, right=names[1:-1])
+    numbers = names[1:-1]
+    rows: list[tuple[str, ...]] = []
     model = chain.model
     passive = [
         (name, int(model.idx_qs[joint]))
@@ -166,14 +169,15 @@ def _show_modes(chain: ClosedChain, modes: Modes, title: str, actuators: bool) -
         ]
         label = f"{number} (home)" if number == 1 else str(number)
         values = (f"{value:.6f}" for value in mode.q) if actuators else ()
-        shown.add_row(label, f"{found} x", *values, f"[dim]{', '.join(moved)}[/]")
-    shown.print()
-    if len(modes) > MOST_MODES:
-        console().print(f"and {len(modes) - MOST_MODES} more; --json lists all of them")
+        rows.append((label, f"{found} x", *values, ", ".join(moved)))
+    more = f"and {len(modes) - MOST_MODES} more; --json lists all of them. " if len(modes) > MOST_MODES else ""
     sure = "each was found several times" if modes.settled else "the starts ran out before each was found several times"
-    console().print(f"[dim]{modes.closed} of {modes.starts} starts came to a solution; {sure}[/]")
+    if not any(row[-1] for row in rows):
+        names, rows = names[:-1], [row[:-1] for row in rows]
+    note = f"{more}{modes.closed} of {modes.starts} starts came to a solution; {sure}"
+    show(TextTable(title, names, rows, right=numbers, note=note))
     if modes.unseen > 0.0:
-        console().print(f"[yellow]about {100.0 * modes.unseen:.2g} % of further starts would find another[/]")
+        say(Cell(f"about {100.0 * modes.unseen:.2g} % of further starts would find another", "half"))
 
 
 def _vector(values: Iterable[float]) -> str:

@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.output import TerminalTable, print_json
+from cutjoint.commands.output import print_json, say, show
+from cutjoint.tables import TextTable
 
 
 def command(
@@ -21,20 +22,20 @@ def command(
     from cutjoint.description import catalogue, load_description
     from cutjoint.robots import PUBLISHED
 
-    rows = []
-    shown = TerminalTable("robots of cutjoint", ("robot", "title", "actuators", "cuts", "variants", "published model"))
+    rows, cells = [], []
+    columns = ("robot", "title", "actuators", "cuts", "variants", "published model")
     for name in catalogue.names():
         robot = load_description(name)
         actuators, cuts = len(robot.actuators), len(robot.cuts) + len(robot.couplings)
         variants, known = [variant.name for variant in robot.variants], name in PUBLISHED
         data = {"name": name, "title": robot.title, "actuators": actuators, "cuts": cuts}
         rows.append({**data, "variants": variants, "published_model": known})
-        cells = (str(actuators), str(cuts), ", ".join(variants) or "-", "yes" if known else "-")
-        shown.add_row(name, robot.title, *cells)
+        counts = str(actuators), str(cuts)
+        cells.append((name, robot.title, *counts, ", ".join(variants) or "-", "yes" if known else "-"))
     others = list(catalogue.example_names()) if examples else []
     if json:
         print_json({"robots": rows, "examples": others})
         return
-    shown.print()
+    show(TextTable("robots of cutjoint", columns, cells, right=columns[2:4]))
     if examples:
-        typer.echo("example-robot-data: " + (", ".join(others) or "not installed (pip install example-robot-data)"))
+        say("example-robot-data: " + (", ".join(others) or "not installed (pip install example-robot-data)"))

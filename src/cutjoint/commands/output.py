@@ -1,79 +1,60 @@
-"""How commands print: one look for tables, plain JSON for machines, and the mobility report."""
+"""How commands print: tables and texts for the width there is, colour on a terminal alone, plain JSON for machines."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+import os
+import shutil
+import sys
+from itertools import groupby
+from typing import TextIO
 
 import numpy as np
 import typer
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from cutjoint.tables import WIDTH, TextTable
+from cutjoint.texts import harmless, wrapped
 
-    from cutjoint.chain import ClosedChain, MobilityReport
-    from cutjoint.chain.modes import Modes
-
-
-class TerminalTable:
-    """A table that a terminal shows well and a pipe keeps readable; columns named in `right` are flush right."""
-
-    def __init__(self, title: str, columns: Sequence[str], right: Sequence[str] = ()) -> None:
-        from rich import box
-        from rich.markup import escape
-        from rich.table import Table as RichTable
-
-        self._title = title
-        self._table = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, show_header=any(columns))
-        for column in columns:
-            # a unit such as [s] is no markup
-            self._table.add_column(escape(column), justify="right" if column in right else "left", overflow="fold")
-
-    def add_row(self, *cells: str) -> None:
-        """Append a row; cells may hold rich's markup."""
-        self._table.add_row(*cells)
-
-    def print(self) -> None:
-        """Write the table to standard output."""
-        from rich.markup import escape
-
-        out = console()
-        self._keep_words_whole(out.width)
-        out.print(f"[bold]{escape(self._title)}[/]")
-        out.print(self._table)
-
-    def _keep_words_whole(self, width: int) -> None:
-        """Share `width` among the columns so that no number and no word is broken, as far as there is room."""
-        from rich.text import Text
-
-        columns = self._table.columns
-        texts = [[Text.from_markup(str(cell)).plain for cell in (one.header, *one.cells)] for one in columns]
-        natural = [max(map(len, column)) for column in texts]
-        words = [max((len(word) for text in column for word in text.split()), default=0) for column in texts]
-        numbers = [
-            max(word, *map(len, column[1:])) if one.justify == "right" and len(column) > 1 else word
-            for one, column, word in zip(columns, texts, words, strict=True)
-        ]
-        # A blank at either edge and three between two columns.
-        room = width - 2 - 3 * (len(columns) - 1)
-        widths = numbers if sum(numbers) <= room else words
-        if sum(natural) <= room or sum(widths) > room:
-            return
-        for _ in range(room - sum(widths)):
-            widths[max(range(len(widths)), key=lambda i: natural[i] - widths[i])] += 1
-        for column, share in zip(columns, widths, strict=True):
-            column.width = share
+LEAST_WIDTH = 20
+COLOURS = {"bold": {"bold": True}, "dim": {"dim": True}, "good": {"fg": "green"}, "half": {"fg": "yellow"}}
+COLOURS["bad"] = {"fg": "red", "bold": True}
 
 
-def console() -> Console:
-    """Standard output; a pipe gets lines of 120 columns."""
-    import sys
+def width() -> int:
+    """Columns to print in: `COLUMNS`, else those of the terminal, else 80, also where the output is piped."""
+    return max(LEAST_WIDTH, shutil.get_terminal_size((WIDTH, 24)).columns)
 
-    from rich.console import Console
 
-    return Console(highlight=False, width=None if sys.stdout.isatty() else 120)
+def is_terminal(stream: TextIO | None) -> bool:
+    """Whether somebody looks at it who can do with a cursor that moves."""
+    try:
+        return stream is not None and stream.isatty() and os.environ.get("TERM") != "dumb"
+    except ValueError:  # it is closed
+        return False
+
+
+def paint(text: str, style: str) -> str:
+    """The text in the look of a style, where standard output shows colours and `NO_COLOR` does not forbid them."""
+    if style not in COLOURS or os.environ.get("NO_COLOR") or not is_terminal(sys.stdout):
+        return text
+    return typer.style(text, **COLOURS[style])  # type: ignore[arg-type]
+
+
+def show(table: TextTable) -> None:
+    """Print a table and a blank line."""
+    typer.echo(table.text(width(), paint) + "\n")
+
+
+def say(*parts: str, hang: int = 0) -> None:
+    """Print a line, wrapped at words; parts of it may be a `Cell` with a style.  Lines after the first begin with
+    `hang` blanks; nothing in it moves the cursor."""
+    texts = [(harmless(part), getattr(part, "style", "")) for part in parts]
+    styled = iter([(one, style) for text, style in texts for one in text if one != " "])
+    for line in wrapped("".join(text for text, _ in texts), width(), hang) or [""]:
+        looks = [(" ", "") if one == " " else next(styled) for one in line]
+        runs = (("".join(one for one, _ in run), style) for style, run in groupby(looks, lambda look: look[1]))
+        typer.echo("".join(paint(text, style) for text, style in runs))
 
 
 def print_json(value: object) -> None:
@@ -94,87 +75,3 @@ def plain(value: object) -> object:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
-
-
-def show_mobility(report: MobilityReport) -> None:
-    """Print the mobility at home as a table."""
-    facts = TerminalTable("mobility at home", ("", "", ""))
-    facts.add_row("velocities of the open tree", str(report.velocities), "")
-    facts.add_row("constraint rows", str(report.rows), f"{report.rank} independent")
-    redundant = ", ".join(report.redundant_rows)
-    facts.add_row("redundant rows", str(len(report.redundant_rows)), f"[dim]{redundant}[/]")
-    facts.add_row("mobility", f"[bold]{report.mobility}[/]", "")
-    if report.idle:
-        facts.add_row("of it idle", str(report.idle_mobility), f"[dim]{', '.join(report.idle)}: the tool stays[/]")
-    facts.add_row("actuators", str(report.actuators), _verdict(report))
-    if math.isfinite(report.type2):
-        facts.add_row("distance to a type-2 singularity", f"{report.type2:.4f}", "0 = moves with the actuators locked")
-    if math.isfinite(report.type1):
-        facts.add_row("distance to a type-1 singularity", f"{report.type1:.4f}", "0 = the tool cannot move somewhere")
-        facts.add_row("condition of the tool Jacobian", f"{report.condition:.4g}", "")
-    facts.add_row("loop gap", f"{report.gap[0]:.1e} m", f"{report.gap[1]:.1e} rad")
-    facts.print()
-
-
-def task_at_home(chain: ClosedChain) -> dict[str, object] | None:
-    """The task of a chain with its coordinates at home, or why it has none; None for a robot without a tool."""
-    from cutjoint.errors import InputError
-
-    if chain.description.tool is None:
-        return None
-    declared = bool(chain.description.task)
-    try:
-        task = chain.task
-    except InputError as error:
-        return {"names": [], "declared": declared, "problem": str(error)}
-    home = zip(task.names, task.coordinates(task.home).tolist(), task.units, strict=True)
-    return {
-        "names": list(task.names),
-        "axes": task.axes,
-        "declared": declared,
-        "home": [{"name": name, "value": value, "unit": unit} for name, value, unit in home],
-        "problem": None,
-    }
-
-
-def show_task(chain: ClosedChain) -> None:
-    """Print the task in a line or two; nothing for a robot without a tool."""
-    from rich.markup import escape
-
-    from cutjoint.errors import InputError
-
-    if chain.description.tool is None:
-        return
-    try:
-        task = chain.task
-    except InputError as error:
-        console().print(f"task: [yellow]{escape(str(error))}[/]", soft_wrap=True)
-        return
-    origin = "declared" if chain.description.task else "found at home"
-    console().print(f"task: [bold]{task}[/] ({origin})", soft_wrap=True)
-    places = zip(task.names, task.coordinates(task.home).tolist(), task.units, strict=True)
-    home = ", ".join(f"{name} {value if abs(value) > 1e-12 else 0.0:.6g} {unit}" for name, value, unit in places)
-    console().print(f"[dim]at home: {home}[/]", soft_wrap=True)
-
-
-def find_modes(chain: ClosedChain, assembly: bool = False) -> Modes | None:
-    """Working modes at home, or the assembly modes; None where they are not discrete or the robot has no loops, or, for
-    working modes, no tool or no task."""
-    from cutjoint.errors import ActuationError, InputError
-
-    if not chain.description.cuts or (chain.description.tool is None and not assembly):
-        return None
-    try:
-        return chain.assembly_modes() if assembly else chain.working_modes()
-    except (ActuationError, InputError):
-        return None
-
-
-def _verdict(report: MobilityReport) -> str:
-    if report.determined:
-        return "[green]they determine the motion[/]"
-    moving = [joint for joint in report.free if joint not in report.idle]
-    if moving:
-        return f"[yellow]locked, these still move: {', '.join(moving)}[/]"
-    surplus = report.actuators - report.mobility + report.idle_mobility
-    return f"[yellow]{surplus} more than the mobility (redundant actuation)[/]"

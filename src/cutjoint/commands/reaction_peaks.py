@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cutjoint.commands.output import TerminalTable
+from cutjoint.commands.output import show
+from cutjoint.tables import TextTable
 
 if TYPE_CHECKING:
     from cutjoint.mechanism import Mechanism
@@ -56,18 +57,19 @@ def peaks_of(found: ReactionHistory) -> list[dict[str, object]]:
 
 def show_peaks(found: ReactionHistory) -> None:
     """Print the table of peaks."""
-    table = TerminalTable("largest reactions", ("joint or cut", "force [N]", "at [s]", "moment [N m]", "at [s]"))
+    columns = ("joint or cut", "force [N]", "at [s]", "moment [N m]", "at [s]")
+    rows = []
     for one in found.peaks:
         force, moment = f"{one.force:.4g}", f"{one.moment:.4g}"
-        table.add_row(
-            one.name,
-            force if one.force_unique else f"{force} *",
-            f"{one.force_time:.4g}",
-            moment if one.moment_unique else f"{moment} *",
-            f"{one.moment_time:.4g}",
+        rows.append(
+            (
+                one.name,
+                force if one.force_unique else f"{force} *",
+                f"{one.force_time:.4g}",
+                moment if one.moment_unique else f"{moment} *",
+                f"{one.moment_time:.4g}",
+            )
         )
-    table.print()
-    if not all(one.force_unique and one.moment_unique for one in found.peaks):
-        from cutjoint.commands.output import console
-
-        console().print("* the loops are redundant: of the reactions that are possible, the least", soft_wrap=True)
+    unique = all(one.force_unique and one.moment_unique for one in found.peaks)
+    note = "" if unique else "* the loops are redundant: of the reactions that are possible, the least"
+    show(TextTable("largest reactions", columns, rows, note=note))

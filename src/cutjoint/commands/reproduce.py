@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint import interrupts
-from cutjoint.commands.output import TerminalTable, console
+from cutjoint.commands.output import say, show
+from cutjoint.commands.progress import progress
 from cutjoint.commands.stopping import stopped, stopped_name
+from cutjoint.tables import TextTable
+from cutjoint.texts import Cell
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cutjoint.report import ReportTable, Section
-
-COLOURS = {"good": "green", "half": "yellow", "bad": "red"}
+    from cutjoint.report import Section
 
 
 def command(
@@ -34,12 +35,9 @@ def command(
     """
     import time
 
-    from rich.progress import Progress
-
     from cutjoint.errors import Interrupted
     from cutjoint.experiments.study import PARTS, reproduce, tasks
     from cutjoint.files import check_place
-    from cutjoint.report import ReportTable
     from cutjoint.report.figures import plotting
 
     check_place(output)
@@ -48,18 +46,18 @@ def command(
     began = time.perf_counter()
     with interrupts.keeping():
         try:
-            with Progress(transient=True) as bar:
-                task = bar.add_task("simulating", total=len(tasks(robots)))
-                sections = reproduce(robots, lambda count: bar.update(task, completed=count))
+            with progress("simulating", len(tasks(robots)), "runs") as told:
+                sections = reproduce(robots, told)
         except Interrupted as error:
             written = _write(stopped_name(output), error.result)  # type: ignore[arg-type]
             raise stopped(f"{error}; what can be shown of them is in {written}") from None
         _write(output, sections)
-    for section in sections:
+    for section in (one for one in sections if one.printed):
         for part in section.parts:
-            if isinstance(part, ReportTable) and not part.wide:
-                _print(part)
-    console().print(f"{output}: {output.stat().st_size / 1e6:.1f} MB, {time.perf_counter() - began:.0f} s")
+            if isinstance(part, TextTable):
+                show(part)
+    size, spent = output.stat().st_size / 1e6, time.perf_counter() - began
+    say(Cell("the report: ", "bold"), f"{output}, {size:.1f} MB with all figures, made in {spent:.0f} s")
 
 
 def _write(output: Path, sections: Sequence[Section]) -> Path:
@@ -74,29 +72,3 @@ def _write(output: Path, sections: Sequence[Section]) -> Path:
         "reproduced is said so. SI units."
     )
     return write_whole(output, page(title, lead, sections))
-
-
-def _print(part: ReportTable) -> None:
-    """A table of numbers the way that fits the terminal; rows of text as paragraphs."""
-    from rich.markup import escape
-    from rich.padding import Padding
-
-    from cutjoint.report.page import MARKS, verdict_style
-
-    out = console()
-    if not part.is_text:
-        fitting = part.fitting(out.width)
-        shown = TerminalTable(part.title, fitting.columns, fitting.right)
-        for row in fitting.rows:
-            shown.add_row(*map(escape, row))
-        shown.print()
-        return
-    out.print(f"[bold]{escape(part.title)}[/]\n")
-    for where, *lines in part.rows:
-        for number, line in enumerate(lines):
-            style = verdict_style(line)
-            text = f"[{COLOURS[style]}]{MARKS[style]} {escape(line)}[/]" if style else escape(line)
-            if number == 0:
-                text = f"{text} [dim]({escape(where)})[/]"
-            out.print(Padding(text, (0, 0, 0, 1 if number == 0 else 5)))
-        out.print()

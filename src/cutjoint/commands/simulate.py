@@ -9,11 +9,13 @@ import typer
 
 from cutjoint import interrupts
 from cutjoint.commands import built, options
+from cutjoint.commands.failing import complain
 from cutjoint.commands.loads import loads_of
 from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, named_gains, numbers, trajectory_of, with_gains
-from cutjoint.commands.output import console, print_json
+from cutjoint.commands.output import print_json
+from cutjoint.commands.progress import progress
 from cutjoint.commands.reaction_peaks import check_reactions, peaks_of, show_peaks, written
-from cutjoint.commands.run_figures import figures_of, show
+from cutjoint.commands.run_figures import show
 from cutjoint.commands.stopping import stopped, stopped_name
 
 if TYPE_CHECKING:
@@ -175,7 +177,7 @@ def _done(save: Path | None, go: Callable[[], Result]) -> tuple[Result, str]:
     except SimulationError as error:
         if save is not None:
             beside = write(cast("Result", error.result), stopped_name(save))
-            console().print(f"what was simulated until then: {beside}", soft_wrap=True)
+            complain(f"what was simulated until then: {beside}")
         raise
     except Interrupted as error:
         return cast("Result", error.result), str(error)
@@ -190,6 +192,8 @@ def _tell(
     Raises:
         typer.Exit: it was interrupted.
     """
+    from cutjoint.simulation.summary import figures_of
+
     figures = figures_of(result)
     if saved is not None:
         figures["saved"] = str(saved)
@@ -314,8 +318,6 @@ def _run(
     joint_limits: JointLimits,
     loads: Sequence[Load] | None,
 ) -> Result:
-    from rich.progress import Progress
-
     from cutjoint.simulation import Adaptive, RungeKutta4, run
 
     moving, law, _ = what
@@ -325,14 +327,14 @@ def _run(
     method: Integrator | None = None if step is None else RungeKutta4(step)
     if method is None and rate is None and hardware is None:
         method = Adaptive(1e-8, 1e-10)
-    with interrupts.asking(), Progress(transient=True) as bar:
-        task, shown = bar.add_task(f"{moving.name}, {law.name}", total=span), 0.0
+    with interrupts.asking(), progress(f"{moving.name}, {law.name}", span, "s") as told:
+        shown = 0.0
 
         def show(t: float) -> None:
             nonlocal shown
             interrupts.check()
             if span is None or t - shown >= PROGRESS * span:
-                bar.update(task, completed=t)
+                told(t)
                 shown = t
 
         return run(

@@ -10,6 +10,7 @@ from typing import ParamSpec, TypeVar
 import typer
 
 from cutjoint import interrupts
+from cutjoint.commands.failing import complain
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -40,5 +41,5 @@ def stopped(what: str) -> typer.Exit:
     """What ends a command that was interrupted: `what` says what was kept and where.  On stderr."""
     with interrupts.held():
         interrupts.answered()
-        typer.echo(f"interrupted ({interrupts.name()}): {what}", err=True)
+        complain(f"interrupted ({interrupts.name()}): {what}")
     return typer.Exit(interrupts.status())

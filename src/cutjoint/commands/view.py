@@ -10,8 +10,11 @@ import typer
 
 from cutjoint import interrupts
 from cutjoint.commands import options
-from cutjoint.commands.output import console
+from cutjoint.commands.failing import complain
+from cutjoint.commands.output import say
+from cutjoint.commands.progress import progress
 from cutjoint.commands.stopping import stopped
+from cutjoint.texts import Cell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,7 +22,7 @@ if TYPE_CHECKING:
     from cutjoint.viewer import Document
 
 HOST_WARNING = (
-    "[bold yellow]warning:[/] the viewer is open to every machine that can reach {host}: anyone there can see the "
+    "warning: the viewer is open to every machine that can reach {host}: anyone there can see the "
     "robot and move its picture. Nothing is encrypted and no password is asked."
 )
 
@@ -61,11 +64,12 @@ def write(document: Document, html: Path | None, png: Path | None, time: float, 
         with interrupts.asking():
             if html is not None:
                 with interrupts.keeping():
-                    console().print(f"wrote {html}: {document.save(html) / 1e6:.2f} MB, one file, no network needed")
+                    say(f"wrote {html}: {document.save(html) / 1e6:.2f} MB, one file, no network needed")
                     done.append(str(html))
             if png is not None:
-                written = document.picture(png, time=time, width=width, height=height)
-                console().print(f"wrote {png}: {width} x {height} pixels, {written / 1e6:.2f} MB")
+                with progress(f"picture {png}"):
+                    written = document.picture(png, time=time, width=width, height=height)
+                say(f"wrote {png}: {width} x {height} pixels, {written / 1e6:.2f} MB")
                 done.append(str(png))
     except KeyboardInterrupt:
         only = "only " if len(done) == 1 and html is not None and png is not None else ""
@@ -83,7 +87,7 @@ def served() -> Iterator[None]:
         with interrupts.asking():
             yield
     except KeyboardInterrupt:
-        console().print("closed")
+        say("closed")
         if interrupts.name() == "SIGTERM":
             raise typer.Exit(interrupts.status()) from None
 
@@ -108,8 +112,8 @@ def announce(url: str, open_to_others: bool, host: str, open_browser: bool) -> N
     import sys
 
     if open_to_others:
-        console().print(HOST_WARNING.format(host=host))
-    console().print(f"viewer at [bold]{url}[/]  (Ctrl-C ends it)")
+        complain(HOST_WARNING.format(host=host))
+    say("viewer at ", Cell(url, "bold"), " (Ctrl-C ends it)")
     screen = sys.platform in ("darwin", "win32") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     if open_browser and screen:
         import webbrowser

@@ -96,4 +96,5 @@ def resolve(name_or_path: str | os.PathLike[str]) -> Path:
     examples = _example_files()
     if name in examples:
         return examples[name]
-    raise UnknownNameError("robot", name, (*names(), *example_names()))
+    hint = "`cutjoint list --examples` shows all, and the path of a robot's file or folder is taken too"
+    raise UnknownNameError("robot", name, (*names(), *example_names()), hint)

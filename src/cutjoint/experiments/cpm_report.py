@@ -13,10 +13,11 @@ from cutjoint.experiments.pool import Key, Task
 from cutjoint.experiments.tables import claims_table, cost_table, errata_table
 from cutjoint.papers.cpm.errata import ERRATA
 from cutjoint.papers.cpm.published import CIRCLE, FORCE_LIMIT, SETTLING_TIME, Table3Row
-from cutjoint.report import Panel, ReportTable, Section, ToolPath, figure
+from cutjoint.report import Panel, Section, ToolPath, figure
 from cutjoint.report.page import Picture
 from cutjoint.robots import hypothesis_cost_of
 from cutjoint.simulation import Result
+from cutjoint.tables import TextTable
 
 FIRST_FIGURE = {"pd": 11, "pd-gravity": 14, "feedforward": 17, "computed-torque": 20}
 SMALL = ("feedforward", "computed-torque")  # their late errors need a scale of their own
@@ -68,7 +69,7 @@ def cost_section(found: Found) -> Section:
     )
 
 
-def table_3(found: Found) -> tuple[ReportTable, ...]:
+def table_3(found: Found) -> tuple[TextTable, ...]:
     """Position and velocity errors by (49), a table each."""
     heads = {
         "inferred": "inferred, solver steps",
@@ -89,7 +90,7 @@ def table_3(found: Found) -> tuple[ReportTable, ...]:
             rows.append((TITLES[name], str(printed), *cells, AGREE[agree]))
         columns = ("controller", "printed", *heads.values(), "(39), mean over time", "printed digits")
         tables.append(
-            ReportTable(
+            TextTable(
                 f"Table 3, root mean square {quantity} error [{unit}]",
                 columns,
                 rows,
@@ -109,7 +110,7 @@ def table_3(found: Found) -> tuple[ReportTable, ...]:
     return tuple(tables)
 
 
-def gain_table(found: Found) -> ReportTable:
+def gain_table(found: Found) -> TextTable:
     """The smallest gains that keep the bounds."""
     rows = []
     for name in RULED:
@@ -130,7 +131,7 @@ def gain_table(found: Found) -> ReportTable:
         "equation (39)",
         "error there / one below [mm]",
     )
-    return ReportTable(
+    return TextTable(
         "Smallest integer K_P whose error along every axis stays below the bound from 0.3 s on, K_D = 436",
         columns,
         rows,
@@ -139,7 +140,7 @@ def gain_table(found: Found) -> ReportTable:
     )
 
 
-def force_table() -> ReportTable:
+def force_table() -> TextTable:
     """The largest K_D within the limit of force."""
     rows = []
     for name, row in cpm.ROWS.items():
@@ -160,7 +161,7 @@ def force_table() -> ReportTable:
         "(39): first force [N]",
         "largest K_D",
     )
-    return ReportTable(
+    return TextTable(
         f"Force at t = 0 and the largest integer K_D that keeps it within {FORCE_LIMIT:g} N",
         columns,
         rows,
@@ -244,6 +245,10 @@ SECTIONS: tuple[Callable[[Found], Section], ...] = (
     lambda found: Section("The rule for the gains", (gain_table(found), force_table())),
     lambda found: Section("Figures 9 to 22", figures(found)),
     cost_section,
-    lambda _: Section("Errata of the CPM's paper", (errata_table("CPM: what is printed, and what holds", ERRATA),)),
+    lambda _: Section(
+        "Errata of the CPM's paper",
+        (errata_table("CPM: what is printed, and what holds", ERRATA),),
+        printed=False,
+    ),
 )
 """The parts of the page, each from what `tasks` gave."""

@@ -12,10 +12,11 @@ from cutjoint.experiments.pool import Key, Outcome, Task
 from cutjoint.experiments.tables import Verdict, cost_table, errata_table
 from cutjoint.papers.omega3.errata import ERRATA
 from cutjoint.papers.omega3.published import ERROR_BOUND, SETTLING_TIME
-from cutjoint.report import Panel, ReportTable, Section, ToolPath, figure
+from cutjoint.report import Panel, Section, ToolPath, figure
 from cutjoint.report.page import Picture
 from cutjoint.robots import hypothesis_cost_of
 from cutjoint.simulation import Result
+from cutjoint.tables import TextTable
 
 TITLES = {"computed-torque": "computed torque", "feedforward": "PD + feedforward"}
 ARMS = ("arm 1", "arm 2", "arm 3")
@@ -77,7 +78,7 @@ def gains_of(name: str) -> str:
     return f"K_P = {gains['kp']:g}, K_D = {gains['kd']:g}"
 
 
-def runs_table(found: Found, name: str) -> ReportTable:
+def runs_table(found: Found, name: str) -> TextTable:
     """Errors and torques of all runs with one controller, and the claim."""
     columns = (
         "plant",
@@ -98,12 +99,12 @@ def runs_table(found: Found, name: str) -> ReportTable:
             f"{result.peak_effort().max():.3f}",
             f"{result.loop_gap()[0]:.1e}",
             f"{result.energy_drift():.1e}",
-            str(Verdict.of(result.worst_error(SETTLING_TIME) < ERROR_BOUND)),
+            Verdict.of(result.worst_error(SETTLING_TIME) < ERROR_BOUND).cell,
         )
         for key, setup in omega3.SETUPS.items()
         for result in [run_of(found, name, key)]
     ]
-    return ReportTable(
+    return TextTable(
         f"{TITLES[name]}, {gains_of(name)}: one turn of the curve (43) from rest",
         columns,
         rows,
@@ -116,7 +117,7 @@ def runs_table(found: Found, name: str) -> ReportTable:
     )
 
 
-def arm_table(found: Found) -> ReportTable:
+def arm_table(found: Found) -> TextTable:
     """What the unknown arm may change."""
     columns = (
         "shape of the arm",
@@ -135,7 +136,7 @@ def arm_table(found: Found) -> ReportTable:
         )
         for one in found["arms"]
     ]
-    return ReportTable(
+    return TextTable(
         "Torque along the curve under other shapes of the semi-circular arm, equal mass and length",
         columns,
         rows,
@@ -189,7 +190,9 @@ SECTIONS: tuple[Callable[[Found], Section], ...] = (
     lambda found: Section("Figures 4 and 5", figures(found)),
     cost_section,
     lambda _: Section(
-        "Errata of the Omega-3's paper", (errata_table("Omega-3: what is printed or open, and what holds", ERRATA),)
+        "Errata of the Omega-3's paper",
+        (errata_table("Omega-3: what is printed or open, and what holds", ERRATA),),
+        printed=False,
     ),
 )
 """The parts of the page, each from what `tasks` gave."""

@@ -9,7 +9,8 @@ from typing import cast
 from cutjoint.errors import Interrupted, UnknownNameError
 from cutjoint.experiments import cpm_report, omega3_report, unfinished
 from cutjoint.experiments.pool import Key, Outcome, Task, run_all
-from cutjoint.report import ReportTable, Section
+from cutjoint.report import Section
+from cutjoint.tables import TextTable
 
 PARTS = {"cpm": cpm_report, "omega3": omega3_report}
 Found = dict[tuple[str, Key], Outcome]
@@ -83,7 +84,7 @@ def _partly(robots: Sequence[str], found: Found, wanted: dict[tuple[str, Key], T
             "Interrupted",
             (
                 f"This reproduction was interrupted: {words}. Parts whose runs are not all done are left out.",
-                ReportTable("Runs", ("robot", "run", "state"), rows, wide=True),
+                TextTable("Runs", ("robot", "run", "state"), rows),
             ),
             level=2,
         )

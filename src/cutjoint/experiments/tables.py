@@ -8,7 +8,8 @@ from enum import StrEnum
 
 from cutjoint.crosscheck import Cost
 from cutjoint.papers.publication import Erratum
-from cutjoint.report import ReportTable
+from cutjoint.tables import TextTable
+from cutjoint.texts import Cell
 
 
 class Verdict(StrEnum):
@@ -26,6 +27,11 @@ class Verdict(StrEnum):
             return cls.HOLDS if equations else cls.FAILS
         return cls.EQUATION if equations else cls.INFERRED
 
+    @property
+    def cell(self) -> Cell:
+        """As it stands in a table."""
+        return Cell(self.value, {Verdict.HOLDS: "good", Verdict.FAILS: "bad"}.get(self, "half"))
+
 
 @dataclass(frozen=True)
 class Claim:
@@ -37,26 +43,25 @@ class Claim:
     verdict: Verdict
 
 
-def claims_table(title: str, claims: Sequence[Claim]) -> ReportTable:
+def claims_table(title: str, claims: Sequence[Claim]) -> TextTable:
     """Claims with their verdicts."""
-    return ReportTable(
+    return TextTable(
         title,
         ("where", "claim", "found", "verdict"),
-        [(one.where, one.text, one.found, str(one.verdict)) for one in claims],
+        [(one.where, one.text, one.found, one.verdict.cell) for one in claims],
     )
 
 
-def errata_table(title: str, errata: Sequence[Erratum]) -> ReportTable:
+def errata_table(title: str, errata: Sequence[Erratum]) -> TextTable:
     """Errata as they are used in this project."""
-    return ReportTable(
+    return TextTable(
         title,
         ("where", "printed", "what holds", "shown by"),
         [(one.equation, one.printed, one.corrected, one.shown) for one in errata],
-        wide=True,
     )
 
 
-def cost_table(title: str, cost: Cost) -> ReportTable:
+def cost_table(title: str, cost: Cost) -> TextTable:
     """What a hypothesis costs along a path."""
     columns = ("actuator", "peak effort", "largest difference", "of the peak", "of the inertial part's peak")
-    return ReportTable(title, columns, cost.rows, right=columns[1:])
+    return TextTable(title, columns, cost.rows, right=columns[1:])

@@ -17,7 +17,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.extras import needed
-from cutjoint.simulation.panels import Panel
+from cutjoint.simulation.panels import Panel, scaled
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -142,17 +142,6 @@ def plotting() -> ModuleType:
         MissingPackageError: it is not installed.
     """
     return needed("matplotlib", "a plot")
-
-
-def scaled(values: Array, unit: str) -> tuple[float, str]:
-    """Factor and unit in which the values have handy digits."""
-    largest = float(np.abs(values).max(initial=0.0))
-    if unit.startswith("m") and unit != "m2":
-        rest = unit[1:]
-        for limit, factor, prefix in ((1e-4, 1e6, "µm"), (0.09, 1e3, "mm")):
-            if 0.0 < largest < limit:
-                return factor, prefix + rest
-    return 1.0, unit
 
 
 def _over_time(ax: Axes, panel: Panel) -> None:

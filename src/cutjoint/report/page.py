@@ -1,4 +1,4 @@
-"""One HTML page that needs nothing else: no network, no script, pictures inside.  A terminal shows its tables too."""
+"""One HTML page that needs nothing else: no network, no script, pictures inside."""
 
 from __future__ import annotations
 
@@ -7,74 +7,7 @@ from dataclasses import dataclass
 from html import escape
 
 from cutjoint.report.figures import Drawing
-
-GOOD = ("holds", "yes")
-HALF = ("holds with the inferred code only", "holds with equation (39) only")
-BAD = ("does not hold", "no")
-
-GAP = 3
-"""Columns between two columns of a table on a terminal."""
-
-
-@dataclass(frozen=True)
-class ReportTable:
-    """Rows of text.
-
-    Attributes:
-        title: what it shows.
-        columns: headings; those in `right` are flush right.
-        rows: cells.
-        right: headings of numbers.
-        note: what a reader must know to read it.
-        wide: for the page only; a terminal has no room for it.
-    """
-
-    title: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    right: Sequence[str] = ()
-    note: str = ""
-    wide: bool = False
-
-    def __post_init__(self) -> None:
-        for row in self.rows:
-            assert len(row) == len(self.columns), f"{self.title}: {len(row)} cells under {len(self.columns)} headings"
-
-    @property
-    def is_text(self) -> bool:
-        """Whether no column holds numbers: such rows read better as paragraphs where a line is short."""
-        return not self.right
-
-    @property
-    def least_width(self) -> int:
-        """Columns of a terminal that it needs if no word is broken."""
-        columns = zip(self.columns, *self.rows, strict=True)
-        words = [max((len(word) for cell in column for word in cell.split()), default=0) for column in columns]
-        return 2 + sum(words) + GAP * (len(words) - 1)
-
-    def turned(self) -> ReportTable:
-        """Columns as rows and rows as columns; the first column becomes the headings."""
-        columns = [self.columns[0], *(row[0] for row in self.rows)]
-        cells = zip(*(row[1:] for row in self.rows), strict=True)
-        rows = [(name, *row) for name, row in zip(self.columns[1:], cells, strict=True)]
-        return ReportTable(self.title, columns, rows, columns[1:], self.note, self.wide)
-
-    def fitting(self, width: int) -> ReportTable:
-        """The table as it is where `width` columns of a terminal hold it with no word broken, else the narrower way."""
-        if self.least_width <= width or not self.rows:
-            return self
-        return min(self, self.turned(), key=lambda table: table.least_width)
-
-
-def verdict_style(text: str) -> str | None:
-    """`good`, `half` or `bad` for a cell that is a verdict, else None."""
-    styles = {"good": GOOD, "half": HALF, "bad": BAD}
-    return next((style for style, texts in styles.items() if text in texts), None)
-
-
-MARKS = {"good": "✓", "half": "◐", "bad": "✗"}
-"""What stands beside a verdict."""
-
+from cutjoint.tables import TextTable
 
 STYLE = """
 :root { color-scheme: light; --ink: #222; --soft: #5a5a5a; --line: #dcdcdc; --link: #0b5a8a; }
@@ -98,7 +31,7 @@ th, td { padding: .32rem .8rem .32rem 0; text-align: left; vertical-align: top; 
 th { border-bottom: 1.5px solid var(--ink); font-weight: 600; vertical-align: bottom; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 td.n { white-space: nowrap; }
-.note { color: var(--soft); font-size: .88rem; margin: -.8rem 0 1.4rem; }
+.note { color: var(--soft); font-size: .88rem; margin: .4rem 0 0; }
 .verdict { font-weight: 600; }
 @media (min-width: 700px) { .verdict { white-space: nowrap; } }
 .verdict::before { display: inline-block; width: 1.2em; }
@@ -122,11 +55,16 @@ class Picture:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading of level 2 or 3 with paragraphs (plain text), tables and pictures, in this order as given."""
+    """A heading of level 2 or 3 with paragraphs (plain text), tables and pictures, in this order as given.
+
+    Attributes:
+        printed: whether its tables are for a terminal too, which has no room for very long texts.
+    """
 
     title: str
-    parts: Sequence[str | ReportTable | Picture] = ()
+    parts: Sequence[str | TextTable | Picture] = ()
     level: int = 3
+    printed: bool = True
 
 
 def page(title: str, lead: str, sections: Sequence[Section]) -> str:
@@ -141,8 +79,8 @@ def page(title: str, lead: str, sections: Sequence[Section]) -> str:
         for part in section.parts:
             if isinstance(part, str):
                 body.append(f"<p>{escape(part)}</p>")
-            elif isinstance(part, ReportTable):
-                body.append(_table(part))
+            elif isinstance(part, TextTable):
+                body.append(f'<div class="scroll">{part.html()}</div>')
             else:
                 pictures += 1
                 svg = part.drawing.svg(f"f{pictures}").replace(
@@ -158,31 +96,3 @@ def page(title: str, lead: str, sections: Sequence[Section]) -> str:
         + "\n".join(body)
         + "\n</main>\n</body>\n</html>\n"
     )
-
-
-def _table(table: ReportTable) -> str:
-    numbers = [column in table.right for column in table.columns]
-    head = "".join(
-        f'<th scope="col"{_class(number)}>{escape(column)}</th>'
-        for column, number in zip(table.columns, numbers, strict=True)
-    )
-    rows = "".join(
-        f"<tr>{''.join(_cell(cell, number) for cell, number in zip(row, numbers, strict=True))}</tr>\n"
-        for row in table.rows
-    )
-    note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
-    return (
-        f'<div class="scroll"><table><caption>{escape(table.title)}</caption>\n<thead><tr>{head}</tr></thead>\n'
-        f"<tbody>\n{rows}</tbody></table></div>{note}"
-    )
-
-
-def _class(number: bool) -> str:
-    return ' class="n"' if number else ""
-
-
-def _cell(text: str, number: bool) -> str:
-    style = verdict_style(text)
-    if style is not None:
-        return f'<td><span class="verdict {style}">{escape(text)}</span></td>'
-    return f"<td{_class(number)}>{escape(text)}</td>"

@@ -42,6 +42,7 @@ class About(TypedDict, total=False):
     hardware: Parts
     run_number: int
     actuators: list[list[str]]
+    joints: list[list[str]]
     locked: list[str]
     loads: str | list[dict[str, object]]
     steps: int
@@ -190,6 +191,12 @@ class Result(Values):
         """Kinetic and potential energy, shape (m,), [J]."""
         return readonly(self.kinetic + self.potential)
 
+    @property
+    def unaccounted(self) -> Array:
+        """Change of energy less work, plus what friction took: energy that came from nowhere, shape (m,), [J]."""
+        pushed, taken = (self.more.get(name, np.zeros_like(self.work)) for name in ("load_work", "dissipated"))
+        return readonly(self.energy - self.energy[0] - self.work - pushed + taken)
+
     def energy_drift(self) -> float:
         """Energy that came from nowhere, relative to the energy that was turned over.
 
@@ -198,7 +205,7 @@ class Result(Values):
         round by more.
         """
         pushed, taken = (self.more.get(name, np.zeros_like(self.work)) for name in ("load_work", "dissipated"))
-        lost = np.abs(self.energy - self.energy[0] - self.work - pushed + taken).max()
+        lost = np.abs(self.unaccounted).max()
         if lost <= ROUNDING * np.abs(self.potential).max():
             return 0.0
         works = (float(np.abs(work).max()) for work in (self.work, pushed, taken))
