@@ -47,7 +47,7 @@ def playback(chain: ClosedChain, recording: Recording, title: str = "") -> Docum
         "error": None,
         "trail": None,
         "names": chain.n <= MANY_NAMES,
-        "curves": as_data(recording.curves, recording.start),
+        "curves": as_data(recording.curves),
     }
     if recording.duration > 0:
         longest = draw_arrows(figure, recording)

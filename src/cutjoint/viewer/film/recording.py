@@ -22,6 +22,8 @@ from cutjoint.viewer.film.curves import CurveGroup, groups_of
 
 FRAMES_PER_SECOND = 30.0
 FRAMES = 1500
+EXACT = ("effort", "tool", "joints", "velocity", "power", "passive")
+"""Curves of a motion that is followed exactly."""
 SAME = 1e-6
 """Part of a robot's length that its tool may be away from where a result has it."""
 
@@ -36,8 +38,7 @@ class Recording:
         tool, desired: tool positions, shape (k, 3), [m]; `desired` is None where nothing was asked for.
         effort: of the actuators, shape (k, n), [N] or [N m].
         about: lines that say how it was made.
-        curves: what can be shown beside the robot, over the times of the run.
-        start: time of the run at the first frame [s].
+        curves: what can be shown beside the robot.
     """
 
     time: Array
@@ -47,7 +48,6 @@ class Recording:
     effort: Array
     about: tuple[str, ...] = ()
     curves: tuple[CurveGroup, ...] = ()
-    start: float = 0.0
 
     @property
     def duration(self) -> float:
@@ -72,12 +72,13 @@ def from_result(chain: ClosedChain, result: Result) -> Recording:
     _check_actuators(chain, result)
     time = frame_times(float(result.time[-1] - result.time[0]))
     at = time + result.time[0]
-    if result.q_full.shape[1] == chain.nq:
+    own = result.q_full.shape[1] == chain.nq
+    if own:
         postures = _recorded(chain, result, at)
     else:
         postures = _closed(chain, _resampled(at, result.time, result.q))
     _check_tool(chain, result, postures)
-    about = [f"{key}: {value}" for key, value in result.about.items() if isinstance(value, str | int | float)]
+    about = [f"{key}: {_shown(value)}" for key, value in result.about.items() if isinstance(value, str | int | float)]
     return Recording(
         readonly(time),
         postures,
@@ -85,8 +86,7 @@ def from_result(chain: ClosedChain, result: Result) -> Recording:
         _resampled(at, result.time, result.desired_tool) if result.followed else None,
         _resampled(at, result.time, result.effort),
         tuple(about),
-        groups_of(replace(result, about={**result.about, "actuators": _actuators(chain)})),
-        float(result.time[0]),
+        groups_of(replace(result, about={**result.about, "actuators": _actuators(chain)}), chain if own else None),
     )
 
 
@@ -132,7 +132,13 @@ def _curves_of_exact(
         "work": nothing,
         "q_full": np.array([one.posture.q_full for one in desired]),
     }
-    return groups_of(result_of(columns, {"actuators": _actuators(chain)}), ("effort", "tool", "joints", "power"))
+    run = result_of({name: readonly(column) for name, column in columns.items()}, {"actuators": _actuators(chain)})
+    return groups_of(run, chain, EXACT)
+
+
+def _shown(value: str | float) -> str:
+    """A value of a run's settings in few digits."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _actuators(chain: ClosedChain) -> list[list[str]]:

@@ -87,7 +87,7 @@ look.placeLegend(byId("legend"), byId("scene"), byId("legend-section"));
 
 function drawChosen() {
   const panels = data.curves.filter((group) => byId(`curve-${group.name}`).checked).flatMap((group) => group.panels);
-  curves = panels.length ? drawCurves(byId("curves"), panels, { onSeek: hold, height: 132, compact: true }) : null;
+  curves = panels.length ? drawCurves(byId("curves"), panels, { onSeek: hold, height: 150, compact: true }) : null;
   if (curves) curves.cursor(player.time);
   else byId("curves").replaceChildren();
 }

@@ -52,9 +52,9 @@ class Stage {
     const paint = (root, colour) => this.node(root).traverse(({ material }) => {
       if (!material || material.isMeshPhongMaterial || material.vertexColors) return;
       material.userData.own ??= material.color.getHex();
-      material.color.setHex(colour(material.userData.own));
+      material.color.setHex(colour(material.userData.own, material.opacity));
     });
-    paint("robot", (own) => standingOut(own));
+    paint("robot", standingOut);
     paint("floor", () => BEHIND[look.dark ? "dark" : "light"].floor);
     this.viewer.set_dirty();
   }
@@ -177,12 +177,12 @@ function luminance(colour) {
 }
 
 // A colour (a number) as it is in the light; in the dark with as much white as it needs to stand out.
-function standingOut(colour) {
+function standingOut(colour, opacity = 1) {
   if (!look.dark) return colour;
   const back = luminance(BEHIND.dark.top.reduce((all, share) => all << 8 | Math.round(255 * share), 0));
   const mixed = (white) => [16, 8, 0].reduce((all, shift) => all << 8 | Math.round((colour >> shift & 255) * (1 - white) + 255 * white), 0);
   for (let white = 0; white < 1; white += 0.1) {
-    if ((luminance(mixed(white)) + 0.05) / (back + 0.05) >= LEAST_CONTRAST) return mixed(white);
+    if ((luminance(mixed(white)) + 0.05) / (back + 0.05) * opacity >= LEAST_CONTRAST) return mixed(white);
   }
   return 0xffffff;
 }
@@ -206,7 +206,7 @@ function swatch(colour, over = false) {
   box.className = "swatch";
   const paint = () => {
     const own = parseInt(colour.slice(1, 7), 16);
-    box.style.background = `#${(over ? standingOut(own) : own).toString(16).padStart(6, "0")}${colour.slice(7)}`;
+    box.style.background = `#${(over ? standingOut(own, parseInt(colour.slice(7) || "ff", 16) / 255) : own).toString(16).padStart(6, "0")}${colour.slice(7)}`;
   };
   paint();
   if (over) look.follow(paint);
