@@ -53,7 +53,12 @@ def playback(chain: ClosedChain, recording: Recording, title: str = "") -> Docum
         longest = draw_arrows(figure, recording)
         data |= _trails(figure, recording, legend)
         data["effort"] = [
-            {"name": a.name, "unit": a.effort_unit, "values": _rounded(recording.effort[:, i])}
+            {
+                "name": a.name,
+                "unit": a.effort_unit,
+                "colour": figure.colour_of(a.name),
+                "values": _rounded(recording.effort[:, i]),
+            }
             for i, a in enumerate(chain.actuators)
         ]
         if longest:

@@ -73,10 +73,7 @@ def from_result(chain: ClosedChain, result: Result) -> Recording:
     time = frame_times(float(result.time[-1] - result.time[0]))
     at = time + result.time[0]
     own = result.q_full.shape[1] == chain.nq
-    if own:
-        postures = _recorded(chain, result, at)
-    else:
-        postures = _closed(chain, _resampled(at, result.time, result.q))
+    postures = _recorded(chain, result, at) if own else _closed(chain, _resampled(at, result.time, result.q))
     _check_tool(chain, result, postures)
     about = [f"{key}: {_shown(value)}" for key, value in result.about.items() if isinstance(value, str | int | float)]
     return Recording(

@@ -35,7 +35,7 @@ function seek(time) {
     const past = data.trail.times.filter((one) => one <= player.time + 1e-9).length;
     stage.node(data.trail.path).geometry.setDrawRange(0, data.trail.indices * Math.max(past - 1, 0));
   }
-  const rows = data.effort.map(({ name, unit, values }, i) => [name, `${figure(sample(values), 3)} ${unit}`, data.legend[i].colour]);
+  const rows = data.effort.map(({ name, unit, values, colour }) => [name, `${figure(sample(values), 3)} ${unit}`, colour]);
   if (data.error) rows.unshift(["Tool error", `${figure(1000 * sample(data.error), 3)} mm`]);
   fillTable(byId("figures"), rows);
   if (curves) curves.cursor(player.time);

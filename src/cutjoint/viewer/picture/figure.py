@@ -52,6 +52,7 @@ class Figure:
     Attributes:
         scene: what a tab is sent.
         radius: half the robot's extent [m].
+        colours: of the limbs of actuators, as far as they are seen.
         toggles: what can be shown or hidden: title -> (paths, shown at the start).
     """
 
@@ -62,10 +63,10 @@ class Figure:
         description = chain.description
         placements = chain.link_placements(at)
         self._paths = {link.name: f"{ROOT}/links/{_safe(i, link.name)}" for i, link in enumerate(description.links)}
-        self.colours = limb_colours(description)
         self._visuals: Mapping[str, tuple[Shape, ...]] = {link.name: link.visuals for link in description.links}
         if is_bare(description):
             self._visuals = sticks(description, STICK * chain.length, placements)
+        self.colours = limb_colours(description, self._visuals, shapes.has_own_colour)
         low, high = self._bounds(placements)
         self.radius = max(float(np.linalg.norm(high - low)) / 2, SMALLEST)
         boxes = np.array([(low, high), *(self._bounds(chain.link_placements(one)) for one in also)])
@@ -83,15 +84,19 @@ class Figure:
         """Scene path of a link."""
         return self._paths[link]
 
+    def colour_of(self, actuator: str) -> str:
+        """Colour of an actuator's limb for a page, empty where nothing is seen in it."""
+        return css(self.colours[actuator]) if actuator in self.colours else ""
+
     def labels(self) -> list[dict[str, str]]:
         """Names of the actuators and the tool, and the paths where they are shown."""
         joints = {joint.name: joint for joint in self.chain.description.joints}
         found = [
-            {"text": a.name, "path": self.link_path(joints[a.name].child), "colour": css(self.colours[a.name])}
+            {"text": a.name, "path": self.link_path(joints[a.name].child), "colour": self.colour_of(a.name)}
             for a in self.chain.actuators
         ]
         if self.chain.description.tool is not None:
-            found.append({"text": "tool", "path": f"{ROOT}/tool", "colour": "#20242a"})
+            found.append({"text": "tool", "path": f"{ROOT}/tool", "colour": ""})
         return found
 
     def pose(self, at: Posture) -> None:
@@ -156,7 +161,7 @@ class Figure:
         for link in description.links:
             path = self._paths[link.name]
             limb = owners.get(link.name)
-            default = GREY if limb is None else self.colours[limb]
+            default = GREY if limb is None else self.colours.get(limb, GREY)
             self._draw(f"{path}/visual", self._visuals.get(link.name, ()), default)
             if link.collisions:
                 self._draw(f"{path}/collision", link.collisions, COLLISION, own=False)

@@ -9,10 +9,11 @@ the only one after it.  Pieces without any belong to none.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from cutjoint.description.model import Joint, RobotDescription
+from cutjoint.description.model import Joint, RobotDescription, Shape
 from cutjoint.viewer.picture.shapes import Colour
 
 PALETTE: tuple[Colour, ...] = (
@@ -30,17 +31,33 @@ AT_PIN = 1e-6
 """Distance of a tool from a joint below which it is on it, in the distances between the body's joints."""
 
 
-def limb_colours(description: RobotDescription) -> dict[str, Colour]:
-    """Actuator -> colour of its limb: the most frequent bright one of its links, else the palette's."""
-    limbs: dict[str, Counter[Colour]] = {name: Counter() for name in description.actuators}
-    owners = limb_of(description)
-    for link in description.links:
-        if (limb := owners.get(link.name)) is not None:
-            limbs[limb].update(shape.colour for shape in link.visuals if shape.colour and _bright(shape.colour))
-    return {
-        name: counts.most_common(1)[0][0] if counts else PALETTE[i % len(PALETTE)]
-        for i, (name, counts) in enumerate(limbs.items())
-    }
+def limb_colours(
+    description: RobotDescription, visuals: Mapping[str, Sequence[Shape]], has_own: Callable[[Shape], bool]
+) -> dict[str, Colour]:
+    """Actuator -> colour of its limb: the most frequent bright one of its links, else the palette's.
+
+    Limbs of which nothing is seen in that colour are not in it: their shapes all have other ones, or there are none.
+
+    Args:
+        description: the robot.
+        visuals: what is seen of each link.
+        has_own: whether a shape has a colour of its own.
+    """
+    bright: dict[str, Counter[Colour]] = {name: Counter() for name in description.actuators}
+    plain: set[str] = set()
+    for link, limb in limb_of(description).items():
+        for shape in visuals.get(link, ()):
+            if not has_own(shape):
+                plain.add(limb)
+            elif shape.colour is not None and _bright(shape.colour):
+                bright[limb][shape.colour] += 1
+    found = {}
+    for i, (name, counts) in enumerate(bright.items()):
+        if counts:
+            found[name] = counts.most_common(1)[0][0]
+        elif name in plain:
+            found[name] = PALETTE[i % len(PALETTE)]
+    return found
 
 
 def limb_of(description: RobotDescription) -> dict[str, str]:
@@ -103,14 +120,14 @@ class _Bodies:
                 continue
             apart = [piece for piece in self.pieces({self.base, body}) if piece & others]
             if tool is not None and body == self.of[tool.link]:
-                if len(apart) > 2 or (len(apart) == 2 and not self._at_pin(body)):
+                if len(apart) >= 2 and not self._ends_at_pin(body):
                     found.add(body)
             elif sum(not piece.isdisjoint(moved) for piece in apart) >= BRANCHES:
                 found.add(body)
         return found
 
-    def _at_pin(self, body: str) -> bool:
-        """Whether the tool is on one of the body's joints, as that of a five-bar on the pin between its limbs."""
+    def _ends_at_pin(self, body: str) -> bool:
+        """Whether the tool is on all joints of a body but one: a bar, as that of a five-bar, with the pin of the limbs."""
         tool, pins = self.description.tool, []
         if tool is None:
             return False
@@ -123,7 +140,7 @@ class _Bodies:
             pins += [(self._placed[f.link] @ f.placement)[:3, 3] for f in (cut.a, cut.b) if self.of[f.link] == body]
         point = (self._placed[tool.link] @ tool.placement)[:3, 3]
         size = max((float(np.linalg.norm(a - b)) for a in pins for b in pins), default=0.0)
-        return any(float(np.linalg.norm(point - pin)) <= AT_PIN * size for pin in pins)
+        return sum(float(np.linalg.norm(point - pin)) > AT_PIN * size for pin in pins) <= 1
 
     def by_tree(self, piece: set[str]) -> dict[str, str]:
         """Links of a piece with several actuators."""
