@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from cutjoint.errors import CutjointError, InputError, UnknownNameError
+from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.simulation.result import Result
 from cutjoint.simulation.result_file import load as load_result
 from cutjoint.simulation.summary import actuators_of
@@ -76,28 +76,34 @@ def _check_same(named: Mapping[str, Result]) -> None:
             raise InputError(f"runs of different robots cannot be laid over each other: {', '.join(told)}")
 
 
-def robot_of(result: Result) -> ClosedChain:
+def robot_of(result: Result, variant: str | None = None, *, lenient: bool = False) -> ClosedChain:
     """The robot that a result names, where it is one that is found by name.
 
+    Args:
+        result: the run.
+        variant: named set of inertias; default that which the result names.
+        lenient: as `robots.load` has it.
+
     Raises:
-        InputError: it is not, or the robot of that name is another one.
+        InputError: it is not found, or the robot of that name is another one.
+        UnknownNameError: it has no such variant.
     """
     from cutjoint.robots import load
 
     named = str(result.about.get("robot", ""))
     name, _, rest = named.partition(" ")
-    mend = "give the robot with --robot, or robot= in Python"
+    mend = "name it with --robot, or give robot= in Python"
     if not name:
         raise InputError(f"the result does not tell its robot; {mend}")
     try:
-        chain = load(name)
-        variant = rest.strip("()")
-        if variant in {one.name for one in chain.description.variants}:
-            chain = load(name, variant)
+        chain = load(name, variant, lenient=lenient)
     except UnknownNameError as error:
+        if error.kind == "variant":
+            raise
         raise InputError(f"the result was made with '{named}', which is no robot here; {mend}") from error
-    except CutjointError as error:
-        raise InputError(f"the result was made with '{named}', which cannot be loaded ({error}); {mend}") from error
+    made_with = rest.strip("()")
+    if variant is None and made_with in {one.name for one in chain.description.variants}:
+        chain = load(name, made_with, lenient=lenient)
     check_robot(result, chain)
     return chain
 

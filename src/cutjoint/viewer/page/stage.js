@@ -28,7 +28,7 @@ class Stage {
     const resize = viewer.set_3d_pane_size;
     viewer.set_3d_pane_size = () => {
       const width = this.pane.clientWidth, height = this.pane.clientHeight;
-      viewer.camera.zoom = Math.min(1, width / height); // the robot fits in, however narrow the page
+      if (width > 0 && height > 0) viewer.camera.zoom = Math.min(1, width / height); // the robot fits in, however narrow
       resize.call(viewer, width, height);
     };
     new ResizeObserver(() => viewer.set_3d_pane_size()).observe(this.pane);
