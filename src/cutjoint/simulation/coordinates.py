@@ -41,7 +41,8 @@ def joints_of(mechanism: object) -> list[list[str]] | None:
 
 
 def coordinates(q_full: Array, joints: Sequence[Sequence[str]]) -> list[Coordinate]:
-    """Coordinates of all `joints` (names and types) over a run; angles go on beyond a turn.
+    """Coordinates of all `joints` (names and types) over a run; angles that come of a
+    rotation go on beyond a turn.
 
     Args:
         q_full: configurations, shape (m, nq).
@@ -61,7 +62,8 @@ def coordinates(q_full: Array, joints: Sequence[Sequence[str]]) -> list[Coordina
         if own.shape[1] == end - start:
             values = own if row.from_q is None else np.array([row.from_q(one) for one in own])
             for i, part in enumerate(parts):
-                column = values[:, i] if part.is_length else np.unwrap(values[:, i])
+                stored = part.is_length or row.from_q is None
+                column = values[:, i] if stored else np.unwrap(values[:, i])
                 found.append(Coordinate(name, part.name if len(parts) > 1 else "", part.unit, column))
         start = end
     if start != q_full.shape[1]:

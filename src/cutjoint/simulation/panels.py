@@ -265,7 +265,9 @@ class PanelRow(NamedTuple):
 PANELS: Mapping[str, PanelRow] = {
     "error": PanelRow(_error, "desired minus actual position of the tool", "the run followed nothing"),
     "orientation": PanelRow(
-        _orientation, "angle between desired and actual orientation", "it followed nothing, or its tool cannot turn"
+        _orientation,
+        "angle between desired and actual orientation",
+        "the run followed nothing, or its tool cannot turn",
     ),
     "tool": PanelRow(_tool, "position of the tool"),
     "tool_velocity": PanelRow(_tool_velocity, "velocity of the tool"),
@@ -282,7 +284,11 @@ PANELS: Mapping[str, PanelRow] = {
     ),
     "energy": PanelRow(_energy, "energies, works, and what is left over"),
     "gap": PanelRow(_gap, "how far the loops are open"),
-    "reactions": PanelRow(_reactions, "forces and moments in joints and cuts", "it needs the robot (give the robot)"),
+    "reactions": PanelRow(
+        _reactions,
+        "forces and moments in joints and cuts",
+        "the robot is not at hand (name it with --robot, or give robot=)",
+    ),
 }
 """Name, as `--what` has it -> the panels of a run."""
 USUAL = ("error", "orientation", "tool", "joints", "effort", "power")
@@ -338,6 +344,9 @@ def between(panels: Sequence[Panel], start: float | None, end: float | None) -> 
     Raises:
         InputError: that is no stretch of time, or there are no samples in it.
     """
+    for one in (start, end):
+        if one is not None and not np.isfinite(one):
+            raise InputError(f"times to show are finite numbers [s], found {one}")
     if start is not None and end is not None and not start < end:
         raise InputError(f"the stretch of time from {start:g} s to {end:g} s is none; give a start before its end")
     found = []

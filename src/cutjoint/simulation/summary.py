@@ -82,7 +82,7 @@ def setting_rows(result: Result) -> list[tuple[str, str]]:
     if loads:
         rows.append(("loads", loads if isinstance(loads, str) else "; ".join(map(_load, loads))))
     if "integrator" in about:
-        counts = ", ".join(f"{about[key]} {key}" for key in ("steps", "evaluations") if key in about)  # type: ignore[literal-required]
+        counts = ", ".join(f"{about[key]} {key}" for key in ("steps", "evaluations") if key in about)
         rows.append(("integrator", f"{about['integrator']}{counts and f': {counts}'}"))
     if "locked" in about:
         rows.append(("locked", ", ".join(about["locked"])))
