@@ -17,7 +17,10 @@ from cutjoint import interrupts
 from cutjoint.commands.failing import complain, failed
 from cutjoint.commands.stopping import told
 
-COMMANDS = ("list", "info", "check", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
+COMMANDS = (
+    *("list", "info", "check", "crosscheck", "simulate", "plot", "report", "reproduce", "view", "play", "export"),
+    "compile",
+)
 
 RARELY = 50_000
 """New objects until Python looks for circles among them: a command makes many that stay, and ends soon."""

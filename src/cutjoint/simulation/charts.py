@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cutjoint.arrays import Array, Values, readonly
-from cutjoint.errors import InputError
 from cutjoint.simulation.panels import Panel, scaled
 
 COLOURS = 8
@@ -81,25 +80,14 @@ def look(i: int) -> tuple[int, int]:
 
 
 def overlaid(runs: Mapping[str, Sequence[Panel]]) -> list[Chart]:
-    """The panels of runs by name, those of the same title and unit in one chart.
-
-    Raises:
-        InputError: they show curves of other names, so the runs are of other robots.
-    """
+    """The panels of runs of one robot by name, those of the same title and unit in one chart."""
     found: dict[tuple[str, str], dict[str, Panel]] = {}
     for run, panels in runs.items():
         for panel in panels:
             found.setdefault((panel.title, panel.unit), {})[run] = panel
     charts = []
     for same in found.values():
-        (first, panel), *others = same.items()
-        for run, other in others:
-            if tuple(other.names) != tuple(panel.names):
-                raise InputError(
-                    f"'{panel.title}' of {first} shows {', '.join(panel.names)}, of {run} {', '.join(other.names)}; "
-                    "only runs of one robot can be laid over each other"
-                )
-        charts += _of_one(panel) if len(runs) == 1 else _of_several(same, tuple(runs))
+        charts += _of_one(*same.values()) if len(runs) == 1 else _of_several(same, tuple(runs))
     return charts
 
 
@@ -128,21 +116,24 @@ def _of_several(same: Mapping[str, Panel], runs: Sequence[str]) -> list[Chart]:
     bounds = [one.bound for one in same.values() if one.bound is not None]
     bound = bounds[0] if len(bounds) == len(same) and len(set(bounds)) == 1 else None
     chart = Chart(panel.title, panel.quantity, panel.unit, (), bound, panel.since)
-    names = panel.names
-    if len(names) > 1 and len(names) * len(same) <= MOST and len(runs) <= DASHES:
+    names = list(dict.fromkeys(name for one in same.values() for name in one.names))
+    of_name = {
+        name: [(run, one, one.names.index(name)) for run, one in same.items() if name in one.names] for name in names
+    }
+    if len(names) > 1 and sum(map(len, of_name.values())) <= MOST and len(runs) <= DASHES:
         curves = tuple(
-            _curve(one, i, f"{name}, {run}", (i % COLOURS, runs.index(run)))
-            for i, name in enumerate(names)
-            for run, one in same.items()
+            _curve(one, k, f"{name}, {run}", (i % COLOURS, runs.index(run)))
+            for i, (name, own) in enumerate(of_name.items())
+            for run, one, k in own
         )
         return [replace(chart, curves=curves)]
     return [
         replace(
             chart,
             title=panel.title if len(names) == 1 else f"{panel.title}: {name}",
-            curves=tuple(_curve(one, i, run, look(runs.index(run))) for run, one in same.items()),
+            curves=tuple(_curve(one, k, run, look(runs.index(run))) for run, one, k in own),
         )
-        for i, name in enumerate(names)
+        for name, own in of_name.items()
     ]
 
 

@@ -6,7 +6,7 @@ A new panel: a function of a `Shown` and a row in `PANELS`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from cutjoint.simulation.summary import actuators_of
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
 
-REACTION_SAMPLES = 600
+REACTION_SAMPLES = 200
 """Samples of a run of which reactions are computed: a few milliseconds each."""
 
 
@@ -236,10 +236,16 @@ def _reactions(shown: Shown) -> list[Panel]:
 
     if shown.robot is None:
         return []
-    found, every = sampled_reactions(shown.run, shown.robot, REACTION_SAMPLES)
-    rest = "" if every == 1 else f", every {every}th sample"
+    found = sampled_reactions(shown.run, shown.robot, REACTION_SAMPLES)
     return [
-        Panel(f"{title} in the joints{rest}", found.time, np.linalg.norm(values, axis=2), unit, quantity, found.names)
+        Panel(
+            f"{title} in the joints, at {REACTION_SAMPLES} samples at most",
+            found.time,
+            np.linalg.norm(values, axis=2),
+            unit,
+            quantity,
+            found.names,
+        )
         for title, values, unit, quantity in (
             ("Forces", found.force, "N", "size of the force"),
             ("Moments", found.moment, "N m", "size of the moment"),
@@ -281,7 +287,6 @@ PANELS: Mapping[str, PanelRow] = {
 """Name, as `--what` has it -> the panels of a run."""
 USUAL = ("error", "orientation", "tool", "joints", "effort", "power")
 """What is shown unasked, as far as a run has it."""
-EVERYTHING = tuple(PANELS)
 
 
 def panels_of(result: Result, what: Sequence[str] = (), robot: ClosedChain | None = None) -> list[Panel]:
@@ -309,16 +314,44 @@ def panels_of(result: Result, what: Sequence[str] = (), robot: ClosedChain | Non
     return panels
 
 
-def all_panels(result: Result, robot: ClosedChain | None = None) -> tuple[list[Panel], dict[str, str]]:
-    """Every panel that a run has, and by name why the others are left out."""
-    shown, panels, left = Shown(result, robot), [], {}
+def all_panels(result: Result, robot: ClosedChain | None = None) -> tuple[dict[str, list[Panel]], dict[str, str]]:
+    """Every panel that a run has, by the names of `PANELS`, and by name why the others are left out."""
+    shown = Shown(result, robot)
+    panels: dict[str, list[Panel]] = {}
+    left: dict[str, str] = {}
     for name, row in PANELS.items():
         try:
             found = row.make(shown)
         except CutjointError as error:
             left[name] = str(error)
             continue
-        panels += found
-        if not found:
+        if found:
+            panels[name] = found
+        else:
             left[name] = row.lacks
     return panels, left
+
+
+def between(panels: Sequence[Panel], start: float | None, end: float | None) -> list[Panel]:
+    """The samples of panels from `start` to `end` [s]; None for the run's own start or end.
+
+    Raises:
+        InputError: that is no stretch of time, or there are no samples in it.
+    """
+    if start is not None and end is not None and not start < end:
+        raise InputError(f"the stretch of time from {start:g} s to {end:g} s is none; give a start before its end")
+    found = []
+    for panel in panels:
+        kept = np.ones(len(panel.time), dtype=bool)
+        if start is not None:
+            kept &= panel.time >= start
+        if end is not None:
+            kept &= panel.time <= end
+        if not kept.any():
+            raise InputError(
+                f"there are no samples from {panel.time[0] if start is None else start:g} s to "
+                f"{panel.time[-1] if end is None else end:g} s; the run has them from {panel.time[0]:g} s to "
+                f"{panel.time[-1]:g} s"
+            )
+        found.append(replace(panel, time=panel.time[kept], values=panel.values[kept]))
+    return found

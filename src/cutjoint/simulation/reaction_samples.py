@@ -16,8 +16,8 @@ SAME = 1e-6
 """Part of the energies of a run that those of the same robot may differ: loops are open by 1e-9 of its length."""
 
 
-def sampled_reactions(result: Result, robot: ClosedChain, samples: int) -> tuple[ReactionHistory, int]:
-    """Reactions at about `samples` samples, and every how many samples that is: 1 for all of them.
+def sampled_reactions(result: Result, robot: ClosedChain, samples: int) -> ReactionHistory:
+    """Reactions at so many samples or fewer, evenly spaced among those of the run.
 
     Raises:
         InputError: the run is not one of this robot: of other joints, masses, payload or physics.
@@ -27,7 +27,7 @@ def sampled_reactions(result: Result, robot: ClosedChain, samples: int) -> tuple
     part = result_of({name: column[::every] for name, column in result.columns.items()}, result.about)
     found = reactions_of(part, robot)
     check_same_robot(part, robot)
-    return found, every
+    return found
 
 
 def check_same_robot(result: Result, robot: ClosedChain) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import NamedTuple, TypedDict
+from typing import TYPE_CHECKING, NamedTuple, TypedDict
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from cutjoint.arrays import Array, Values, readonly, readonly_mapping
 from cutjoint.errors import InputError
 from cutjoint.simulation.hardware.parts import Parts
 from cutjoint.simulation.observables import OBSERVABLES
+
+if TYPE_CHECKING:
+    from cutjoint import Plot, RunPage
 
 ROUNDING = 16.0 * np.finfo(float).eps
 """Part of an energy that its rounding may be."""
@@ -215,6 +219,35 @@ class Result(Values):
     def loop_gap(self) -> tuple[float, float]:
         """Worst loop residual of the run, ([m], [rad])."""
         return float(self.gap[:, 0].max()), float(self.gap[:, 1].max())
+
+    def plot(self, what: str | Sequence[str] = (), file: str | os.PathLike[str] | None = None) -> Plot:
+        """Curves of the run: shows itself in a notebook, `save`s as .svg, .png or .html.
+
+        Args:
+            what: names of `simulation.panels.PANELS`, as a list or with commas between; default the usual ones.
+            file: where to write it too.
+
+        Raises:
+            UnknownNameError: there is no panel of that name.
+            InputError: the run has nothing to show in one, or no place for the file.
+            MissingPackageError: matplotlib is not installed.
+        """
+        from cutjoint import plot
+
+        return plot(self, what, file=file)
+
+    def report(self, file: str | os.PathLike[str] | None = None) -> RunPage:
+        """All about the run as one page: shows itself in a notebook, `save`s as .html.
+
+        Args:
+            file: where to write it too.
+
+        Raises:
+            InputError: no place for the file.
+        """
+        from cutjoint import run_report
+
+        return run_report(self, file=file)
 
 
 ARRAYS = tuple(one.name for one in fields(Result) if one.name in OBSERVABLES)

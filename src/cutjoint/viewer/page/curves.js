@@ -32,6 +32,7 @@ const STYLE = `
 .curve-legend { display: flex; flex-wrap: wrap; gap: 1px 12px; margin: 3px 0 0; font-size: 12px; }
 .curve-legend button { display: flex; align-items: center; gap: 5px; border: 0; padding: 1px 0; text-align: left; }
 .curve-legend button[aria-pressed=false] { opacity: .4; text-decoration: line-through; }
+.curve-legend span { opacity: .75; }
 .curve-legend svg { flex: 0 0 26px; }
 .curve-legend output { font-variant-numeric: tabular-nums; min-width: 4.6em; text-align: right; }
 .curve-legend.many { max-height: 9em; overflow-y: auto; }
@@ -60,8 +61,9 @@ function drawCurves(element, panels, options = {}) {
 
   const dark = matchMedia("(prefers-color-scheme: dark)");
   let printing = false;
+  const theme = () => document.documentElement.dataset.theme || (dark.matches ? "dark" : "light"); // the page's own first
   const redraw = () => {
-    const look = LOOKS[dark.matches && !printing ? "dark" : "light"];
+    const look = LOOKS[printing ? "light" : theme()];
     for (const one of drawn) paintPanel(one, view, look);
     if (tools) {
       tools.whole.disabled = view.from === whole[0] && view.to === whole[1];
@@ -156,9 +158,11 @@ function curvePanel(element, panel, options) {
     legend.append(button);
     return { curve, time: curve.time || panel.time, button, value, line, shown: true };
   });
+  const limits = document.createElement("span");
+  legend.append(limits);
   section.append(title, canvas, legend);
   element.append(section);
-  return { panel, canvas, keys, box: null };
+  return { panel, canvas, keys, limits, box: null };
 }
 
 function handlePointer(one, view, { cursor, show, redraw, onSeek }) {
@@ -247,6 +251,7 @@ function paintPanel(one, view, look) {
   pen.clip();
   const since = Math.max(x(panel.since === undefined ? view.from : panel.since), box.x);
   for (const value of range.bounds) limit(pen, since, y(value), box.x + box.width, look.ink);
+  for (const value of range.shared) limit(pen, box.x, y(value), box.x + box.width, look.ink);
   const alone = keys.length === 1;
   for (const key of keys) {
     const colour = alone ? look.ink : look.colours[(key.curve.colour || 0) % look.colours.length];
@@ -254,7 +259,7 @@ function paintPanel(one, view, look) {
     key.button.setAttribute("aria-pressed", key.shown);
     if (!key.shown) continue;
     for (const value of [key.curve.low, key.curve.high]) {
-      if (Number.isFinite(value)) limit(pen, box.x, y(value), box.x + box.width, colour);
+      if (Number.isFinite(value) && !range.shared.includes(value)) limit(pen, box.x, y(value), box.x + box.width, colour);
     }
     strokeCurve(pen, key, view, x, y, colour);
   }
@@ -264,6 +269,7 @@ function paintPanel(one, view, look) {
   }
   paintCursor(pen, one, view, look, x, y);
   pen.restore();
+  one.limits.textContent = limitWords(range, panel.unit);
   const digits = (range.high - range.low) / 1000;
   for (const key of keys) {
     const value = view.at === null || !key.shown ? null : valueAt(key, view.at);
@@ -333,11 +339,21 @@ function rangeOf(panel, keys, view) {
   const wanted = Number.isFinite(panel.bound) && view.to > (panel.since || 0) ? (low < 0 ? [panel.bound, -panel.bound] : [panel.bound]) : [];
   const own = keys.flatMap(({ curve, shown }) => shown ? [curve.low, curve.high].filter(Number.isFinite) : []);
   const bounds = wanted.filter(near), seen = [...bounds, ...own.filter(near)];
+  const shared = [...new Set(own)].filter((value) => keys.length > 1 && keys.every(({ curve }) => curve.low === value || curve.high === value));
+  const drawn = new Set(seen), all = new Set([...wanted, ...own]), far = [...all].filter((value) => !drawn.has(value));
   low = Math.min(low, ...seen);
   high = Math.max(high, ...seen);
   const size = Math.max(Math.abs(low), Math.abs(high));
   const margin = high - low > 1e-12 * size ? 0.06 * (high - low) : 0.1 * size || 1;
-  return { low: low - margin, high: high + margin, bounds };
+  return { low: low - margin, high: high + margin, bounds, shared, drawn: [...drawn], far };
+}
+
+// What the dotted lines are, and which limits lie outside the figure.
+function limitWords({ drawn, far }, unit) {
+  const ends = far.map((value) => Number(value.toPrecision(4))).sort((a, b) => a - b);
+  const told = ends.length > 4 ? "" : ` (${ends.join(", ").replaceAll("-", "−")} ${unit})`;
+  const outside = far.length ? `limits${told} outside the figure` : "";
+  return [drawn.length ? "dotted: limits" : "", outside].filter(Boolean).join("; ");
 }
 
 // The first sample at t or later.
