@@ -22,6 +22,7 @@ from cutjoint.viewer.film.curves import CurveGroup, groups_of
 
 FRAMES_PER_SECOND = 30.0
 FRAMES = 1500
+FEWEST = 30
 EXACT = ("effort", "tool", "joints", "velocity", "power", "passive")
 """Curves of a motion that is followed exactly."""
 SAME = 1e-6
@@ -150,8 +151,9 @@ def still(chain: ClosedChain, at: Posture) -> Recording:
 
 
 def frame_times(duration: float) -> Array:
-    """Even times from 0 to `duration` [s], at 30 a second or fewer where that would be more than FRAMES."""
-    count = int(np.clip(np.ceil(duration * FRAMES_PER_SECOND), 1, FRAMES))
+    """Even times from 0 to `duration` [s], at 30 a second; at least FEWEST, as a short motion is played slowly, and at
+    most FRAMES."""
+    count = int(np.clip(np.ceil(duration * FRAMES_PER_SECOND), FEWEST, FRAMES))
     return np.linspace(0.0, duration, count + 1)
 
 

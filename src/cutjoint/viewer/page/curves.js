@@ -61,8 +61,9 @@ function drawCurves(element, panels, options = {}) {
 
   const dark = matchMedia("(prefers-color-scheme: dark)");
   let printing = false;
+  const theme = () => document.documentElement.dataset.theme || (dark.matches ? "dark" : "light"); // the page's own first
   const redraw = () => {
-    const look = LOOKS[dark.matches && !printing ? "dark" : "light"];
+    const look = LOOKS[printing ? "light" : theme()];
     for (const one of drawn) paintPanel(one, view, look);
     if (tools) {
       tools.whole.disabled = view.from === whole[0] && view.to === whole[1];

@@ -5,6 +5,7 @@ const byId = (id) => document.getElementById(id);
 const data = JSON.parse(byId("data").textContent);
 const stage = new Stage(byId("scene"));
 const player = { time: 0, playing: data.duration > 0, last: null };
+const DIGITS = data.duration > 0 ? Math.max(2, 2 - Math.floor(Math.log10(data.duration))) : 2;
 let curves = null; // of the groups that are chosen
 window.cutjoint = { stage, player, seek, setPlaying };
 
@@ -29,7 +30,7 @@ function seek(time) {
   if (data.duration > 0) {
     animator.seek(player.time);
     byId("time").value = player.time;
-    byId("clock").textContent = `${player.time.toFixed(2)} / ${data.duration.toFixed(2)} s`;
+    byId("clock").textContent = `${player.time.toFixed(DIGITS)} / ${data.duration.toFixed(DIGITS)} s`;
   }
   if (data.trail) {
     const past = data.trail.times.filter((one) => one <= player.time + 1e-9).length;
@@ -71,6 +72,13 @@ byId("legend").querySelector("ul").append(...data.legend.map(({ text, colour, ov
   item.append(swatch(colour, over), text);
   return item;
 }));
+// Speeds: the usual ones, and those at which a very short or long motion takes some seconds.
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4], SHORTEST = 0.2, LONGEST = 60;
+for (let speed = 0.01; data.duration > 0 && data.duration / SPEEDS[0] < 1; speed /= 10) SPEEDS.unshift(speed);
+for (let speed = 10; data.duration / SPEEDS.at(-1) > LONGEST; speed *= 10) SPEEDS.push(speed);
+const usual = data.duration < SHORTEST ? SPEEDS.findLast((speed) => data.duration / speed >= 1) : 1;
+byId("speed").append(...SPEEDS.map((speed) => new Option(`${+speed.toPrecision(2)} ×`, speed, speed === usual, speed === usual)));
+
 byId("playing").hidden = data.duration === 0;
 byId("now").hidden = data.effort.length === 0 && !data.error;
 byId("about-section").hidden = data.about.length === 0;

@@ -28,7 +28,11 @@ class Stage {
     const resize = viewer.set_3d_pane_size;
     viewer.set_3d_pane_size = () => {
       const width = this.pane.clientWidth, height = this.pane.clientHeight;
-      if (width > 0 && height > 0) viewer.camera.zoom = Math.min(1, width / height); // the robot fits in, however narrow
+      if (width > 0 && height > 0) {
+        const bar = SMALL.matches ? Math.min(scene.querySelector("#bar").offsetHeight + 6, height / 3) : 0;
+        viewer.camera.zoom = Math.min(1, width / height, (height - bar) / height); // the robot fits in, under the buttons
+        viewer.camera.setViewOffset(width, height, 0, -bar / 2, width, height);
+      }
       resize.call(viewer, width, height);
     };
     new ResizeObserver(() => viewer.set_3d_pane_size()).observe(this.pane);

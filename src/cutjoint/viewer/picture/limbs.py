@@ -13,6 +13,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from cutjoint.arrays import Array
+from cutjoint.description.cuts import CutType
 from cutjoint.description.model import Joint, RobotDescription, Shape
 from cutjoint.viewer.picture.shapes import Colour
 
@@ -84,19 +86,40 @@ class _Bodies:
         self.description = description
         self.joints = _from_root(description)
         self.base = description.root
-        self.of: dict[str, str] = {description.root: description.root}
-        self._placed = {description.root: np.eye(4)}
+        self.of: dict[str, str] = {}
+        self._placed: dict[str, Array] = {}
         """Placement of each link in its body."""
-        for joint in self.joints:
-            fixed = joint.type.dof == 0
-            self.of[joint.child] = self.of[joint.parent] if fixed else joint.child
-            self._placed[joint.child] = self._placed[joint.parent] @ joint.placement if fixed else np.eye(4)
+        self._gather()
         self.beside: dict[str, set[str]] = {body: set() for body in self.of.values()}
         pairs = [(joint.parent, joint.child) for joint in self.joints]
         for a, b in [*pairs, *((cut.a.link, cut.b.link) for cut in description.cuts)]:
             if self.of[a] != self.of[b]:
                 self.beside[self.of[a]].add(self.of[b])
                 self.beside[self.of[b]].add(self.of[a])
+
+    def _gather(self) -> None:
+        """Put every link into a body, over fixed joints and fixed cuts."""
+        rigid: dict[str, list[tuple[str, Array]]] = {}
+        ties: list[tuple[str, str, Array]] = [
+            (joint.parent, joint.child, joint.placement) for joint in self.joints if joint.type.dof == 0
+        ]
+        for cut in self.description.cuts:
+            if cut.type == CutType.FIXED and cut.bushing is None:
+                ties.append((cut.a.link, cut.b.link, cut.a.placement @ np.linalg.inv(cut.b.placement)))
+        for one, other, placement in ties:
+            rigid.setdefault(one, []).append((other, placement))
+            rigid.setdefault(other, []).append((one, np.asarray(np.linalg.inv(placement))))
+        for link in (self.base, *(joint.child for joint in self.joints)):
+            if link in self.of:
+                continue
+            self.of[link], self._placed[link] = link, np.eye(4)
+            stack = [link]
+            while stack:
+                here = stack.pop()
+                for other, placement in rigid.get(here, ()):
+                    if other not in self.of:
+                        self.of[other], self._placed[other] = link, self._placed[here] @ placement
+                        stack.append(other)
 
     def pieces(self, without: set[str]) -> list[set[str]]:
         """What is connected when some bodies are taken out."""
@@ -127,7 +150,7 @@ class _Bodies:
         return found
 
     def _ends_at_pin(self, body: str) -> bool:
-        """Whether the tool is on all joints of a body but one: a bar, as that of a five-bar, with the pin of the limbs."""
+        """Whether the tool is on all joints of a body but one, as on the bar of a five-bar that ends at the other's."""
         tool, pins = self.description.tool, []
         if tool is None:
             return False
