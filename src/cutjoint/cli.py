@@ -3,9 +3,7 @@ which imports what is heavy only when it runs, so that `cutjoint --help` is quic
 
 from __future__ import annotations
 
-import contextlib
 import gc
-import os
 import sys
 import warnings
 from importlib import import_module
@@ -25,14 +23,16 @@ COMMANDS = (
 RARELY = 50_000
 """New objects until Python looks for circles among them: a command makes many that stay, and ends soon."""
 
-STATUS = """Exit status: 0 done, 1 a check did not hold, 2 bad input, 70 a fault of cutjoint itself, 130 and 143 interrupted (SIGINT,
-SIGTERM).  Messages go to stderr; CUTJOINT_TRACEBACK=1 shows where in the code an error came from."""
+STATUS = (
+    "Exit status: 0 done, 1 a check did not hold, 2 bad input, 70 a fault of cutjoint itself, 130 and 143 interrupted "
+    "(SIGINT, SIGTERM). Messages go to stderr; CUTJOINT_TRACEBACK=1 shows where in the code an error came from."
+)
 
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog=" ".join(STATUS.split()),
+    epilog=STATUS,
 )
 for _name in COMMANDS:
     app.command(_name)(told(import_module(f"cutjoint.commands.{_name}").command))
@@ -70,37 +70,10 @@ def main() -> None:
             stream.reconfigure(errors="backslashreplace")  # a mark or a name that the encoding has no sign for
     try:
         status = app(prog_name="cutjoint", standalone_mode=False) or 0
-        _flush()
     except KeyboardInterrupt:
         status = interrupts.status()
-    except BrokenPipeError:
-        status = _unheard()
     except Exception as error:
         status = failed(error)
     finally:
-        with contextlib.suppress(OSError, ValueError):
-            _flush()
         interrupts.done()
     sys.exit(interrupts.status() if status == 128 + interrupts.SIGNALS[0] else status)
-
-
-def _flush() -> None:
-    """Write what is not written yet.
-
-    Raises:
-        OSError: it cannot be.
-    """
-    try:
-        if sys.stdout is not None:
-            sys.stdout.flush()
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, "standard output") from error
-
-
-def _unheard() -> int:
-    """Nobody reads the output any more, as with `| head`: the rest of it goes nowhere."""
-    with contextlib.suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 0

@@ -53,8 +53,8 @@ def _still(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
 
 def shown(path: str, longest: int = 200) -> str:
     """A path as messages show it: one that is very long is cut in the middle, what cannot be printed is escaped."""
-    text = "".join(one if one.isprintable() else ascii(one)[1:-1] for one in path)
-    return text if len(text) <= longest else f"{text[: longest // 2]}...{text[-longest // 4 :]}"
+    whole = path if len(path) <= longest else f"{path[: longest // 2]}...{path[-longest // 4 :]}"
+    return "".join(one if one.isprintable() else ascii(one)[1:-1] for one in whole)
 
 
 class RoundingWarning(UserWarning):
@@ -142,7 +142,9 @@ class UnknownNameError(CutjointError, KeyError):
     def __init__(self, kind: str, name: str, known: Sequence[str], everything: str = "") -> None:
         self.kind, self.name, self.known = kind, name, tuple(known)
         near = [f"'{shown(one)}'" for one in nearest(name, self.known)]
-        hint = f"; did you mean {' or '.join([*([', '.join(near[:-1])] if near[1:] else []), near[-1]])}?" if near else "."
+        hint = (
+            f"; did you mean {' or '.join([*([', '.join(near[:-1])] if near[1:] else []), near[-1]])}?" if near else "."
+        )
         more = len(self.known) - MOST_KNOWN
         if more > 0 and near:
             told = ""

@@ -7,7 +7,7 @@ of its own below its row; rows as columns; and bands one below the other, each w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from html import escape
 
@@ -133,7 +133,8 @@ class _Layout:
         table, lines = self.table, []
         if any(table.columns):
             lines += self._row([Cell(one, "") for one in table.columns], plainly)
-            lines.append((" " * GAP).join("-" * width for width in self.widths))
+            rules = [("-" if table.columns[i] else " ") * w for i, w in zip(self.columns, self.widths, strict=True)]
+            lines.append((" " * GAP).join(rules).rstrip())
         rows = [self._row(row, paint) for row in table.rows]
         apart = any(len(row) > 2 for row in rows) and bool(self.below)
         for number, row in enumerate(rows):
@@ -159,36 +160,36 @@ class _Layout:
 def _laid_out(table: TextTable, width: int) -> list[_Layout]:
     """The layouts, one below the other, that show the whole table."""
     every = list(range(len(table.columns)))
-    natural = [max(broad(table.columns[i]), _longest(table, i, broad)) for i in every]
-    tight = [max(_word(table.columns[i]), _longest(table, i, broad)) for i in every]
+    natural, tight = _natural(table), _tight(table)
     if _sum(natural) <= width:
         return [_Layout(table, every, natural, (), width)]
-
-    def beside(columns: Sequence[int], least: Sequence[int], below: Sequence[int] = ()) -> list[_Layout] | None:
-        """These columns side by side, if there is room; what is left over goes to those that would wrap most."""
-        widths = [least[i] for i in columns]
-        left = width - _sum(widths)
-        if left < 0:
-            return None
-        for _ in range(left):
-            most = max(range(len(columns)), key=lambda k: natural[columns[k]] - widths[k])
-            widths[most] += natural[columns[most]] > widths[most]
-        return [_Layout(table, columns, widths, below, width)]
-
     prose = [i for i in every[1:] if table.columns[i] not in table.right and _word_of(table, i) < natural[i]]
-    found = beside(every, tight)
+    found = _beside(table, every, tight, (), width)
     if found is None and every[-1] in prose:
-        found = beside(every, [*tight[:-1], max(LEAST_PROSE, _word_of(table, every[-1]))])
+        least = [*tight[:-1], max(LEAST_PROSE, _word_of(table, every[-1]))]
+        found = _beside(table, every, least, (), width)
     taken = sorted(prose, key=lambda i: natural[i], reverse=True)
     for count in range(1, len(taken) + 1):
         below = sorted(taken[:count])
-        found = found or beside([i for i in every if i not in below], tight, below)
+        found = found or _beside(table, [i for i in every if i not in below], tight, below, width)
     if found is None and table.right and not prose:
         turned = table.turned()
-        heads = [max(map(_word, (turned.columns[i], *(row[i] for row in turned.rows)))) for i in range(len(table.rows) + 1)]
-        if _sum(heads) <= width:
-            return _laid_out(turned, width)
-    return found or _bands(table, prose, tight, width)
+        found = _beside(turned, list(range(len(turned.columns))), _tight(turned), (), width)
+    return [found] if found else _bands(table, prose, tight, width)
+
+
+def _beside(
+    table: TextTable, columns: Sequence[int], least: Sequence[int], below: Sequence[int], width: int
+) -> _Layout | None:
+    """These columns side by side, if there is room; what is left over goes to those that would wrap most."""
+    natural, widths = _natural(table), [least[i] for i in columns]
+    left = width - _sum(widths)
+    if left < 0:
+        return None
+    for _ in range(left):
+        most = max(range(len(columns)), key=lambda k: natural[columns[k]] - widths[k])
+        widths[most] += natural[columns[most]] > widths[most]
+    return _Layout(table, columns, widths, below, width)
 
 
 def _bands(table: TextTable, prose: Sequence[int], widths: Sequence[int], width: int) -> list[_Layout]:
@@ -205,7 +206,7 @@ def _bands(table: TextTable, prose: Sequence[int], widths: Sequence[int], width:
     room = width - GAP - least[0]
     if len(others) == 1 and room >= max(LEAST_PROSE, _word_of(table, others[0])):
         found.append(_Layout(table, [0, *others], [least[0], room], (), width))
-    elif others:
+    elif others or not found:
         found.append(_Layout(table, [0], least[:1], others, width))
     return found
 
@@ -214,8 +215,14 @@ def _sum(widths: Sequence[int]) -> int:
     return sum(widths) + GAP * (len(widths) - 1)
 
 
-def _longest(table: TextTable, i: int, size: Callable[[str], int]) -> int:
-    return max((size(row[i]) for row in table.rows), default=0)
+def _natural(table: TextTable) -> list[int]:
+    """Widths of the columns as they are."""
+    return [max(map(broad, cells)) for cells in zip(table.columns, *table.rows, strict=True)]
+
+
+def _tight(table: TextTable) -> list[int]:
+    """Widths of the columns with headings over several lines."""
+    return [max(_word(head), *map(broad, cells)) for head, *cells in zip(table.columns, *table.rows, strict=True)]
 
 
 def _word(text: str) -> int:
@@ -224,4 +231,4 @@ def _word(text: str) -> int:
 
 def _word_of(table: TextTable, i: int) -> int:
     """The longest word of a column."""
-    return max(_word(table.columns[i]), _longest(table, i, _word))
+    return max(_word(table.columns[i]), *(_word(row[i]) for row in table.rows))

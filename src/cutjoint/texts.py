@@ -10,11 +10,11 @@ LIST, LONGEST_ITEM = 3, 30
 """A text of so many parts with commas between them, none longer than this, is a list."""
 
 Paint = Callable[[str, str], str]
-"""A text in the look of a style: `bold`, `dim`, `good`, `half`, `bad`, or none."""
+"""A text in the look of a style: `bold`, `dim`, `caution`, `good`, `half`, `bad`, or none."""
 
 
 class Cell(str):
-    """A text with a style: `bold`, `dim`, or one of a verdict: `good`, `half`, `bad`."""
+    """A text with a style: `bold`, `dim`, `caution`, or one of a verdict: `good`, `half`, `bad`."""
 
     style: str
 
@@ -49,7 +49,8 @@ def cut(text: str) -> str:
     if len(text) <= LONGEST:
         return text
     return " ".join(
-        word if len(word) <= LONGEST else f"{word[: LONGEST // 2]}...{word[-LONGEST // 4 :]}" for word in text.split(" ")
+        word if len(word) <= LONGEST else f"{word[: LONGEST // 2]}...{word[-LONGEST // 4 :]}"
+        for word in text.split(" ")
     )
 
 
@@ -59,21 +60,19 @@ def padded(text: str, width: int, *, right: bool = False) -> str:
     return blanks + text if right else text + blanks
 
 
-def wrapped(text: str, width: int, hang: int = 0) -> list[str]:
+def wrapped(text: str, width: int, first: str = "", rest: str = "") -> list[str]:
     """Lines of at most `width` columns, broken at blanks alone (in a list of short parts, after its commas alone): what
-    is longer has a line to itself.  Lines after the first begin with `hang` blanks; a text that fits is left as it is.
-    """
-    if broad(text) <= width:
-        return [text] if text else []
-    lead = " " * min(len(text) - len(text.lstrip(" ")), width // 2)
-    lines, line = [], lead
-    for part in _parts(text.strip(" "), width - max(len(lead), hang)):
-        longer = f"{line} {part}" if line.strip() else f"{line}{part}"
-        if line.strip() and broad(longer) > width:
+    is longer has a line to itself.  `first` stands before the first line, `rest` before the others."""
+    if broad(first + text) <= width:
+        return [first + text] if text else []
+    lines, line, bare = [], first, True
+    for part in _parts(text, width - max(broad(first), broad(rest))):
+        longer = f"{line}{part}" if bare else f"{line} {part}"
+        if not bare and broad(longer) > width:
             lines.append(line)
-            longer = " " * hang + part
-        line = longer
-    return [*lines, line]
+            longer = rest + part
+        line, bare = longer, False
+    return lines if bare else [*lines, line]
 
 
 def _parts(text: str, width: int) -> list[str]:

@@ -21,9 +21,8 @@ def run(module, *arguments: object):
 def test_a_sound_robot_has_status_0(fourbar) -> None:
     result = run(check, fourbar())
     assert result.exit_code == 0
-    assert (
-        "fourbar loads: 0 errors, 0 warnings; 4 links, 3 joints, 1 cut joint, 0 couplings, 1 actuator" in result.output
-    )
+    told = "fourbar loads: 0 errors, 0 warnings; 4 links, 3 joints, 1 cut joint, 0 couplings, 1 actuator"
+    assert told in " ".join(result.output.split())
 
 
 def test_warnings_alone_have_status_0(fourbar) -> None:

@@ -1,44 +1,48 @@
-"""Tables on a terminal: no number and no word broken, the orientation that fits, verdicts with their marks."""
+"""Tables as text: no number and no word broken at any width, prose below or beside its row, bands, verdicts' marks."""
 
 from __future__ import annotations
 
-import re
-from io import StringIO
-
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from rich.console import Console
 
-from cutjoint.commands import output, reproduce
-from cutjoint.report import ReportTable
-from cutjoint.report.page import MARKS, verdict_style
+from cutjoint.experiments.tables import Claim, Verdict, claims_table
+from cutjoint.tables import INDENT, MARKS, TextTable
+from cutjoint.texts import Cell, broad, harmless, wrapped
 
-WORDS = st.text("abcdefg", min_size=1, max_size=9)
-TEXTS = st.lists(WORDS, min_size=1, max_size=5).map(" ".join)
+WORDS = st.text("abcdefg漢é", min_size=1, max_size=9)
+TEXTS = st.lists(WORDS, min_size=1, max_size=12).map(" ".join)
+NUMBER = st.floats(-1e6, 1e6, width=32).map(lambda value: f"{value:.6g}")
+NUMBERS = st.one_of(NUMBER, st.tuples(NUMBER, NUMBER).map(" / ".join))
 
 
 @st.composite
 def tables(draw):
+    """A table whose first column and some others are text, and the others numbers."""
     columns = draw(st.lists(TEXTS, min_size=2, max_size=7, unique=True))
-    row = st.lists(TEXTS, min_size=len(columns), max_size=len(columns))
-    return ReportTable("title", columns, draw(st.lists(row, min_size=1, max_size=6)), right=columns[1:])
+    numbers = draw(st.lists(st.sampled_from(columns[1:]), unique=True))
+    row = st.tuples(*(NUMBERS if one in numbers else TEXTS for one in columns))
+    return TextTable(draw(TEXTS), columns, draw(st.lists(row, min_size=1, max_size=5)), numbers, draw(TEXTS))
 
 
-@pytest.fixture
-def terminal(monkeypatch):
-    """Prints to a terminal of a width and gives back what stands there."""
+@settings(max_examples=60)
+@given(tables(), st.integers(40, 130))
+def test_nothing_is_broken_or_lost_at_any_width(table, width):
+    text = table.text(width)
+    lines = text.splitlines()
+    assert max(map(broad, lines)) <= width
+    assert not [line for line in lines if line != line.rstrip()]
+    found = text.split()
+    for cells in (table.columns, *table.rows):
+        for cell in cells:
+            for word in cell.split():
+                found.remove(word)
+    for row in table.rows:
+        for column, cell in zip(table.columns, row, strict=True):
+            assert column not in table.right or any(cell in line for line in lines)
 
-    def printed(table, width, show):
-        console = Console(width=width, highlight=False, record=True, file=StringIO())
-        monkeypatch.setattr(output, "console", lambda: console)
-        monkeypatch.setattr(reproduce, "console", lambda: console)
-        show(table)
-        return console.export_text()
 
-    return printed
-
-
+@settings(max_examples=20)
 @given(tables())
 def test_turned_twice_is_the_same(table):
     back = table.turned().turned()
@@ -46,61 +50,88 @@ def test_turned_twice_is_the_same(table):
     assert list(back.columns) == list(table.columns)
 
 
-@given(tables())
-def test_it_is_turned_only_where_that_helps(table):
-    assert table.fitting(table.least_width) is table
-    chosen = table.fitting(table.least_width - 1)
-    assert chosen.least_width == min(table.least_width, table.turned().least_width)
+def test_what_fits_is_as_it_is():
+    table = TextTable("t", ("robot", "mass [kg]"), [("cpm", "8.7"), ("omega3", "0.58")], ["mass [kg]"], "a note")
+    assert str(table).splitlines() == [
+        "t",
+        "robot    mass [kg]",
+        "------   ---------",
+        "cpm            8.7",
+        "omega3        0.58",
+        "a note",
+    ]
 
 
-@given(tables(), st.integers(0, 60))
-def test_no_word_is_broken_where_there_is_room(table, more):
-    width = table.least_width + more
-    made = output.TerminalTable(table.title, table.columns, table.right)
-    for row in table.rows:
-        made.add_row(*row)
-    made._keep_words_whole(width)
-    console = Console(width=width, file=StringIO(), record=True)
-    console.print(made._table)
-    text = console.export_text()
-    assert max(map(len, text.splitlines())) <= width
-    found = sorted(re.findall(r"[a-g]+", text))
-    assert found == sorted(word for cells in (table.columns, *table.rows) for cell in cells for word in cell.split())
+def test_prose_goes_below_its_row_and_a_last_column_of_it_beside():
+    rows = [("cpm", "a title of many words " * 4, "yes"), ("omega3", "short", "no")]
+    lines = TextTable("t", ("robot", "title", "known"), rows).text(60).splitlines()
+    assert "cpm      yes" in lines
+    assert " " * INDENT + "short" in lines
+    last = TextTable("t", ("robot", "title"), [row[:2] for row in rows]).text(60).splitlines()
+    assert last[3].startswith("cpm      a title")
+    assert last[4].startswith("         ")
 
 
-def test_numbers_stay_in_one_line_before_words_do():
-    made = output.TerminalTable("t", ["what it is all about", "how much there is of it"], ["how much there is of it"])
-    made.add_row("some long text with many words", "0.2552 / 0.0862 / 0.0862")
-    made._keep_words_whole(45)
-    console = Console(width=45, file=StringIO(), record=True)
-    console.print(made._table)
-    assert "0.2552 / 0.0862 / 0.0862" in console.export_text()
-
-
-def test_a_wide_table_of_numbers_is_turned_at_80_columns(terminal):
-    columns = ["controller", *(f"{name} column of the table" for name in "abcdefgh")]
+def test_a_wide_table_of_numbers_is_turned_and_a_large_one_has_bands():
+    columns = ["controller", *(f"{name}_column_of_the_table" for name in "abcdefgh")]
     numbers = [f"0.000{i}5678" for i in range(8)]
-    table = ReportTable("t", columns, [("PD", *numbers), ("PD + gravity", *numbers)], right=columns[1:])
-    text = terminal(table, 80, reproduce._print)
-    for number in numbers:
-        assert text.count(number) == 2
-    assert len(text.splitlines()) < 20
-    assert max(map(len, text.splitlines())) <= 80
+    few = TextTable("t", columns, [("PD", *numbers), ("PD + gravity", *numbers)], columns[1:]).text(80)
+    assert f"a_column_of_the_table   {numbers[0]}   " in few
+    many = TextTable("t", columns, [(f"law {i}", *numbers) for i in range(9)], columns[1:]).text(80)
+    assert sum(line.startswith("law 3 ") for line in many.splitlines()) == 4
+    assert [many.count(one) for one in numbers] == [9] * 8
 
 
-@pytest.mark.parametrize("verdict", ["holds", "does not hold", "holds with the inferred code only"])
-def test_claims_are_paragraphs_with_a_mark(terminal, verdict):
-    claim = "a claim that is so long that it does not fit into one line of a terminal with eighty columns [m]"
-    table = ReportTable("Claims", ("where", "claim", "found", "verdict"), [("5.4", claim, "0.25 mm", verdict)])
-    lines = [line.strip() for line in terminal(table, 80, reproduce._print).splitlines()]
-    assert f"{MARKS[verdict_style(verdict)]} {verdict}" in lines
-    assert "0.25 mm" in lines
-    assert f"{claim} (5.4)" in " ".join(lines)
-    assert max(map(len, lines)) <= 80
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_claims_have_a_mark(verdict):
+    text = "a claim that is so long that it does not fit into one line of a terminal with eighty columns [m]"
+    lines = claims_table("Claims", [Claim("5.4", text, "0.25 mm", verdict)]).text(80).splitlines()
+    style = {"holds": "good", "does not hold": "bad"}.get(verdict, "half")
+    assert f"5.4     0.25 mm   {MARKS[style]} {verdict}" in lines
+    assert text in " ".join(line.strip() for line in lines)
 
 
-def test_every_verdict_has_a_style():
-    from cutjoint.experiments.tables import Verdict
+def test_styles_are_painted_outside_the_blanks():
+    table = TextTable("t", ("a", "b"), [(Cell("x", "dim"), "1"), ("long", Cell("no", "bad"))], ["b"])
+    lines = table.text(80, lambda text, style: f"<{style}:{text}>" if style else text).splitlines()
+    assert lines == ["<bold:t>", "a         b", "----   ----", "<dim:x>         1", "long   <bad:✗ no>"]
 
-    assert [verdict_style(one) for one in Verdict] == ["good", "half", "half", "bad"]
-    assert verdict_style("0.25 mm") is None
+
+def test_what_moves_a_cursor_is_escaped_and_what_nobody_reads_is_cut():
+    table = TextTable("a\nb", ("x\t",), [("\x1b[31m[bold]red[/]\x1b[0m\r\n",), ("x" * 1_000_000,), ("‮evil",)])
+    text = table.text(80)
+    assert "\\x1b[31m[bold]red[/]\\x1b[0m\\r\\n" in text
+    assert text.startswith("a\\nb\nx\\t\n")
+    assert all(one.isprintable() for line in text.splitlines() for one in line)
+    assert len(text) < 2000
+
+
+def test_wide_characters_take_two_columns():
+    lines = TextTable("t", ("name", "n"), [("漢字", "1"), ("abcd", "2")]).text().splitlines()
+    assert lines[3:] == ["漢字   1", "abcd   2"]
+
+
+@given(st.text(), st.integers(1, 100))
+def test_harmless_text_is_one_line_and_wrapping_keeps_it(text, width):
+    clean = harmless(text)
+    assert clean.isprintable()
+    assert " ".join(wrapped(clean, width)).split() == clean.split()
+
+
+def test_a_list_is_broken_after_its_commas():
+    assert wrapped("arm1 0.37 N m, arm2 0.23 N m, arm3 0.15 N m", 20) == [
+        "arm1 0.37 N m,",
+        "arm2 0.23 N m,",
+        "arm3 0.15 N m",
+    ]
+
+
+def test_html_escapes_and_names_verdicts():
+    html = TextTable("a < b", ("n", "v"), [("1", Cell("no", "bad"))], ["n"], "1 & 2")._repr_html_()
+    for part in ("a &lt; b", '<td class="n">1</td>', '<span class="verdict bad">no</span>', "1 &amp; 2"):
+        assert part in html
+
+
+def test_a_row_that_does_not_fit_is_noticed():
+    with pytest.raises(ValueError, match="2 cells under 1 headings"):
+        TextTable("t", ("a",), [("1", "2")])

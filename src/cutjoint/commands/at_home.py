@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def show_mobility(report: MobilityReport) -> None:
     """Print the mobility at home as a table."""
-    state = "good" if report.determined else "half"
+    state = "good" if report.determined else "caution"
     rows = [
         ("velocities of the open tree", str(report.velocities), ""),
         ("constraint rows", str(report.rows), f"{report.rank} independent"),
@@ -66,13 +66,15 @@ def show_task(chain: ClosedChain) -> None:
     try:
         task = chain.task
     except InputError as error:
-        say("task: ", Cell(str(error), "half"))
+        say("task: ", Cell(str(error), "caution"))
+        say()
         return
     origin = "declared" if chain.description.task else "found at home"
     say("task: ", Cell(str(task), "bold"), f" ({origin})")
     places = zip(task.names, task.coordinates(task.home).tolist(), task.units, strict=True)
     home = ", ".join(f"{name} {value if abs(value) > 1e-12 else 0.0:.6g} {unit}" for name, value, unit in places)
     say(Cell(f"at home: {home}", "dim"))
+    say()
 
 
 def find_modes(chain: ClosedChain, assembly: bool = False) -> Modes | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cutjoint.commands import options
+from cutjoint.commands import completing, options
 from cutjoint.commands.acting import physics_data, show_physics
 from cutjoint.commands.at_home import find_modes, show_mobility, show_task, task_at_home
 from cutjoint.commands.output import print_json, say
@@ -23,7 +23,14 @@ if TYPE_CHECKING:
 
 
 def command(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A robot's file or folder, or the name of a robot.")],
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE",
+            help="A robot's file or folder, or the name of a robot.",
+            autocompletion=completing.robots,
+        ),
+    ],
     lenient: options.Lenient = False,
     json: options.Json = False,
 ) -> None:
@@ -94,16 +101,16 @@ def _modes(chain: ClosedChain) -> Modes | None:
 
 def _show(file: str, robot: RobotDescription | None, problems: Sequence[Problem]) -> None:
     for problem in problems:
-        style = "bad" if problem.severity == "error" else "half"
+        style = "bad" if problem.severity == "error" else "caution"
         place = f"{problem.file}:{problem.line}" if problem.line else problem.file
-        say(Cell(problem.severity, style), " ", Cell(place, "bold"))
+        say(Cell(problem.severity, style), " " if place else "", Cell(place, "bold"))
         for what, text in (("found", problem.found), ("expected", problem.expected), ("mend", problem.mend)):
             if text:
-                say(f"  {what:<8}  {text}", hang=12)
+                say(text, first=f"  {what:<8}  ")
     errors = sum(problem.severity == "error" for problem in problems)
     counts = f"{_count(errors, 'error')}, {_count(len(problems) - errors, 'warning')}"
     if robot is None:
-        say(Cell(f"{shown(file)} does not load", "bad"), f": {counts}")
+        say(Cell(f"{shown(file) or 'no name'} does not load", "bad"), f": {counts}")
         if any(problem.tolerable for problem in problems if problem.severity == "error"):
             say(Cell("--lenient passes flaws that do not prevent computing", "dim"))
         return

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint import interrupts
-from cutjoint.commands import options
+from cutjoint.commands import completing, options
 from cutjoint.commands.output import plain, print_json, say, show
 from cutjoint.commands.progress import progress
 from cutjoint.commands.stopping import stopped, stopped_name
-from cutjoint.files import write_whole
+from cutjoint.files import check_place, write_whole
 from cutjoint.tables import TextTable
 from cutjoint.texts import Cell
 
@@ -32,14 +32,21 @@ class Engine(StrEnum):
     YOURDFPY = "yourdfpy"
 
 
+# long: its options, a line or three each
 def command(
-    robot: Annotated[str, typer.Argument(metavar="[ROBOT]", help="A robot with a published model, or all.")] = "all",
+    robot: Annotated[
+        str,
+        typer.Argument(
+            metavar="[ROBOT]", help="A robot with a published model, or all.", autocompletion=completing.published
+        ),
+    ] = "all",
     samples: Annotated[int, typer.Option(min=1, help="Random reachable states per robot.")] = 1000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
     variant: Annotated[
         str | None,
         typer.Option(
-            help="Inertias of the chain; default the paper's hypothesis. With `distributed` the hypothesis' cost."
+            help="Inertias of the chain; default the paper's hypothesis. With `distributed` the hypothesis' cost.",
+            autocompletion=completing.variants,
         ),
     ] = None,
     engine: Annotated[
@@ -64,6 +71,8 @@ def command(
     """
     from cutjoint.robots import PUBLISHED, hypothesis_cost_of, published
 
+    if json is not None and not _quiet(json):
+        check_place(json)
     names = list(PUBLISHED) if robot == "all" else [robot]
     if engine is Engine.PAPER:
         for name in names:

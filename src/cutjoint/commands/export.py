@@ -8,14 +8,18 @@ from typing import Annotated
 import typer
 
 from cutjoint import interrupts
-from cutjoint.commands import options
+from cutjoint.commands import completing, options, output
 from cutjoint.commands.failing import complain
 
 
 def command(
     robot: options.Robot,
     to: Annotated[
-        str, typer.Option(help="mjcf (MuJoCo), urdf (with the proposed <constraint>) or loops (loops.toml and URDF).")
+        str,
+        typer.Option(
+            help="mjcf (MuJoCo), urdf (with the proposed <constraint>) or loops (loops.toml and URDF).",
+            autocompletion=completing.formats,
+        ),
     ] = "mjcf",
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="File, or folder for loops; default ROBOT in the working folder.")
@@ -46,7 +50,7 @@ def command(
         except OSError as error:
             raise InputError(f"cannot write {shown(str(path))}: {error.strerror or error}") from error
         for written in files:
-            typer.echo(str(written))
+            output.write(str(written))
     for lost in unsaid(description, to):
         complain(f"warning: {WRITERS[to].name} has no word for {lost}; only cutjoint reads it back")
     for lost in left_out(description, to):

@@ -15,7 +15,7 @@ from cutjoint.texts import harmless, wrapped
 BAD_INPUT, INTERNAL = 2, 70
 TRACEBACK = "CUTJOINT_TRACEBACK"
 """Variable of the environment: where it is set, an error is shown with its place in the code."""
-HANG = 2
+HANG = "  "
 
 
 def complain(text: str) -> None:
@@ -23,8 +23,9 @@ def complain(text: str) -> None:
     can be searched."""
     for line in text.split("\n"):
         whole = harmless(line.rstrip())
-        hang = len(whole) - len(whole.lstrip(" ")) + HANG
-        for part in wrapped(whole, width(), hang) if is_terminal(sys.stderr) else [whole]:
+        lead = " " * (len(whole) - len(whole.lstrip(" ")))
+        parts = wrapped(whole.lstrip(" "), width(), lead, lead + HANG) if is_terminal(sys.stderr) else [whole]
+        for part in parts:
             print(part, file=sys.stderr)
 
 
@@ -54,8 +55,8 @@ def _told(error: Exception) -> tuple[int, str]:
     if isinstance(error, UnicodeDecodeError):
         return BAD_INPUT, f"{kind}: a file is no text in {error.encoding}: {words}"
     return INTERNAL, (
-        f"InternalError: {kind}{words and f': {words}'}; this is a fault of cutjoint, please report it with the command "
-        f"and what {TRACEBACK}=1 shows"
+        f"InternalError: {kind}{words and f': {words}'}; this is a fault of cutjoint, please report it with the "
+        f"command and what {TRACEBACK}=1 shows"
     )
 
 
@@ -71,4 +72,4 @@ def _usage(error: Exception) -> str:
     words = " ".join(message.split())
     context = getattr(error, "ctx", None)
     place = "cutjoint" if context is None else context.command_path
-    return words and f"UsageError: {words.rstrip('.')}; see {place} --help"
+    return words and f"UsageError: {words.rstrip('.')} (see `{place} --help`)"

@@ -119,8 +119,6 @@ def _show(chain: ClosedChain, report: MobilityReport, working: Modes | None, ass
 
     show_mobility(report)
     show_task(chain)
-    say()
-
     motors = [
         (actuator.name, actuator.kind, f"{value:.6g}", actuator.unit)
         for actuator, value in zip(chain.actuators, chain.home.q, strict=True)
@@ -177,7 +175,7 @@ def _show_modes(chain: ClosedChain, modes: Modes, title: str, actuators: bool) -
     note = f"{more}{modes.closed} of {modes.starts} starts came to a solution; {sure}"
     show(TextTable(title, names, rows, right=numbers, note=note))
     if modes.unseen > 0.0:
-        say(Cell(f"about {100.0 * modes.unseen:.2g} % of further starts would find another", "half"))
+        say(Cell(f"about {100.0 * modes.unseen:.2g} % of further starts would find another", "caution"))
 
 
 def _vector(values: Iterable[float]) -> str:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar, cast
 import numpy.typing as npt
 import typer
 
+from cutjoint.commands import completing
 from cutjoint.control.catalogue import LAWS, law_row
 from cutjoint.control.law import GainHelp
 from cutjoint.control.outside import GROUP as LAW_GROUP
@@ -27,12 +28,24 @@ if TYPE_CHECKING:
     from cutjoint.motion import Trajectory
 
 
-Robot = Annotated[str, typer.Argument(metavar="ROBOT", help="Name of a robot (see `cutjoint list`) or a path.")]
-Variant = Annotated[str | None, typer.Option(help="Named set of inertias, such as lumped.")]
+Robot = Annotated[
+    str,
+    typer.Argument(
+        metavar="ROBOT",
+        help="Name of a robot (see `cutjoint list`) or a path.",
+        autocompletion=completing.robots,
+    ),
+]
+Variant = Annotated[
+    str | None,
+    typer.Option(help="Named set of inertias, such as lumped.", autocompletion=completing.variants),
+]
 Ideal = Annotated[
     bool, typer.Option("--ideal", help="Joints move freely: no damping, friction, springs, rotors, stops or bushings.")
 ]
-Home = Annotated[str | None, typer.Option(help="Named home posture; default the first.")]
+Home = Annotated[
+    str | None, typer.Option(help="Named home posture; default the first.", autocompletion=completing.homes)
+]
 Lenient = Annotated[
     bool,
     typer.Option(
@@ -176,7 +189,8 @@ def trajectory_of(chain: ClosedChain, spec: str, mechanism: Mechanism | None = N
         except UnknownNameError as error:
             if error.kind != "trajectory":
                 raise
-            raise UnknownNameError("trajectory", error.name, ("paper", *error.known)) from error
+            hint = "`cutjoint simulate --help` explains all"
+            raise UnknownNameError("trajectory", error.name, ("paper", *error.known), hint) from error
     if rest:
         raise InputError(f"'{spec}' is no trajectory; paper takes no numbers")
     robot = chain.description.name

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
@@ -17,8 +18,14 @@ from cutjoint.tables import WIDTH, TextTable
 from cutjoint.texts import harmless, wrapped
 
 LEAST_WIDTH = 20
-COLOURS = {"bold": {"bold": True}, "dim": {"dim": True}, "good": {"fg": "green"}, "half": {"fg": "yellow"}}
-COLOURS["bad"] = {"fg": "red", "bold": True}
+COLOURS = {
+    "bold": {"bold": True},
+    "dim": {"dim": True},
+    "caution": {"fg": "yellow"},
+    "good": {"fg": "green"},
+    "half": {"fg": "yellow"},
+    "bad": {"fg": "red", "bold": True},
+}
 
 
 def width() -> int:
@@ -43,23 +50,39 @@ def paint(text: str, style: str) -> str:
 
 def show(table: TextTable) -> None:
     """Print a table and a blank line."""
-    typer.echo(table.text(width(), paint) + "\n")
+    write(table.text(width(), paint) + "\n")
 
 
-def say(*parts: str, hang: int = 0) -> None:
-    """Print a line, wrapped at words; parts of it may be a `Cell` with a style.  Lines after the first begin with
-    `hang` blanks; nothing in it moves the cursor."""
+def write(text: str) -> None:
+    """Write a text and a line break to standard output as they are, or nowhere if nobody reads any more (`| head`).
+
+    Raises:
+        OSError: nothing can be written there.
+    """
+    try:
+        if sys.stdout is not None:
+            print(text, flush=True)
+    except BrokenPipeError:
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, "standard output") from error
+
+
+def say(*parts: str, first: str = "") -> None:
+    """Print a line, wrapped at words; parts of it may be a `Cell` with a style.  `first` stands before it, and
+    as many blanks before further lines; nothing in it moves the cursor."""
     texts = [(harmless(part), getattr(part, "style", "")) for part in parts]
-    styled = iter([(one, style) for text, style in texts for one in text if one != " "])
-    for line in wrapped("".join(text for text, _ in texts), width(), hang) or [""]:
+    styled = iter([(one, style) for text, style in ((first, ""), *texts) for one in text if one != " "])
+    for line in wrapped("".join(text for text, _ in texts), width(), first, " " * len(first)) or [""]:
         looks = [(" ", "") if one == " " else next(styled) for one in line]
         runs = (("".join(one for one, _ in run), style) for style, run in groupby(looks, lambda look: look[1]))
-        typer.echo("".join(paint(text, style) for text, style in runs))
+        write("".join(paint(text, style) for text, style in runs))
 
 
 def print_json(value: object) -> None:
     """Print `value` as JSON; arrays become lists, numbers that are not finite become null."""
-    typer.echo(json.dumps(plain(value), indent=2))
+    write(json.dumps(plain(value), indent=2))
 
 
 def plain(value: object) -> object:

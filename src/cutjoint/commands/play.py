@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cutjoint.commands import options
+from cutjoint.commands import completing, options
 from cutjoint.commands.options import HELP, trajectory_of
 from cutjoint.commands.view import announce, served, write
 
@@ -19,10 +19,19 @@ RESULT_SUFFIX = ".npz"
 def command(
     source: Annotated[
         str,
-        typer.Argument(metavar="RESULT|ROBOT", help="A result that `cutjoint simulate --save` wrote, or a robot."),
+        typer.Argument(
+            metavar="RESULT|ROBOT",
+            help="A result that `cutjoint simulate --save` wrote, or a robot.",
+            autocompletion=completing.robots,
+        ),
     ],
     trajectory: Annotated[
-        str | None, typer.Option(metavar="SPEC", help=f"With a robot, what it follows exactly: {HELP}")
+        str | None,
+        typer.Option(
+            metavar="SPEC",
+            help=f"With a robot, what it follows exactly: {HELP}",
+            autocompletion=completing.trajectories,
+        ),
     ] = None,
     robot: Annotated[
         str | None, typer.Option(metavar="ROBOT", help="With a result: the robot, where its file does not tell.")

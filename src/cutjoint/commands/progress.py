@@ -67,4 +67,8 @@ class _Log:
         since = f"{time.monotonic() - self._began:.0f} s"
         if self._total is None:
             return f"{self._what}: {since} so far"
-        return f"{self._what}: {self._done:.4g} of {self._total:.4g} {self._unit} after {since}".replace("  ", " ")
+        return f"{self._what}: {_number(self._done)} of {_number(self._total)} {self._unit} after {since}"
+
+
+def _number(value: float) -> str:
+    return str(int(value)) if value == int(value) else f"{value:.4g}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint import interrupts
+from cutjoint.commands import completing
 from cutjoint.commands.output import say, show
 from cutjoint.commands.progress import progress
 from cutjoint.commands.stopping import stopped, stopped_name
@@ -21,7 +22,12 @@ if TYPE_CHECKING:
 
 
 def command(
-    robot: Annotated[str, typer.Argument(metavar="cpm|omega3|all", help="Whose paper.")] = "all",
+    robot: Annotated[
+        str,
+        typer.Argument(
+            metavar="cpm|omega3|all", help="Whose paper.", autocompletion=completing.words("cpm", "omega3", "all")
+        ),
+    ] = "all",
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="The report, one HTML file that needs no network.")
     ] = Path("reproduction.html"),

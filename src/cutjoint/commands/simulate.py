@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeVar, cast
 import typer
 
 from cutjoint import interrupts
-from cutjoint.commands import built, options
+from cutjoint.commands import built, completing, options
 from cutjoint.commands.failing import complain
 from cutjoint.commands.loads import loads_of
 from cutjoint.commands.options import CONTROLLERS, HELP, gains_of, named_gains, numbers, trajectory_of, with_gains
@@ -39,9 +39,17 @@ Robot = TypeVar("Robot", bound="Mechanism")
 def command(
     robot: options.Robot,
     controller: Annotated[
-        str | None, typer.Option(metavar="NAME", help=f"Default computed-torque, with --free none: {CONTROLLERS}")
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help=f"Default computed-torque, with --free none: {CONTROLLERS}",
+            autocompletion=completing.controllers,
+        ),
     ] = None,
-    trajectory: Annotated[str | None, typer.Option(metavar="SPEC", help=f"Default paper: {HELP}")] = None,
+    trajectory: Annotated[
+        str | None,
+        typer.Option(metavar="SPEC", help=f"Default paper: {HELP}", autocompletion=completing.trajectories),
+    ] = None,
     free: Annotated[
         bool, typer.Option("--free", help="Nothing to follow: the robot falls, or does what the controller wants.")
     ] = False,

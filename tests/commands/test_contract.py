@@ -1,0 +1,353 @@
+"""What holds for every command: exit status, what goes to stdout and stderr, how broad lines are, for usual, odd and
+wrong arguments at 80 columns, piped, without colour.
+
+A new command needs rows here.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import pty
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cutjoint.cli import COMMANDS, main
+from cutjoint.commands import progress
+from cutjoint.description import catalogue
+from cutjoint.texts import broad
+
+WIDTH = 80
+HOSTILE = ("stewert", "a\nb", "\x1b[31mred\x1b[0m", "[bold]x[/]", "漢字" * 50, "x" * 1_000_000, "\udcff", "-" * 3)
+# the folder of the test; what is in it is made by `folder`
+HERE = "{here}"
+ODD = "[red]漢 crank[/]"
+
+USUAL: dict[str, list[tuple[str, int]]] = {
+    "list": [("", 0), ("--json", 0)],
+    "info": [("underactuated --no-modes", 0), ("redundant --no-modes --json", 0)],
+    "check": [("redundant", 0), (f"{HERE}/wrong.urdf", 1), (f"{HERE}/wrong.urdf --json", 1), ("nothing", 1)],
+    "crosscheck": [("cpm --samples 1", 0), ("omega3 --samples 1 --json -", 0)],
+    "simulate": [
+        ("fourbar --free --duration 0.01 --plant chain", 0),
+        ("fourbar --free --duration 0.01 --plant chain --json", 0),
+    ],
+    "reproduce": [],
+    "view": [(f"fourbar --html {HERE}/page.html", 0)],
+    "play": [],
+    "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
+    "compile": [("fourbar --functions tool --no-cache", 0)],
+}
+SLOW: dict[str, list[tuple[str, int]]] = {
+    "list": [("--examples", 0)],
+    "info": [
+        *((one, 0) for one in ("omega3", "stewart", "cpm", "redundant", "talos", "stewart --json")),
+        (f"{HERE}/hostile", 0),
+        ("cpm --variant lumped --no-modes", 0),
+    ],
+    "check": [("omega3", 0), ("talos", 0), ("talos --json", 0), ("fourbar --json", 0), (f"{HERE}/hostile", 0)],
+    "crosscheck": [
+        ("all --samples 50", 0),
+        ("all --samples 50 --engine yourdfpy", 0),
+        ("cpm --variant distributed", 0),
+        ("cpm_rotary --samples 1 --variant distributed --engine mujoco", 0),
+    ],
+    "simulate": [
+        (f"omega3 --save {HERE}/run.npz --reactions {HERE}/run.csv", 0),
+        ("cpm --rate 100 --noise 1e-5 --controller pd-gravity", 0),
+    ],
+    "play": [(f"fivebar --trajectory hold --html {HERE}/page.html", 0)],
+    "export": [(f"stewart --to urdf -o {HERE}/stewart.urdf", 0)],
+    "compile": [("omega3 --no-cache --measure", 0), ("fourbar --functions tool --no-cache --json", 0)],
+}
+WRONG: dict[str, list[str]] = {
+    "list": ["omega3", "--exmaples", "--json=1"],
+    "info": [
+        "",
+        "cpm --variant none",
+        "cpm --home none",
+        f"{HERE}",
+        f"{HERE}/no.urdf",
+        f"{HERE}/wrong.urdf",
+        "cpm --mods",
+    ],
+    "check": ["", "cpm cpm", "--lenint cpm"],
+    "crosscheck": ["stewart", "cpm --samples 0", "cpm --samples many", "cpm --seed -1", "cpm --engine none"],
+    "simulate": [
+        "fourbar --controller none2",
+        "cpm --controller pdd",
+        "cpm --trajectory circel",
+        "cpm --load tool",
+        "cpm --step -1",
+        "cpm --plant none",
+        "cpm --save run.txt",
+        "cpm --delay 0.1",
+        f"cpm --free --save {HERE}/no/run.npz",
+        f"cpm --efforts {HERE}/no.csv",
+    ],
+    "reproduce": ["delta", f"cpm --output {HERE}/no/page.html", f"cpm --output {HERE}"],
+    "view": ["", "cpm --port -1", "cpm --size 3 --html x.html", f"cpm --html {HERE}/no/page.html"],
+    "play": ["", "cpm", "run.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
+    "export": ["cpm --to none", f"cpm -o {HERE}"],
+    "compile": ["fourbar --functions none", "fourbar --arguments none", "cpm --variant none"],
+}
+TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
+
+
+@dataclass
+class Ended:
+    """How a command ended."""
+
+    status: int
+    out: str
+    err: str
+
+
+Cutjoint = Callable[..., Ended]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Files of robots and of nonsense."""
+    source, hostile = catalogue.path("fourbar").parent, tmp_path / "hostile"
+    hostile.mkdir()
+    for file in source.iterdir():
+        if file.suffix in (".urdf", ".toml"):
+            text = file.read_text(encoding="utf-8").replace('"crank"', f'"{ODD}"')
+            text = text.replace("{ crank =", f'{{ "{ODD}" =')
+            (hostile / file.name).write_text(text, encoding="utf-8")
+    (tmp_path / "wrong.urdf").write_text("<robot name='x'><link name='[b]a&#10;&#9;'/><link nme='b'/></robot>")
+    (tmp_path / "text.npz").write_text("this is no result")
+    return tmp_path
+
+
+@pytest.fixture
+def cutjoint(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Iterator[Cutjoint]:
+    """Runs the command line in this process, as it is piped."""
+    monkeypatch.setattr("cutjoint.interrupts.watch", lambda: None)  # this process lives on
+    monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+    monkeypatch.chdir(folder)
+    for name, value in {"COLUMNS": str(WIDTH), "NO_COLOR": "1", "TERM": "dumb"}.items():
+        monkeypatch.setenv(name, value)
+    thresholds = gc.get_threshold()
+
+    def run(*words: str) -> Ended:
+        monkeypatch.setattr(sys, "argv", ["cutjoint", *words])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        return Ended(int(ended.value.code or 0), *capsys.readouterr())
+
+    yield run
+    gc.set_threshold(*thresholds)
+
+
+def words_of(command: str, arguments: str, folder: Path) -> list[str]:
+    return [command, *(word.replace(HERE, str(folder)) for word in arguments.split())]
+
+
+def too_broad(text: str) -> list[str]:
+    """Lines that are broader than there is room, but for single words, such as paths, that cannot be broken."""
+    return [line for line in text.splitlines() if broad(line) > WIDTH and len(line.split()) > 1]
+
+
+def judge(ended: Ended, status: int, *, as_json: bool) -> None:
+    """What holds however a command ends."""
+    assert ended.status == status, ended.err[-500:]
+    assert "Traceback" not in ended.err
+    for text in (ended.out, ended.err):
+        assert all(one.isprintable() or one == "\n" for one in text)
+    if as_json:
+        assert ended.out[0] in "{["
+        json.loads(ended.out)
+    else:
+        assert too_broad(ended.out) == []
+        assert [line for line in ended.out.splitlines() if line != line.rstrip()] == []
+    if status == 2:
+        assert ended.out == ""
+        assert "Error: " in ended.err.splitlines()[0]
+        assert len(ended.err) < 3000
+
+
+def rows(table: dict[str, list[tuple[str, int]]]) -> list[tuple[str, str, int]]:
+    return [(command, arguments, status) for command, found in table.items() for arguments, status in found]
+
+
+def wrong(table: dict[str, list[str]]) -> list[tuple[str, str, int]]:
+    return rows({command: [(one, 2) for one in found] for command, found in table.items()})
+
+
+def test_every_command_has_rows() -> None:
+    for table in (USUAL, WRONG):
+        assert set(table) == set(COMMANDS), "a new command needs usual and wrong arguments here"
+    assert all(WRONG.values())
+
+
+@pytest.mark.parametrize(("command", "arguments", "status"), rows(USUAL) + wrong(WRONG))
+def test_commands_keep_the_contract(
+    command: str, arguments: str, status: int, cutjoint: Cutjoint, folder: Path
+) -> None:
+    judge(cutjoint(*words_of(command, arguments, folder)), status, as_json=status < 2 and "--json" in arguments)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("command", "arguments", "status"), rows(SLOW))
+def test_large_robots_and_long_runs_keep_the_contract(
+    command: str, arguments: str, status: int, cutjoint: Cutjoint, folder: Path
+) -> None:
+    if "talos" in arguments and not catalogue.example_names():
+        pytest.skip("example-robot-data is not installed")
+    judge(cutjoint(*words_of(command, arguments, folder)), status, as_json="--json" in arguments)
+
+
+@pytest.mark.parametrize(
+    "command", [one if one == "info" else pytest.param(one, marks=pytest.mark.slow) for one in TAKES_A_ROBOT]
+)
+def test_hostile_names_are_told_as_they_are(command: str, cutjoint: Cutjoint) -> None:
+    more = ["--trajectory", "hold"] if command == "play" else []
+    for name in HOSTILE:
+        judge(cutjoint(command, *more, "--", name), 2, as_json=False)
+
+
+@pytest.mark.parametrize("command", ["", *COMMANDS])
+def test_help_fits_and_is_plain(command: str, cutjoint: Cutjoint) -> None:
+    ended = cutjoint(*[command] if command else [], "--help")
+    assert ended.status == 0
+    assert "\x1b" not in ended.out
+    assert too_broad(ended.out) == []
+    assert command or all(name in ended.out for name in (*COMMANDS, "--install-completion", "Exit status"))
+
+
+def test_odd_names_of_joints_are_printed_as_they_are(cutjoint: Cutjoint, folder: Path) -> None:
+    assert f"{ODD}   rotation" in cutjoint("info", str(folder / "hostile"), "--no-modes").out
+
+
+def test_mistakes_are_told_with_what_is_near(cutjoint: Cutjoint) -> None:
+    for words, near in (
+        (["info", "stewert"], "did you mean 'stewart'?"),
+        (["info", "OMEGA3"], "did you mean 'omega3'?"),
+        (["simulat", "cpm"], "Did you mean 'simulate'?"),
+        (["info", "cpm", "--jsn"], "--json"),
+        (["simulate", "cpm", "--trajectory", "circel"], "did you mean 'circle'?"),
+        (["simulate", "cpm", "--controller", "computed-torqe"], "did you mean 'computed-torque'?"),
+    ):
+        ended = cutjoint(*words)
+        judge(ended, 2, as_json=False)
+        assert near in ended.err
+        assert len(ended.err.splitlines()) == 1
+        assert len(ended.err) < 200
+    ended = cutjoint("info", "zzzz")
+    assert "cpm, cpm_rotary" in ended.err
+    assert "cutjoint list" in ended.err
+    assert ended.err.count(",") < 12
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "told"),
+    [
+        (OSError(28, "No space left on device", "a\nfile"), 2, "OSError: a\\nfile: No space left on device"),
+        (FileNotFoundError(2, "No such file or directory", "x"), 2, "FileNotFoundError: x: No such file or directory"),
+        (MemoryError("Unable to allocate 7 TiB"), 2, "Unable to allocate 7 TiB"),
+        (UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid start byte"), 2, "invalid start byte"),
+        (np.linalg.LinAlgError("Singular\nmatrix"), 70, "InternalError: LinAlgError: Singular matrix; this is a fault"),
+        (RecursionError("maximum recursion depth exceeded"), 70, "InternalError: RecursionError"),
+        (RuntimeError(""), 70, "InternalError: RuntimeError; this"),
+        (AssertionError("\x1b[31m"), 70, "\\x1b[31m"),
+    ],
+    ids=lambda one: type(one).__name__ if isinstance(one, Exception) else "",
+)
+def test_foreign_errors_are_one_line(
+    error: Exception, status: int, told: str, cutjoint: Cutjoint, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("cutjoint.robots.load", fail)
+    for json_wanted in ([], ["--json"]):
+        ended = cutjoint("info", "cpm", *json_wanted)
+        assert (ended.status, ended.out) == (status, "")
+        assert told in ended.err
+        assert len(ended.err.splitlines()) == 1
+    monkeypatch.setenv("CUTJOINT_TRACEBACK", "1")
+    assert "Traceback" in cutjoint("info", "cpm").err
+
+
+def test_progress_is_a_log_where_nobody_looks(cutjoint: Cutjoint, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "EVERY", 0.002)
+    ended = cutjoint("crosscheck", "cpm", "--samples", "20", "--json", "-")
+    judge(ended, 0, as_json=True)
+    lines = ended.err.splitlines()
+    assert lines
+    assert all(line.startswith("cpm (lumped): cross-check: ") for line in lines)
+    assert " of 20 states after " in lines[-1]
+
+
+@pytest.mark.slow
+def test_progress_without_an_end_is_told_too(cutjoint: Cutjoint, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "EVERY", 0.002)
+    ended = cutjoint("info", "fivebar", "--json")
+    judge(ended, 0, as_json=True)
+    assert "fivebar: searching modes: 0 s so far" in ended.err
+
+
+def test_completion_offers_what_there_is(cutjoint: Cutjoint, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("_CUTJOINT_COMPLETE", "complete_bash")
+    for line, offered in {
+        "cutjoint comp": ["compile"],
+        "cutjoint info om": ["omega3"],
+        "cutjoint view cp": ["cpm", "cpm_rotary"],
+        "cutjoint info cpm --variant ": ["distributed", "lumped"],
+        "cutjoint simulate cpm --controller pd": ["pd", "pd-gravity"],
+        "cutjoint simulate cpm --trajectory li": ["line", "lissajous"],
+        "cutjoint export cpm --to u": ["urdf"],
+        "cutjoint crosscheck a": ["all"],
+        "cutjoint info nothing --variant ": [],
+    }.items():
+        monkeypatch.setenv("COMP_WORDS", line)
+        monkeypatch.setenv("COMP_CWORD", str(len(line.split(" ")) - 1))
+        assert cutjoint().out.split() == offered, line
+
+
+PROGRAM = [sys.executable, "-m", "cutjoint"]
+
+
+def test_a_reader_that_leaves_is_no_error() -> None:
+    with subprocess.Popen([*PROGRAM, "list"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait(60) == 0
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+def test_output_that_cannot_be_written_is_an_error() -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([*PROGRAM, "list"], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (2, "OSError: standard output: No space left on device\n")
+
+
+@pytest.mark.slow
+def test_a_terminal_has_colours_and_its_width() -> None:
+    ours, theirs = pty.openpty()
+    settings = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "COLUMNS")}
+    with subprocess.Popen(
+        [*PROGRAM, "info", "cpm", "--no-modes"], stdout=theirs, stderr=theirs, env=settings | {"TERM": "xterm"}
+    ) as process:
+        os.close(theirs)
+        found = b""
+        try:
+            while part := os.read(ours, 4096):
+                found += part
+        except OSError:  # the other end is closed
+            pass
+    os.close(ours)
+    assert process.returncode == 0
+    assert b"\x1b[32m\xe2\x9c\x93 they determine the motion\x1b[0m" in found
