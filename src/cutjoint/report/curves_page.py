@@ -15,8 +15,10 @@ from cutjoint.simulation.charts import Chart, charts_json
 
 START = """"use strict";
 for (const element of document.querySelectorAll("[data-curves]")) {
-  drawCurves(element, JSON.parse(document.getElementById(element.dataset.curves).textContent));
+  const panels = JSON.parse(document.getElementById(element.dataset.curves).textContent);
+  element.drawn = drawCurves(element, panels);
 }
+document.documentElement.dataset.ready = "yes";
 """
 
 

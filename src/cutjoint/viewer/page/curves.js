@@ -38,6 +38,9 @@ const STYLE = `
 .curve-legend.many { max-height: 9em; overflow-y: auto; }
 .curves-compact .curve-title { font-size: 12px; }
 .curves-compact .curve-legend { font-size: 11px; }
+@media (max-width: 760px), (max-height: 480px), (pointer: coarse) {
+  .curves-tools button, .curve-legend button { min-height: 40px; min-width: 40px; }
+}
 @media print { .curves-tools { display: none; } }
 `;
 const FAR = 4; // limits that far beyond the values would press them flat
@@ -269,6 +272,7 @@ function paintPanel(one, view, look) {
   }
   paintCursor(pen, one, view, look, x, y);
   pen.restore();
+  paintTime(pen, box, view, look, x);
   one.limits.textContent = limitWords(range, panel.unit);
   const digits = (range.high - range.low) / 1000;
   for (const key of keys) {
@@ -291,6 +295,18 @@ function paintCursor(pen, { keys, box }, view, look, x, y) {
     pen.arc(x(view.at), y(value), 3, 0, 7);
     pen.fill();
   }
+}
+
+// Where the cursor is, on the axis of time.
+function paintTime(pen, box, view, look, x) {
+  if (view.at === null || view.at < view.from || view.at > view.to) return;
+  const words = `${figureOf(view.at, (view.to - view.from) / 1000)} s`, width = pen.measureText(words).width + 8;
+  const left = Math.min(Math.max(x(view.at) - width / 2, box.x), box.x + box.width - width), top = box.y + box.height + 3;
+  pen.fillStyle = look.ink;
+  pen.fillRect(left, top, width, 15);
+  pen.fillStyle = look.back;
+  pen.textAlign = "center";
+  pen.fillText(words, left + width / 2, top + 8);
 }
 
 function strokeCurve(pen, { curve, time }, view, x, y, colour) {
