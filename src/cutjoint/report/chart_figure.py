@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cutjoint.report.figures import COLOURS, DASHES, INK, SETTINGS, Drawing, plotting
-from cutjoint.simulation.charts import Chart, Curve, scale_of, thinned
+from cutjoint.simulation.charts import Chart, ChartCurve, scale_of, thinned
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -94,7 +94,7 @@ def _lines(chart: Chart, low: float) -> list[tuple[float, str, float]]:
     if chart.bound is not None:
         found += [(sign * chart.bound, INK, chart.since) for sign in ((1.0, -1.0) if low < 0.0 else (1.0,))]
 
-    def ends(curve: Curve) -> set[float]:
+    def ends(curve: ChartCurve) -> set[float]:
         return {one for one in (curve.low, curve.high) if one is not None}
 
     shared = set.intersection(*(ends(curve) for curve in chart.curves))

@@ -15,7 +15,7 @@ from cutjoint.errors import CutjointError
 from cutjoint.files import check_place, write_whole
 from cutjoint.report.curves_page import curves, page_of
 from cutjoint.report.named_runs import Runs, check_robot, named_runs, robot_of
-from cutjoint.simulation.belief import Grade, Verdict, verdict_of
+from cutjoint.simulation.belief import Belief, Grade, verdict_of
 from cutjoint.simulation.charts import overlaid
 from cutjoint.simulation.panels import Panel, all_panels
 from cutjoint.simulation.result import Result
@@ -39,7 +39,7 @@ class RunPage:
         verdicts: of the runs by name.
     """
 
-    def __init__(self, title: str, text: str, verdicts: Mapping[str, Verdict]) -> None:
+    def __init__(self, title: str, text: str, verdicts: Mapping[str, Belief]) -> None:
         self.title, self.html, self.verdicts = title, text, dict(verdicts)
 
     def __repr__(self) -> str:
@@ -141,7 +141,7 @@ def _table(table: TextTable) -> str:
     return f'<div class="scroll">{table.html()}</div>'
 
 
-def _believed(verdicts: Mapping[str, Verdict], why_none: str) -> str:
+def _believed(verdicts: Mapping[str, Belief], why_none: str) -> str:
     text = ""
     for name, verdict in verdicts.items():
         rows = [

@@ -44,7 +44,7 @@ class Sign:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Belief:
     """All signs of a run, and what they come to."""
 
     signs: tuple[Sign, ...]
@@ -69,7 +69,7 @@ class Verdict:
         return f"This run can be believed with care. {told}."
 
 
-def verdict_of(result: Result, robot: ClosedChain | None = None) -> Verdict:
+def verdict_of(result: Result, robot: ClosedChain | None = None) -> Belief:
     """Whether a run can be believed.
 
     Args:
@@ -79,7 +79,7 @@ def verdict_of(result: Result, robot: ClosedChain | None = None) -> Verdict:
     """
     length = robot.length if robot is not None else float(np.linalg.norm(result.tool, axis=1).max())
     signs = [_gap(result, length), *_strayed(result, length), _energy(result), *_limits(result, robot)]
-    return Verdict((*signs, *_saturation(result)))
+    return Belief((*signs, *_saturation(result)))
 
 
 def _graded(value: float, good: float, bad: float = np.inf) -> Grade:

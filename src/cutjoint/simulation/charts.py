@@ -27,7 +27,7 @@ POINTS = 2000
 
 
 @dataclass(frozen=True, eq=False)
-class Curve(Values):
+class ChartCurve(Values):
     """One quantity of one run.
 
     Attributes:
@@ -69,7 +69,7 @@ class Chart:
     title: str
     quantity: str
     unit: str
-    curves: tuple[Curve, ...]
+    curves: tuple[ChartCurve, ...]
     bound: float | None = None
     since: float = 0.0
 
@@ -91,10 +91,10 @@ def overlaid(runs: Mapping[str, Sequence[Panel]]) -> list[Chart]:
     return charts
 
 
-def _curve(panel: Panel, i: int, name: str, look: tuple[int, int]) -> Curve:
+def _curve(panel: Panel, i: int, name: str, look: tuple[int, int]) -> ChartCurve:
     low, high = (None, None) if panel.limits is None else panel.limits[i]
     ends = [float(one) if one is not None and math.isfinite(one) else None for one in (low, high)]
-    return Curve(name, panel.time, panel.values[:, i], *look, *ends)
+    return ChartCurve(name, panel.time, panel.values[:, i], *look, *ends)
 
 
 def _of_one(panel: Panel) -> list[Chart]:

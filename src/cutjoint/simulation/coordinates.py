@@ -14,7 +14,7 @@ from cutjoint.description.joints import JointType
 from cutjoint.errors import InputError
 
 
-class Coordinate(NamedTuple):
+class JointColumn(NamedTuple):
     """One coordinate of a joint over a run: name of the joint, name of the coordinate (such as "roll"; empty where the
     joint has but one), unit (`m` or `rad`), and values of shape (m,)."""
 
@@ -40,7 +40,7 @@ def joints_of(mechanism: object) -> list[list[str]] | None:
     return [[name, str(kinds[name])] for name in chain.model.names[1:]]
 
 
-def coordinates(q_full: Array, joints: Sequence[Sequence[str]]) -> list[Coordinate]:
+def coordinates(q_full: Array, joints: Sequence[Sequence[str]]) -> list[JointColumn]:
     """Coordinates of all `joints` (names and types) over a run; angles that come of a
     rotation go on beyond a turn.
 
@@ -51,7 +51,7 @@ def coordinates(q_full: Array, joints: Sequence[Sequence[str]]) -> list[Coordina
     Raises:
         InputError: they have other coordinates than `q_full`, or a type is unknown.
     """
-    found: list[Coordinate] = []
+    found: list[JointColumn] = []
     start = 0
     for name, kind in joints:
         if kind not in set(JointType):
@@ -64,7 +64,7 @@ def coordinates(q_full: Array, joints: Sequence[Sequence[str]]) -> list[Coordina
             for i, part in enumerate(parts):
                 stored = part.is_length or row.from_q is None
                 column = values[:, i] if stored else np.unwrap(values[:, i])
-                found.append(Coordinate(name, part.name if len(parts) > 1 else "", part.unit, column))
+                found.append(JointColumn(name, part.name if len(parts) > 1 else "", part.unit, column))
         start = end
     if start != q_full.shape[1]:
         raise InputError(
