@@ -218,7 +218,7 @@ def test_plots_are_written_as_picture_and_page(tmp_path):
 
 
 def test_a_run_of_one_sample_can_be_drawn(tmp_path):
-    one = made(1).plot(file=tmp_path / "one.svg")
+    one = made(1).plot("effort", tmp_path / "one.svg")
     assert all(len(curve.time) == 1 for chart in one.charts for curve in chart.curves)
     assert one.save(tmp_path / "one.html").exists()
 

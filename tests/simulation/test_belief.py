@@ -8,7 +8,7 @@ from kit.runs import made
 
 from cutjoint.errors import InputError
 from cutjoint.robots import load
-from cutjoint.simulation import run
+from cutjoint.simulation import ConstrainedPlant, run
 from cutjoint.simulation.belief import verdict_of
 from cutjoint.simulation.reaction_samples import sampled_reactions
 from cutjoint.simulation.result import Result, result_of
@@ -80,7 +80,7 @@ def test_of_hardware_the_command_is_looked_at_not_what_gears_leave_of_it():
 def fall():
     """A four-bar that falls for a moment, and the robot."""
     chain = load("fourbar")
-    return run(chain, duration=0.05, every=0.01), chain
+    return run(ConstrainedPlant(chain), duration=0.05, every=0.01), chain
 
 
 def test_joints_beyond_their_limits_are_noticed(fall):
