@@ -55,8 +55,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "robots": ROBOTS,
     "experiments": ROBOTS | {"report"},
     "report": ROBOTS | {"viewer"},
-    "commands": ROBOTS
-    | {"drafting", "engines", "experiments", "handover", "viewer", "report", "plugins", PACKAGE},
+    "commands": ROBOTS | {"drafting", "engines", "experiments", "handover", "viewer", "report", "plugins", PACKAGE},
     "cli": BASE | {"commands", PACKAGE},
     "__main__": frozenset({"cli", "interrupts"}),
     PACKAGE: ROBOTS | {"report", "viewer"},  # both at call time: result.plot(), and cutjoint.viewer

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from cutjoint.description.check import check
     from cutjoint.errors import CutjointError
     from cutjoint.mechanism import Actuator, Load, Mechanism, Pose, Posture, Task, Terms, Tool, kinetic_energy
+    from cutjoint.report import Plot, RunPage, plot, run_report
     from cutjoint.robots import load, published
 
 __version__ = "0.1.0"
@@ -66,6 +67,7 @@ _LAZY = {
     "load_description": "cutjoint.description",
     "load": "cutjoint.robots",
     "published": "cutjoint.robots",
+    **dict.fromkeys(("Plot", "RunPage", "plot", "run_report"), "cutjoint.report"),
 }
 _ROOMS = {
     room: f"cutjoint.{room}"
@@ -87,9 +89,11 @@ __all__ = [
     "Mechanism",
     "MinimalCoordinates",
     "MobilityReport",
+    "Plot",
     "Pose",
     "Posture",
     "RobotDescription",
+    "RunPage",
     "Task",
     "Terms",
     "Tool",
@@ -100,7 +104,9 @@ __all__ = [
     "kinetic_energy",
     "load",
     "load_description",
+    "plot",
     "published",
+    "run_report",
 ]
 
 

@@ -81,3 +81,21 @@ COMMANDED = Tolerance(
 DISTINCT = Tolerance(
     1e-5, "link lengths, -", "postures closed to CLOSURE scatter by its root, 1e-6, near a double one; modes are apart"
 )
+RUN_GAP = Tolerance(
+    1e-8, "robot's lengths", "loops of a run: states are put back to CLOSURE, between them to the error of a step"
+)
+RUN_OPEN = Tolerance(
+    1e-5, "robot's lengths", "loops open by more are as if links were longer or shorter than any machine is built to"
+)
+RUN_STRAYED = Tolerance(
+    1e-5, "robot's lengths", "what putting back a step moves: less is below what any machine is built to"
+)
+RUN_DRIFT = Tolerance(
+    1e-3, "of the energy turned over", "the masses of a machine are hardly known better; usual runs stay below 1e-4"
+)
+RUN_WRONG = Tolerance(
+    1e-2, "of the energy turned over", "a run that loses or makes so much energy shows another motion"
+)
+RUN_SATURATED = Tolerance(
+    1e-2, "of the time", "a short start at the limits is usual; longer, the law's own behaviour is not what is seen"
+)

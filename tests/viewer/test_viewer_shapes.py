@@ -115,6 +115,6 @@ def test_along_is_a_rotation_that_takes_z_there() -> None:
         assert np.linalg.det(turn) > 0
 
 
-def test_colours_of_a_page_are_over_white() -> None:
+def test_colours_of_a_page_keep_their_opacity() -> None:
     assert css((0.0, 0.5, 1.0, 1.0)) == "#0080ff"
-    assert css((0.0, 0.0, 0.0, 0.0)) == "#ffffff"
+    assert css((0.0, 0.0, 1.0, 0.4)) == "#0000ff66"

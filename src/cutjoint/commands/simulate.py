@@ -16,7 +16,7 @@ from cutjoint.commands.options import CONTROLLERS, HELP, named_gains, numbers, w
 from cutjoint.commands.output import print_json
 from cutjoint.commands.progress import progress
 from cutjoint.commands.reaction_peaks import check_reactions, peaks_of, show_peaks, written
-from cutjoint.commands.run_figures import figures_of, show
+from cutjoint.commands.run_figures import show
 from cutjoint.commands.simulated import check_loads, led_by, robots_of, unled
 from cutjoint.commands.stopping import stopped, stopped_name
 
@@ -239,6 +239,8 @@ def _tell(
     Raises:
         typer.Exit: it was interrupted.
     """
+    from cutjoint.simulation.summary import figures_of
+
     figures = figures_of(result)
     if told:
         figures["chosen"] = list(told)

@@ -18,7 +18,8 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.extras import needed
 from cutjoint.reprs import line
-from cutjoint.simulation.panels import Panel
+from cutjoint.simulation.charts import look
+from cutjoint.simulation.panels import Panel, scaled
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -30,7 +31,17 @@ BLUE, ORANGE, GREEN = "#0072B2", "#E69F00", "#009E73"
 PURPLE = "#CC79A7"
 INK, GREY = "#222222", "#8a8a8a"
 
-LIMBS = ((BLUE, "-"), (ORANGE, (0, (6, 1.5))), (GREEN, (0, (2, 1.2))))
+COLOURS = (BLUE, ORANGE, GREEN, "#D55E00", PURPLE, "#56B4E9", INK, "#8A6D00")
+DASHES = (
+    "-",
+    (0, (6, 1.5)),
+    (0, (2, 1.2)),
+    (0, (7, 2, 1.5, 2)),
+    (0, (11, 3)),
+    (0, (3, 1.5, 1, 1.5, 1, 1.5)),
+)
+"""Of the curves of `simulation.charts`, in the order of its numbers; pages have the same in curves.js."""
+LIMBS = tuple(zip(COLOURS[:3], DASHES[:3], strict=True))
 """Colour and dash of limb 1, 2 and 3 (and of the axes x, y and z); the robots under urdf/ wear the same colours."""
 
 DESIRED, ACTUAL = GREY, PURPLE
@@ -92,10 +103,7 @@ class Drawing:
 
     def svg(self, key: str) -> str:
         """As an SVG element to put into HTML; `key` keeps its identifiers apart from those of other figures."""
-        buffer = io.StringIO()
-        with plotting().rc_context(SETTINGS):
-            self._figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-        text = buffer.getvalue()
+        text = self.svg_file()
         text = text[text.index("<svg") :]
         text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
         text = re.sub(r'\bid="', f'id="{key}-', text)
@@ -104,6 +112,13 @@ class Drawing:
         return re.sub(
             r'<svg ([^>]*?)width="([^"]*)" height="[^"]*"', r'<svg role="img" style="width: \2" \1', text, count=1
         )
+
+    def svg_file(self) -> str:
+        """As a file of its own."""
+        buffer = io.StringIO()
+        with plotting().rc_context(SETTINGS):
+            self._figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+        return buffer.getvalue()
 
     def png(self, dpi: int = 110) -> bytes:
         """As a picture."""
@@ -149,17 +164,6 @@ def plotting() -> ModuleType:
     return needed("matplotlib", "a plot")
 
 
-def scaled(values: Array, unit: str) -> tuple[float, str]:
-    """Factor and unit in which the values have handy digits."""
-    largest = float(np.abs(values).max(initial=0.0))
-    if unit.startswith("m") and unit != "m2":
-        rest = unit[1:]
-        for limit, factor, prefix in ((1e-4, 1e6, "µm"), (0.09, 1e3, "mm")):
-            if 0.0 < largest < limit:
-                return factor, prefix + rest
-    return 1.0, unit
-
-
 def _over_time(ax: Axes, panel: Panel) -> None:
     reach = panel.values if panel.bound is None else np.append(panel.values.ravel(), panel.bound)
     factor, unit = scaled(reach, panel.unit)
@@ -174,7 +178,7 @@ def _over_time(ax: Axes, panel: Panel) -> None:
 
 def _curves(ax: Axes, panel: Panel, factor: float) -> None:
     for i, name in enumerate(panel.names):
-        colour, dash = LIMBS[i % len(LIMBS)] if len(panel.names) > 1 else (INK, "-")
+        colour, dash = (COLOURS[look(i)[0]], DASHES[look(i)[1]]) if len(panel.names) > 1 else (INK, "-")
         ax.plot(panel.time, factor * panel.values[:, i], color=colour, linestyle=dash, label=name)
     if panel.bound is not None:
         from_to = [panel.since, panel.time[-1]]

@@ -106,6 +106,7 @@ _KINDS: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "strayed": (_is_number, "a number"),
     "limits": (_is_limits, "a number, one an actuator, or null"),
     "actuators": (_is_list(_is_actuator), "a name and a kind an actuator"),
+    "joints": (_is_list(_is_actuator), "a name and a type a joint"),
     "locked": (_is_list(_is_text), "names of actuators"),
     "hardware": (_is_object, "the parts of the hardware"),
     "loads": (lambda value: isinstance(value, str | list), "loads"),

@@ -17,6 +17,7 @@ from cutjoint.mechanism import JointLimits, Mechanism, Posture
 from cutjoint.motion import Reference
 from cutjoint.simulation.asking import Asking
 from cutjoint.simulation.choice import plant_of
+from cutjoint.simulation.coordinates import joints_of
 from cutjoint.simulation.coupled import Coupled
 from cutjoint.simulation.extent import check_extent
 from cutjoint.simulation.hardware import Hardware
@@ -116,6 +117,9 @@ def run(
     }
     if reference is not None:
         about |= {"trajectory": reference.trajectory.name, "reference": reference.mechanism.name}
+    joints = joints_of(plant.mechanism)
+    if joints is not None:
+        about["joints"] = joints
     if not_compiled is not None:
         about["not_compiled"] = not_compiled
     if locks.names:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import NamedTuple, TypedDict
+from typing import TYPE_CHECKING, NamedTuple, TypedDict
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from cutjoint.errors import InputError
 from cutjoint.reprs import clipped, told
 from cutjoint.simulation.hardware.parts import Parts
 from cutjoint.simulation.observables import OBSERVABLES
+
+if TYPE_CHECKING:
+    from cutjoint import Plot, RunPage
 
 ROUNDING = 16.0 * np.finfo(float).eps
 """Part of an energy that its rounding may be."""
@@ -48,6 +52,7 @@ class About(TypedDict, total=False):
     hardware: Parts
     run_number: int
     actuators: list[list[str]]
+    joints: list[list[str]]
     locked: list[str]
     loads: str | list[dict[str, object]]
     steps: int
@@ -197,6 +202,12 @@ class Result(Values):
         """Kinetic and potential energy, shape (m,), [J]."""
         return readonly(self.kinetic + self.potential)
 
+    @property
+    def unaccounted(self) -> Array:
+        """Change of energy less work, plus what friction took: energy that came from nowhere, shape (m,), [J]."""
+        pushed, taken = (self.more.get(name, np.zeros_like(self.work)) for name in ("load_work", "dissipated"))
+        return readonly(self.energy - self.energy[0] - self.work - pushed + taken)
+
     def energy_drift(self) -> float:
         """Energy that came from nowhere, relative to the energy that was turned over.
 
@@ -205,7 +216,7 @@ class Result(Values):
         round by more.
         """
         pushed, taken = (self.more.get(name, np.zeros_like(self.work)) for name in ("load_work", "dissipated"))
-        lost = np.abs(self.energy - self.energy[0] - self.work - pushed + taken).max()
+        lost = np.abs(self.unaccounted).max()
         if lost <= ROUNDING * np.abs(self.potential).max():
             return 0.0
         works = (float(np.abs(work).max()) for work in (self.work, pushed, taken))
@@ -215,6 +226,35 @@ class Result(Values):
     def loop_gap(self) -> tuple[float, float]:
         """Worst loop residual of the run, ([m], [rad])."""
         return float(self.gap[:, 0].max()), float(self.gap[:, 1].max())
+
+    def plot(self, what: str | Sequence[str] = (), file: str | os.PathLike[str] | None = None) -> Plot:
+        """Curves of the run: shows itself in a notebook, `save`s as .svg, .png or .html.
+
+        Args:
+            what: names of `simulation.panels.PANELS`, as a list or with commas between; default the usual ones.
+            file: where to write it too.
+
+        Raises:
+            UnknownNameError: there is no panel of that name.
+            InputError: the run has nothing to show in one, or no place for the file.
+            MissingPackageError: matplotlib is not installed.
+        """
+        from cutjoint import plot
+
+        return plot(self, what, file=file)
+
+    def report(self, file: str | os.PathLike[str] | None = None) -> RunPage:
+        """All about the run as one page: shows itself in a notebook, `save`s as .html.
+
+        Args:
+            file: where to write it too.
+
+        Raises:
+            InputError: no place for the file.
+        """
+        from cutjoint import run_report
+
+        return run_report(self, file=file)
 
 
 ARRAYS = tuple(one.name for one in fields(Result) if one.name in OBSERVABLES)

@@ -38,7 +38,7 @@ class Document:
     @property
     def html(self) -> str:
         """The whole page."""
-        scripts = [bundle(), page("stage.js"), page("play.js")]
+        scripts = [page("look.js"), bundle(), page("curves.js"), page("stage.js"), page("play.js")]
         hashes = " ".join(f"'sha256-{_digest(script)}'" for script in scripts)
         policy = (
             f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; "

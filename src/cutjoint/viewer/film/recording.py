@@ -6,7 +6,7 @@ trajectory alone, followed exactly, with the efforts of inverse dynamics.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
@@ -15,12 +15,17 @@ from cutjoint.arrays import Array, readonly
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import ClosureError, CutjointError, InputError
 from cutjoint.mechanism import Posture
-from cutjoint.motion import Reference, Trajectory
+from cutjoint.motion import Desired, Reference, Trajectory
 from cutjoint.reprs import line
 from cutjoint.simulation import Result
+from cutjoint.simulation.result import result_of
+from cutjoint.viewer.film.curves import CurveGroup, groups_of
 
 FRAMES_PER_SECOND = 30.0
 FRAMES = 1500
+FEWEST = 30
+EXACT = ("effort", "tool", "joints", "velocity", "power", "passive")
+"""Curves of a motion that is followed exactly."""
 SAME = 1e-6
 """Part of a robot's length that its tool may be away from where a result has it."""
 
@@ -35,6 +40,7 @@ class Recording:
         tool, desired: tool positions, shape (k, 3), [m]; `desired` is None where nothing was asked for.
         effort: of the actuators, shape (k, n), [N] or [N m].
         about: lines that say how it was made.
+        curves: what can be shown beside the robot.
     """
 
     time: Array
@@ -43,6 +49,7 @@ class Recording:
     desired: Array | None
     effort: Array
     about: tuple[str, ...] = ()
+    curves: tuple[CurveGroup, ...] = ()
 
     __repr__ = line("about", "time", "tool", time="s", tool="m")
 
@@ -69,12 +76,10 @@ def from_result(chain: ClosedChain, result: Result) -> Recording:
     _check_actuators(chain, result)
     time = frame_times(float(result.time[-1] - result.time[0]))
     at = time + result.time[0]
-    if result.q_full.shape[1] == chain.nq:
-        postures = _recorded(chain, result, at)
-    else:
-        postures = _closed(chain, _resampled(at, result.time, result.q))
+    own = result.q_full.shape[1] == chain.nq
+    postures = _recorded(chain, result, at) if own else _closed(chain, _resampled(at, result.time, result.q))
     _check_tool(chain, result, postures)
-    about = [f"{key}: {value}" for key, value in result.about.items() if isinstance(value, str | int | float)]
+    about = [f"{key}: {_shown(value)}" for key, value in result.about.items() if isinstance(value, str | int | float)]
     return Recording(
         readonly(time),
         postures,
@@ -82,6 +87,7 @@ def from_result(chain: ClosedChain, result: Result) -> Recording:
         _resampled(at, result.time, result.desired_tool) if result.followed else None,
         _resampled(at, result.time, result.effort),
         tuple(about),
+        groups_of(replace(result, about={**result.about, "actuators": _actuators(chain)}), chain if own else None),
     )
 
 
@@ -95,15 +101,50 @@ def from_trajectory(chain: ClosedChain, trajectory: Trajectory, duration: float 
     reference = Reference(trajectory, chain, duration)
     time = frame_times(reference.duration)
     desired = [reference.at(float(t)) for t in time]
-    effort = [chain.inverse_dynamics(one.posture, one.v, one.a) for one in desired]
+    effort = readonly([chain.inverse_dynamics(one.posture, one.v, one.a) for one in desired])
+    tool = readonly([chain.tool(one.posture).position for one in desired])
     return Recording(
         readonly(time),
         tuple(one.posture for one in desired),
-        readonly([chain.tool(one.posture).position for one in desired]),
+        tool,
         None,
-        readonly(effort),
+        effort,
         (f"robot: {chain.name}", f"trajectory: {trajectory.name}, followed exactly", "effort: inverse dynamics"),
+        _curves_of_exact(chain, time, desired, tool, effort),
     )
+
+
+def _curves_of_exact(
+    chain: ClosedChain, time: Array, desired: list[Desired], tool: Array, effort: Array
+) -> tuple[CurveGroup, ...]:
+    """What there is to see of a motion that is followed exactly: a run without errors and energies."""
+    q, v = np.array([one.posture.q for one in desired]), np.array([one.v for one in desired])
+    nothing = np.zeros(len(time))
+    columns = {
+        "time": time,
+        "q": q,
+        "v": v,
+        "tool": tool,
+        "tool_velocity": np.zeros_like(tool),
+        "effort": effort,
+        "gap": np.zeros((len(time), 2)),
+        "kinetic": nothing,
+        "potential": nothing,
+        "work": nothing,
+        "q_full": np.array([one.posture.q_full for one in desired]),
+    }
+    run = result_of({name: readonly(column) for name, column in columns.items()}, {"actuators": _actuators(chain)})
+    return groups_of(run, chain, EXACT)
+
+
+def _shown(value: str | float) -> str:
+    """A value of a run's settings in few digits."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _actuators(chain: ClosedChain) -> list[list[str]]:
+    """Names and kinds of the actuators, as a result tells them."""
+    return [[one.name, one.kind] for one in chain.actuators]
 
 
 def still(chain: ClosedChain, at: Posture) -> Recording:
@@ -113,8 +154,9 @@ def still(chain: ClosedChain, at: Posture) -> Recording:
 
 
 def frame_times(duration: float) -> Array:
-    """Even times from 0 to `duration` [s], at 30 a second or fewer where that would be more than FRAMES."""
-    count = int(np.clip(np.ceil(duration * FRAMES_PER_SECOND), 1, FRAMES))
+    """Even times from 0 to `duration` [s], at 30 a second; at least FEWEST, as a short motion is played slowly, and at
+    most FRAMES."""
+    count = int(np.clip(np.ceil(duration * FRAMES_PER_SECOND), FEWEST, FRAMES))
     return np.linspace(0.0, duration, count + 1)
 
 
@@ -124,7 +166,7 @@ def _check_actuators(chain: ClosedChain, result: Result) -> None:
     Raises:
         InputError: they are not.
     """
-    own = [[one.name, one.kind] for one in chain.actuators]
+    own = _actuators(chain)
     made_with = result.about.get("actuators", own)
     if result.q.shape[1] != chain.n or list(map(list, made_with)) != own:
         named = f" ({', '.join(name for name, _ in made_with)})" if made_with != own else ""

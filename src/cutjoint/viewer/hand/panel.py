@@ -11,7 +11,8 @@ from cutjoint.viewer.hand.coordinates import at_limits, coordinates_of
 from cutjoint.viewer.hand.lead import POINT, UNITS
 from cutjoint.viewer.hand.puppet import Puppet
 from cutjoint.viewer.hand.sampling import FURTHEST_TURN
-from cutjoint.viewer.picture.figure import Figure, css, limb_of
+from cutjoint.viewer.picture.figure import Figure
+from cutjoint.viewer.picture.limbs import limb_of
 
 UNKNOWN_TURN = math.radians(45.0)
 """Range of a rotation to either side before it was sampled."""
@@ -38,7 +39,7 @@ class ControlPanel:
     def actuated_sliders(self) -> list[Slider]:
         """A slider per actuator."""
         return [
-            Slider(i, one.name, one.unit, *self._puppet.span(i), css(self._figure.colours[one.name]))
+            Slider(i, one.name, one.unit, *self._puppet.span(i), self._figure.colour_of(one.name))
             for i, one in enumerate(self._chain.actuators)
         ]
 

@@ -13,6 +13,8 @@ window.cutjoint = { stage, state, handle };
 const shown = (value, unit) => (unit === "rad" ? value * 180 / Math.PI : value);
 const sent = (value, unit) => (unit === "rad" ? value * Math.PI / 180 : value);
 const unitText = (unit) => (unit === "rad" ? "°" : unit);
+// Lengths have four decimals for a robot of a metre, more for a smaller one.
+const decimals = (unit) => (unit === "rad" ? 2 : Math.min(Math.max(4 + Math.round(Math.log10(stage.node("robot").scale.x / 2)), 0), 12));
 
 // ---- trail of the tool
 
@@ -31,7 +33,8 @@ function extendTrail(point) {
   const positions = trail.line.geometry.attributes.position;
   if (trail.count) {
     const i = trail.count - 1;
-    if (point.every((value, axis) => Math.abs(value - positions.array[3 * i + axis]) < 1e-7)) return;
+    const near = 1e-6 / stage.node("robot").scale.x; // of the robot's size
+    if (point.every((value, axis) => Math.abs(value - positions.array[3 * i + axis]) < near)) return;
   }
   if (trail.count === TRAIL) {
     positions.array.copyWithin(0, 3);
@@ -115,6 +118,7 @@ function build(controls) {
   document.title = `${controls.title} · cutjoint`;
   byId("title").textContent = controls.title;
   byId("source").textContent = controls.source;
+  byId("source-section").hidden = !controls.source;
   for (const kind of ["actuated", "tool"]) {
     if (sliders[kind].length !== controls[kind].length) {
       sliders[kind] = controls[kind].map((spec) => makeSlider(kind, spec));
@@ -169,7 +173,7 @@ function makeSlider(kind, spec) {
   const moved = (value) => {
     if (Number.isFinite(value)) ask({ move: kind, index, value: sent(value, own) });
   };
-  range.addEventListener("input", () => { number.value = fixed(+range.value, own === "rad" ? 2 : 4); moved(+range.value); });
+  range.addEventListener("input", () => { number.value = fixed(+range.value, decimals(own)); moved(+range.value); });
   range.addEventListener("pointerdown", () => { state.held = range; });
   number.addEventListener("change", () => moved(number.value === "" ? NaN : +number.value));
   box.append(name, range, number, unit);
@@ -203,11 +207,11 @@ function update(message) {
       const own = range === state.held || document.activeElement === number;
       if (own && !(settled && message.stop) && !(settled && range !== state.held)) return;
       range.value = value;
-      number.value = fixed(value, unit === "rad" ? 2 : 4);
+      number.value = fixed(value, decimals(unit));
     });
   }
   fillTable(byId("passive"), (controls ? controls.passive : []).map(({ name, joint, unit }, i) => {
-    const value = fixed(shown(message.passive[i], unit), unit === "rad" ? 2 : 4);
+    const value = fixed(shown(message.passive[i], unit), decimals(unit));
     return [name, `${value} ${unitText(unit)}`, null, atLimit.has(joint) ? "at-limit" : ""];
   }));
   byId("mode").value = message.mode;
@@ -217,7 +221,7 @@ function update(message) {
     return [`${spec.name} holds`, `${figure(effort)} ${message.effort_units[i]}`, spec.colour];
   });
   fillTable(byId("figures"), [
-    ...(message.tool && !pointHasSliders ? [["Tool", `${message.tool.map((x) => fixed(x)).join(", ")} m`]] : []),
+    ...(message.tool && !pointHasSliders ? [["Tool", `${message.tool.map((x) => fixed(x, decimals("m"))).join(", ")} m`]] : []),
     ["Loop gap", `${figure(message.gap[0])} m, ${figure(message.gap[1])} rad`],
     ["Mobility", `${message.mobility} (rank ${message.rank} of ${message.rows} rows)`],
     ["Condition number", figure(message.condition)],

@@ -4,37 +4,28 @@ The scene's root turns the robot so that gravity points down on screen whatever 
 puts its middle into the point that the camera turns about, and scales it to radius 1, so that camera, lights and floor
 suit a robot of any size.  Everything below the root is in the world frame of the description, in metres.
 
-Colours are the description's own; a link without one gets the colour of its limb, from the palette of Okabe and Ito
-(distinguishable for the colour-blind).
+Colours are the description's own; a link without one gets the colour of its limb (`limbs`), from the palette of Okabe
+and Ito (distinguishable for the colour-blind).
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from meshcat import geometry as g
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.description.model import Joint, RobotDescription, Shape
+from cutjoint.description.model import RobotDescription, Shape
 from cutjoint.mechanism import Posture
 from cutjoint.viewer.picture import shapes
+from cutjoint.viewer.picture.limbs import limb_colours, limb_of
 from cutjoint.viewer.picture.scene import Scene
 from cutjoint.viewer.picture.shapes import Colour
 from cutjoint.viewer.picture.sticks import is_bare, sticks
 
 ROOT = "robot"
-PALETTE: tuple[Colour, ...] = (
-    (0.0, 0.447, 0.698, 1.0),
-    (0.902, 0.624, 0.0, 1.0),
-    (0.0, 0.62, 0.451, 1.0),
-    (0.8, 0.475, 0.655, 1.0),
-    (0.835, 0.369, 0.0, 1.0),
-    (0.337, 0.706, 0.914, 1.0),
-    (0.941, 0.894, 0.259, 1.0),
-)
 GREY: Colour = (0.62, 0.64, 0.67, 1.0)
 AXES: tuple[Colour, ...] = ((0.8, 0.1, 0.1, 1.0), (0.1, 0.6, 0.1, 1.0), (0.1, 0.2, 0.8, 1.0))
 COLLISION: Colour = (0.9, 0.2, 0.5, 0.35)
@@ -46,32 +37,44 @@ FRAME = 0.12
 STICK = 0.05
 """Radius of the sticks of a robot without shapes, in its characteristic length."""
 
+FURTHEST = 3.0
+"""How far from its middle at the start the picture follows a robot, in its radii; one that runs away leaves it."""
+SMALLEST = 1e-9
+"""Radius of a robot that is a point [m]."""
+
 CAMERA: tuple[float, float, float] = (2.1, -2.5, 1.35)
 FIELD_OF_VIEW = 34.0
 
 
 class Figure:
-    """The scene of one robot; `pose` moves it.
+    """The scene of one robot; `pose` moves it.  The picture has room for the postures `also`, which it may take.
 
     Attributes:
         scene: what a tab is sent.
         radius: half the robot's extent [m].
+        colours: of the limbs of actuators, as far as they are seen.
         toggles: what can be shown or hidden: title -> (paths, shown at the start).
     """
 
-    def __init__(self, chain: ClosedChain, at: Posture) -> None:
+    def __init__(self, chain: ClosedChain, at: Posture, also: Sequence[Posture] = ()) -> None:
         self.chain = chain
         self.scene = Scene()
         self.toggles: dict[str, tuple[list[str], bool]] = {}
         description = chain.description
         placements = chain.link_placements(at)
         self._paths = {link.name: f"{ROOT}/links/{_safe(i, link.name)}" for i, link in enumerate(description.links)}
-        self.colours = limb_colours(description)
         self._visuals: Mapping[str, tuple[Shape, ...]] = {link.name: link.visuals for link in description.links}
         if is_bare(description):
             self._visuals = sticks(description, STICK * chain.length, placements)
+        self.colours = limb_colours(description, self._visuals, shapes.has_own_colour)
         low, high = self._bounds(placements)
-        self.radius = max(float(np.linalg.norm(high - low)) / 2, 1e-6)
+        self.radius = max(float(np.linalg.norm(high - low)) / 2, SMALLEST)
+        boxes = np.array([(low, high), *(self._bounds(chain.link_placements(one)) for one in also)])
+        middle, most = (low + high) / 2, FURTHEST * self.radius
+        low, high = (
+            np.maximum(boxes[:, 0].min(axis=0), middle - most),
+            np.minimum(boxes[:, 1].max(axis=0), middle + most),
+        )
         self._stage(np.asarray(description.gravity), low, high)
         self._links(description)
         self._overlays(description)
@@ -81,15 +84,19 @@ class Figure:
         """Scene path of a link."""
         return self._paths[link]
 
+    def colour_of(self, actuator: str) -> str:
+        """Colour of an actuator's limb for a page, empty where nothing is seen in it."""
+        return css(self.colours[actuator]) if actuator in self.colours else ""
+
     def labels(self) -> list[dict[str, str]]:
         """Names of the actuators and the tool, and the paths where they are shown."""
         joints = {joint.name: joint for joint in self.chain.description.joints}
         found = [
-            {"text": a.name, "path": self.link_path(joints[a.name].child), "colour": css(self.colours[a.name])}
+            {"text": a.name, "path": self.link_path(joints[a.name].child), "colour": self.colour_of(a.name)}
             for a in self.chain.actuators
         ]
         if self.chain.description.tool is not None:
-            found.append({"text": "tool", "path": f"{ROOT}/tool", "colour": "#20242a"})
+            found.append({"text": "tool", "path": f"{ROOT}/tool", "colour": ""})
         return found
 
     def pose(self, at: Posture) -> None:
@@ -131,8 +138,6 @@ class Figure:
     def _stage(self, gravity: Array, low: Array, high: Array) -> None:
         scene = self.scene
         with scene.batch():
-            scene.set_property("Background", "top_color", [0.93, 0.95, 0.98])
-            scene.set_property("Background", "bottom_color", [0.99, 0.99, 0.99])
             for path in ("Grid", "Axes", "Lights/FillLight"):
                 scene.set_property(path, "visible", path.startswith("Lights"))
             camera = g.PerspectiveCamera(fov=FIELD_OF_VIEW, near=0.01, far=100)
@@ -140,7 +145,7 @@ class Figure:
             x, y, z = CAMERA
             scene.set_property("Cameras/default/rotated/<object>", "position", [x, z, -y])
             turn = turn_down(gravity)
-            scale = 1.0 / self.radius
+            scale = 1.0 / max(float(np.linalg.norm(high - low)) / 2, SMALLEST)
             root = np.eye(4)
             root[:3, :3] = scale * turn
             root[:3, 3] = -scale * turn @ (low + high) / 2
@@ -156,7 +161,7 @@ class Figure:
         for link in description.links:
             path = self._paths[link.name]
             limb = owners.get(link.name)
-            default = GREY if limb is None else self.colours[limb]
+            default = GREY if limb is None else self.colours.get(limb, GREY)
             self._draw(f"{path}/visual", self._visuals.get(link.name, ()), default)
             if link.collisions:
                 self._draw(f"{path}/collision", link.collisions, COLLISION, own=False)
@@ -230,55 +235,10 @@ def turn_down(gravity: Array) -> Array:
     return np.asarray(np.eye(3) + skew + skew @ skew / (1.0 + cosine))
 
 
-def limb_colours(description: RobotDescription) -> dict[str, Colour]:
-    """Actuator -> colour of its limb: the most frequent bright one of the links that it moves, else the palette's."""
-    limbs: dict[str, Counter[Colour]] = {name: Counter() for name in description.actuators}
-    owners = limb_of(description)
-    for link in description.links:
-        if (limb := owners.get(link.name)) is not None:
-            limbs[limb].update(shape.colour for shape in link.visuals if shape.colour and _bright(shape.colour))
-    return {
-        name: counts.most_common(1)[0][0] if counts else PALETTE[i % len(PALETTE)]
-        for i, (name, counts) in enumerate(limbs.items())
-    }
-
-
-def limb_of(description: RobotDescription) -> dict[str, str]:
-    """Link -> the actuator whose limb it is part of: the last one on the way from the root, or else the only one
-    further on."""
-    children: dict[str, list[Joint]] = {}
-    for joint in description.joints:
-        children.setdefault(joint.parent, []).append(joint)
-    parents = {joint.child: joint for joint in description.joints}
-    beyond: dict[str, set[str]] = {}
-    for name in description.actuators:
-        joint = description.joint(name)
-        beyond.setdefault(joint.child, set()).add(name)
-        while joint.parent in parents:
-            joint = parents[joint.parent]
-            beyond.setdefault(joint.child, set()).add(name)
-    found: dict[str, str] = {}
-    stack: list[tuple[str, str | None]] = [(description.root, None)]
-    while stack:
-        link, limb = stack.pop()
-        if limb is not None:
-            found[link] = limb
-        for joint in children.get(link, []):
-            ahead = beyond.get(joint.child, set())
-            if joint.name in description.actuators:
-                stack.append((joint.child, joint.name))
-            else:
-                stack.append((joint.child, next(iter(ahead)) if limb is None and len(ahead) == 1 else limb))
-    return found
-
-
 def css(colour: Colour) -> str:
-    """A colour for a page; opacity as over white."""
-    return "#" + "".join(f"{round(255 * (colour[3] * channel + 1.0 - colour[3])):02x}" for channel in colour[:3])
-
-
-def _bright(colour: Colour) -> bool:
-    return max(colour[:3]) - min(colour[:3]) > 0.25
+    """A colour for a page, #rrggbb, or #rrggbbaa where it is not opaque."""
+    channels = colour[:3] if colour[3] >= 1.0 else colour
+    return "#" + "".join(f"{round(255 * channel):02x}" for channel in channels)
 
 
 def _between(start: Array, end: Array) -> Array:

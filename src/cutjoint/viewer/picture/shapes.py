@@ -94,6 +94,17 @@ def parts(shape: Shape, colour: Colour) -> list[Part]:
     raise InputError(f"cannot draw a shape of kind '{shape.kind}'")
 
 
+def has_own_colour(shape: Shape) -> bool:
+    """Whether a shape has a colour of its own, or each part of its mesh has.
+
+    Raises:
+        InputError: a mesh that cannot be read.
+    """
+    if shape.colour is not None or shape.kind != "mesh":
+        return shape.colour is not None
+    return all(_own_colour(mesh) is not None for mesh in load_mesh(shape))
+
+
 def corners(shape: Shape) -> Array:
     """Corners of a box around `shape` in the link frame, shape (8, 3) [m].
 

@@ -56,6 +56,7 @@ def live_files() -> dict[str, File]:
     return {
         "/": File(page("live.html").encode(), "text/html; charset=utf-8", LIVE_POLICY),
         "/meshcat.js": File(bundle().encode(), script),
+        "/look.js": File(page("look.js").encode(), script),
         "/stage.js": File(page("stage.js").encode(), script),
         "/drag.js": File(page("drag.js").encode(), script),
         "/live.js": File(page("live.js").encode(), script),

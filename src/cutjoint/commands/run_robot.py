@@ -1,0 +1,34 @@
+"""The robot that runs were made with, as options name it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cutjoint.errors import InputError
+
+if TYPE_CHECKING:
+    from cutjoint.chain import ClosedChain
+
+Robot = Annotated[
+    str | None,
+    typer.Option(metavar="ROBOT", help="The robot of the runs, where it is not found by the name that they tell."),
+]
+
+
+def robot_of_options(robot: str | None, variant: str | None, ideal: bool, lenient: bool) -> ClosedChain | None:
+    """The robot that is asked for; None where none is.
+
+    Raises:
+        InputError: options of a robot, and none.
+        UnknownNameError, DescriptionError, ClosureError: as of `robots.load`.
+    """
+    if robot is None:
+        used = [name for name, on in (("--variant", variant), ("--ideal", ideal), ("--lenient", lenient)) if on]
+        if used:
+            raise InputError(f"{', '.join(used)} says more about a robot; give it too, with --robot ROBOT")
+        return None
+    from cutjoint.robots import load
+
+    return load(robot, variant, dynamics="ideal" if ideal else "real", lenient=lenient)

@@ -1,0 +1,170 @@
+"""Whether a run can be believed: each sign with its number, what is good, and one sentence over all of them.
+
+Signs of two kinds: those of the computation (open loops, energy that came from nowhere) can make a run worthless; those
+of the machine (limits passed, saturated actuators) say that it shows something else than was meant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from cutjoint.simulation.coordinates import coordinates, joints_of
+from cutjoint.simulation.result import Result
+from cutjoint.tolerances import RUN_DRIFT, RUN_GAP, RUN_OPEN, RUN_SATURATED, RUN_STRAYED, RUN_WRONG
+
+if TYPE_CHECKING:
+    from cutjoint.chain import ClosedChain
+
+Grade = Literal["good", "half", "bad"]
+"""Holds; look closer; does not hold."""
+AT_LIMIT = 1.0 - 1e-9
+"""Part of a limit from which an effort is at it: what is clipped is there to the last digit but rounding."""
+
+
+@dataclass(frozen=True)
+class Sign:
+    """One thing that tells whether a run can be believed.
+
+    Attributes:
+        name: what was looked at.
+        found: its number, in words with the unit.
+        good: what would be good.
+        grade: how it is; None where it could not be looked at, and `found` says why.
+        means: what it means where it is not good.
+    """
+
+    name: str
+    found: str
+    good: str
+    grade: Grade | None
+    means: str = ""
+
+
+@dataclass(frozen=True)
+class Belief:
+    """All signs of a run, and what they come to."""
+
+    signs: tuple[Sign, ...]
+
+    @property
+    def grade(self) -> Grade:
+        """The worst of all."""
+        grades = [one.grade for one in self.signs]
+        return "bad" if "bad" in grades else "half" if "half" in grades else "good"
+
+    @property
+    def sentence(self) -> str:
+        """Whether the run can be believed, and if not so why."""
+        worst = [one for one in self.signs if one.grade in ("half", "bad")]
+        if not worst:
+            left = [one.name for one in self.signs if one.grade is None]
+            rest = f"; not looked at: {', '.join(left)}" if left else ""
+            return f"This run can be believed: every sign that was looked at is good{rest}."
+        told = "; ".join(f"{one.name}: {one.found} ({one.means})" for one in worst)
+        if self.grade == "bad":
+            return f"This run cannot be believed. {told}."
+        return f"This run can be believed with care. {told}."
+
+
+def verdict_of(result: Result, robot: ClosedChain | None = None) -> Belief:
+    """Whether a run can be believed.
+
+    Args:
+        result: the run.
+        robot: that it was made with: the limits of its joints are looked at too, and its length is the measure of gaps;
+            else how far the tool is from the origin of the world.
+    """
+    length = robot.length if robot is not None else float(np.linalg.norm(result.tool, axis=1).max())
+    signs = [_gap(result, length), *_strayed(result, length), _energy(result), *_limits(result, robot)]
+    return Belief((*signs, *_saturation(result)))
+
+
+def _graded(value: float, good: float, bad: float = np.inf) -> Grade:
+    return "good" if value <= good else "half" if value <= bad else "bad"
+
+
+def _gap(result: Result, length: float) -> Sign:
+    gap, angle = result.loop_gap()
+    measure = length if length > 0.0 else 1.0
+    return Sign(
+        "loop gap",
+        f"{gap:.1e} m, {angle:.1e} rad",
+        f"at most {RUN_GAP.value * measure:.2g} m, {RUN_GAP.value:g} rad",
+        _graded(max(gap / measure, angle), RUN_GAP.value, RUN_OPEN.value),
+        "the loops did not stay closed, so the links were not as long as they are",
+    )
+
+
+def _strayed(result: Result, length: float) -> list[Sign]:
+    if "strayed" not in result.about:
+        return []
+    strayed, measure = float(result.about["strayed"]), length if length > 0.0 else 1.0
+    return [
+        Sign(
+            "steps strayed",
+            f"{strayed:.1e} m before they were put back",
+            f"at most {RUN_STRAYED.value * measure:.2g} m",
+            _graded(strayed / measure, RUN_STRAYED.value),
+            "steps were long for this motion; take smaller ones or tighter tolerances",
+        )
+    ]
+
+
+def _energy(result: Result) -> Sign:
+    drift = result.energy_drift()
+    return Sign(
+        "energy balance",
+        f"off by {drift:.1e} of the energy turned over",
+        f"at most {RUN_DRIFT.value:g}",
+        _graded(drift, RUN_DRIFT.value, RUN_WRONG.value),
+        "energy came from nowhere; take smaller steps or tighter tolerances",
+    )
+
+
+def _limits(result: Result, robot: ClosedChain | None) -> list[Sign]:
+    """Joints beyond the limits that their files give."""
+    name, good = "limits of the joints", "none passed"
+    if robot is None:
+        return [Sign(name, "the robot is not at hand", good, None)]
+    joints = joints_of(robot) or []
+    if result.q_full.shape[1] != robot.nq:
+        return [Sign(name, "the run has no configurations of this robot, as of a reduced model", good, None)]
+    own = {one.joint: one for one in coordinates(result.q_full, joints)}
+    passed = []
+    for joint in robot.description.joints:
+        if joint.type.limited and joint.name in own:
+            low, high = joint.limits.lower, joint.limits.upper
+            values, unit = own[joint.name].values, own[joint.name].unit
+            slack = (robot.length if unit == "m" else 1.0) * RUN_GAP.value
+            over = max(
+                -np.inf if low is None else low - values.min(), -np.inf if high is None else values.max() - high, 0.0
+            )
+            if over > slack:
+                passed.append(f"{joint.name} by {over:.3g} {unit}")
+    means = "the machine would have met its stops"
+    return [Sign(name, ", ".join(passed) or "none passed", good, "half" if passed else "good", means)]
+
+
+def _saturation(result: Result) -> list[Sign]:
+    """How long the law asked for as much as there is."""
+    told = result.about.get("limits")
+    n = result.q.shape[1]
+    if told is None or n == 0 or np.size(told) not in (1, n):
+        return []
+    top = np.broadcast_to(np.abs(np.asarray(told, dtype=np.float64)).ravel(), n)
+    at = (np.abs(result.more.get("command", result.effort)) >= AT_LIMIT * top).any(axis=1)
+    # an effort is given from each sample on
+    span = np.diff(result.time, append=result.time[-1])
+    share = float(span[at].sum() / span.sum()) if span.sum() > 0.0 else float(at.mean())
+    return [
+        Sign(
+            "actuators at their limits",
+            f"{100.0 * share:.3g} % of the time",
+            f"at most {100.0 * RUN_SATURATED.value:g} %",
+            _graded(share, RUN_SATURATED.value),
+            "the law could not do what it wanted; what is seen is the limit's doing too",
+        )
+    ]
