@@ -12,7 +12,7 @@ from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.mechanism import Posture
 from cutjoint.viewer.film.recording import Recording
-from cutjoint.viewer.film.tracks import Track, pose_tracks
+from cutjoint.viewer.film.tracks import FilmTrack, pose_tracks
 from cutjoint.viewer.picture import shapes
 from cutjoint.viewer.picture.figure import ROOT, Figure
 from cutjoint.viewer.picture.shapes import Colour
@@ -71,12 +71,12 @@ def largest_efforts(chain: ClosedChain, recording: Recording) -> dict[str, float
     return largest
 
 
-def arrow_tracks(figure: Figure, recording: Recording, frames: Array) -> dict[str, list[Track]]:
+def arrow_tracks(figure: Figure, recording: Recording, frames: Array) -> dict[str, list[FilmTrack]]:
     """How the arrows move and change: path -> tracks."""
     chain, size = figure.chain, full_size(figure, recording.postures[0])
     places = [chain.link_placements(at) for at in recording.postures]
     largest = largest_efforts(chain, recording)
-    tracks: dict[str, list[Track]] = {}
+    tracks: dict[str, list[FilmTrack]] = {}
     for i, actuator in enumerate(chain.actuators):
         joint, path = chain.description.joint(actuator.name), f"{ROOT}/effort/{i}"
         axis = shapes.along(np.asarray(joint.axis))
@@ -90,11 +90,11 @@ def arrow_tracks(figure: Figure, recording: Recording, frames: Array) -> dict[st
             tip = np.minimum(1.0, part / HEAD)
             body = np.maximum(part - HEAD, SMALL) * size
             none = np.zeros_like(part)
-            tracks[f"{path}/shaft"] = [Track("scale", "vector3", frames, np.column_stack([tip, tip, sign * body]))]
+            tracks[f"{path}/shaft"] = [FilmTrack("scale", "vector3", frames, np.column_stack([tip, tip, sign * body]))]
             tracks[f"{path}/tip"] = [
-                Track("position", "vector3", frames, np.column_stack([none, none, sign * body])),
-                Track("scale", "vector3", frames, np.column_stack([tip, tip, sign * tip])),
+                FilmTrack("position", "vector3", frames, np.column_stack([none, none, sign * body])),
+                FilmTrack("scale", "vector3", frames, np.column_stack([tip, tip, sign * tip])),
             ]
         else:
-            tracks[f"{path}/turn"] = [Track("scale", "vector3", frames, np.column_stack([part, sign * part, part]))]
+            tracks[f"{path}/turn"] = [FilmTrack("scale", "vector3", frames, np.column_stack([part, sign * part, part]))]
     return tracks

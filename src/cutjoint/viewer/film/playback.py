@@ -16,7 +16,7 @@ from cutjoint.viewer.film.arrows import EFFORT, arrow_tracks, draw_arrows
 from cutjoint.viewer.film.curves import as_data
 from cutjoint.viewer.film.document import Document
 from cutjoint.viewer.film.recording import Recording
-from cutjoint.viewer.film.tracks import Track, pose_tracks
+from cutjoint.viewer.film.tracks import FilmTrack, pose_tracks
 from cutjoint.viewer.picture import shapes
 from cutjoint.viewer.picture.figure import ROOT, Figure, css
 from cutjoint.viewer.picture.shapes import Colour
@@ -101,7 +101,7 @@ def _animate(figure: Figure, recording: Recording) -> None:
         for path, matrix in placed.items():
             poses.setdefault(path, []).append(matrix)
     frames = np.arange(len(recording.time), dtype=float)
-    tracks: dict[str, list[Track]] = {}
+    tracks: dict[str, list[FilmTrack]] = {}
     for path, matrices in poses.items():
         tracks[path] = pose_tracks(frames, np.array(matrices))
     tracks |= arrow_tracks(figure, recording, frames)

@@ -12,7 +12,7 @@ from meshcat.transformations import quaternion_from_matrix
 from cutjoint.arrays import Array
 
 
-class Track:
+class FilmTrack:
     """Values of one property of a path at the frames."""
 
     def __init__(self, name: str, kind: str, frames: Array, values: Array) -> None:
@@ -28,7 +28,7 @@ class Track:
         }
 
 
-def pose_tracks(frames: Array, matrices: Array) -> list[Track]:
+def pose_tracks(frames: Array, matrices: Array) -> list[FilmTrack]:
     """Tracks of position and quaternion of placements, shape (k, 4, 4); none where the path does not move."""
     if np.abs(matrices - matrices[0]).max() == 0.0:
         return []
@@ -36,6 +36,6 @@ def pose_tracks(frames: Array, matrices: Array) -> list[Track]:
     signs = np.cumprod(np.where(np.einsum("ij,ij->i", turns[1:], turns[:-1]) < 0, -1.0, 1.0))
     turns[1:] *= signs[:, None]  # neighbouring frames on the same side, so that what lies between is short
     return [
-        Track("position", "vector3", frames, matrices[:, :3, 3]),
-        Track("quaternion", "quaternion", frames, turns),
+        FilmTrack("position", "vector3", frames, matrices[:, :3, 3]),
+        FilmTrack("quaternion", "quaternion", frames, turns),
     ]
