@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+import pinocchio as pin
 
-from cutjoint.arrays import Array, Sealed, as_vector, sized
+from cutjoint.arrays import Array, Sealed, as_vector, readonly, sized
 from cutjoint.chain.actuation import ActuatorEfforts, actuator_efforts, motion_of_tool, velocity_of_actuators
 from cutjoint.chain.build import build_model, rough_home
 from cutjoint.chain.closing.assembling import assembled
@@ -21,7 +22,9 @@ from cutjoint.chain.closing.closing import Closing
 from cutjoint.chain.closing.reaching import Reaching
 from cutjoint.chain.closing.rounding import check_rounding, lasting, trusted_rows
 from cutjoint.chain.closing.ways import Near, Ways
+from cutjoint.chain.contacts import constraint_models
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
+from cutjoint.chain.geometry import collision_model, visual_model
 from cutjoint.chain.joints import limit_violations
 from cutjoint.chain.kinematics import Kinematics
 from cutjoint.chain.loads import ChainLoads
@@ -543,11 +546,58 @@ class ClosedChain(Sealed):
     def _mujoco(self) -> MujocoOrder:
         return MujocoOrder(self.model, self.description)
 
+    # ---- for programs that work with Pinocchio (docs/neighbours.md); all fresh, and the caller's own ------------------
+
+    def constraint_models(self) -> pin.StdVec_RigidConstraintModel:
+        """The cuts as Pinocchio's constraint models for `model`, which `pin.constraintDynamics` and others take.
+
+        Fixed cuts are contacts of 6 rows, spherical ones of 3, revolute ones two of 3 that share their name, `length`
+        apart on the axis.  Their Baumgarte gains are 0.  Redundant rows stay in.
+
+        Raises:
+            InputError: a cut or coupling is none in Pinocchio; it names them.
+        """
+        return constraint_models(self.model, self.description, self.length)
+
+    def constraint_datas(self, models: pin.StdVec_RigidConstraintModel) -> pin.StdVec_RigidConstraintData:
+        """Workspaces of constraint models, in their order."""
+        datas = pin.StdVec_RigidConstraintData()
+        for one in models:
+            datas.append(one.createData())
+        return datas
+
+    def visual_model(self) -> pin.GeometryModel:
+        """The visual shapes of all links on the joints of `model`, such as a visualizer of Pinocchio takes.
+
+        Raises:
+            InputError: a mesh cannot be read.
+            MissingPackageError: there are meshes, and trimesh is not installed.
+        """
+        return visual_model(self.model, self.description)
+
+    def collision_model(self) -> pin.GeometryModel:
+        """The collision shapes of all links, with the pairs of bodies that no joint and no cut joins.
+
+        Raises:
+            InputError, MissingPackageError: as `visual_model`.
+        """
+        return collision_model(self.model, self.description)
+
+    @property
+    def actuation(self) -> Array:
+        """B with effort_full = B @ effort, shape (nv, n): a column of one 1 for every actuator."""
+        return readonly(np.eye(self.nv)[:, self._actuated.v_index])
+
     # Of the open tree: a posture, or any configuration (nq,) with the loops open.
 
     def gap(self, at: Posture | npt.ArrayLike) -> tuple[float, float]:
         """Worst loop gap, ([m], [rad])."""
         return self._k.at(self._configuration(at)).gap[:2]
+
+    def constraint_residual(self, at: Posture | npt.ArrayLike) -> Array:
+        """By how much every constraint row is open, shape (rows,), [m] and [rad] (the sine of the angle for a universal
+        cut)."""
+        return readonly(self._k.at(self._configuration(at)).residual)
 
     def constraint_jacobian(self, at: Posture | npt.ArrayLike) -> Array:
         """Derivative of all constraint rows, unscaled, shape (rows, nv)."""

@@ -1,7 +1,4 @@
-"""Cuts whose rows are those of contacts (fixed, spherical, revolute) as Pinocchio's `RigidConstraintModel`s.
-
-A revolute cut is two coincident points on its axis: six rows of rank five.
-"""
+"""Constrained dynamics by Pinocchio itself, of robots whose cuts are all contacts (`cutjoint.chain.contacts`)."""
 
 from __future__ import annotations
 
@@ -14,15 +11,9 @@ import pinocchio as pin
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closure import Closure
+from cutjoint.chain.contacts import contact_models, is_contact
 from cutjoint.chain.kinematics import Kinematics
-from cutjoint.description.cuts import Kind
 
-# the kinds of a cut's equations -> Pinocchio's contact with the same rows, and where along z it acts, in lengths
-_CONTACTS: dict[tuple[Kind, ...], tuple[pin.ContactType, tuple[float, ...]]] = {
-    (Kind.POINT, Kind.LOCK): (pin.ContactType.CONTACT_6D, (0.0,)),
-    (Kind.POINT,): (pin.ContactType.CONTACT_3D, (0.0,)),
-    (Kind.POINT, Kind.HINGE): (pin.ContactType.CONTACT_3D, (-0.5, 0.5)),
-}
 ITERATIONS = 4
 CONVERGED_SQUARED = tolerances.CONVERGED.value**2
 
@@ -33,7 +24,7 @@ HARDLY = 1e-6
 def is_rigid(closure: Closure) -> bool:
     """Whether Pinocchio has constraint models for all of a robot's cuts (and there are cuts)."""
     whole = bool(closure.cuts) and not closure.couplings and not closure.left_out
-    return whole and all(cut.type.kinds in _CONTACTS for cut in closure.cuts)
+    return whole and all(is_contact(cut) for cut in closure.cuts)
 
 
 class Workspace(threading.local):
@@ -57,22 +48,7 @@ class RigidConstraints:
         length = kinematics.length
         self._scale = 1.0 / kinematics.column_scale
         self._floor = (1e-13 * float(np.linalg.norm(model.gravity.linear)) / length) ** 2
-        self.models = pin.StdVec_RigidConstraintModel()
-        for cut in kinematics.closure.cuts:
-            kind, shifts = _CONTACTS[cut.type.kinds]
-            for shift in shifts:
-                offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, shift * length]))
-                constraint = pin.RigidConstraintModel(
-                    kind,
-                    model,
-                    cut.joint_a,
-                    cut.placement_a * offset,
-                    cut.joint_b,
-                    cut.placement_b * offset,
-                    pin.ReferenceFrame.LOCAL,
-                )
-                constraint.name = cut.name
-                self.models.append(constraint)
+        self.models = contact_models(model, kinematics.closure.cuts, length)
         sizes = [constraint.residualSize() for constraint in self.models]
         self._row_scale = np.concatenate([np.where(np.arange(size) < 3, 1.0 / length, 1.0) for size in sizes])
         # relative accuracy, so that a robot of grams and one of tonnes are solved alike
