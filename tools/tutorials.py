@@ -111,8 +111,7 @@ class Work:
 
     def _console(self, text: str) -> str:
         made = ""
-        for part in re.findall(r"^\$ (?:.*\\\n)*.*\n(?:(?!\$ ).*\n)*", text, flags=re.MULTILINE):
-            line, shown = re.fullmatch(r"\$ ((?:.*\\\n)*.*\n)(.*)", part, flags=re.DOTALL).groups()  # type: ignore[union-attr]
+        for line, shown in re.findall(r"^\$ ((?:.*\\\n)*.*\n)((?:(?!\$ ).*\n)*)", text, flags=re.MULTILINE):
             printed = self._run(line)
             made += f"$ {line}" + (self._held(shown, printed, line.strip()) if shown.strip() else shown)
         return made

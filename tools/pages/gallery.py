@@ -20,7 +20,7 @@ a page of its own: one file, to be turned, played and sent to others.
 def page() -> str:
     """The page, as Markdown; before there is a gallery, how to make it."""
     if not LIST.is_file():
-        return f"{HEAD}These pages were made without it; `make docs` makes it first.\n"
+        return f"{HEAD}These pages were made without it: `make gallery docs` makes it, and then the pages with it.\n"
     cards = "\n".join(_card(**robot) for robot in json.loads(LIST.read_text(encoding="utf-8")))
     return f'{HEAD}<div class="gallery">\n{cards}\n</div>\n'
 

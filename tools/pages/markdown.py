@@ -12,6 +12,8 @@ FENCE = re.compile(r"^(?P<fence>```+)(?P<language>\w+)[ \t]+(?P<info>[\w=./ -]+?
 LINK = re.compile(r"(?P<open>!?)\[(?P<text>[^\]]*)\]\((?P<target>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)")
 BLOCK = re.compile(r"^(```+).*?^\1[ \t]*$|`[^`\n]+`", re.MULTILINE | re.DOTALL)
 FORMULA = re.compile(r'<(?P<tag>span|div) class="arithmatex">\\[(\[](?P<tex>.*?)\\[)\]]</(?P=tag)>', re.DOTALL)
+MATRIX = re.compile(r"<mo>&#x0005B;</mo>(<mtable>.*?</mtable>)<mo>&#x0005D;</mo>")
+"""Brackets grow with what they hold only in a font for formulas, which not every machine has: docs/assets/site.css."""
 
 ROOT_PAGES = {"README.md": "overview.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
 """Documents of the top folder -> the pages that they become."""
@@ -77,6 +79,7 @@ def formulas(page: str) -> str:
 
     def drawn(match: re.Match[str]) -> str:
         display = "block" if match["tag"] == "div" else "inline"
-        return str(convert(html.unescape(match["tex"]), display=display))
+        made = convert(html.unescape(match["tex"]), display=display)
+        return MATRIX.sub(r'<mrow class="matrix">\1</mrow>', made)
 
     return FORMULA.sub(drawn, page)
