@@ -20,9 +20,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from cutjoint.drafting import TEMPLATES
+
 import cutjoint
 from cutjoint.description import catalogue
-from cutjoint.drafting import TEMPLATES
 from cutjoint.viewer.browser.camera import find_browser
 
 OUTPUT = Path(__file__).resolve().parents[1] / "out" / "gallery"
@@ -101,12 +102,13 @@ def gallery(output: Path, only: Sequence[str] = ()) -> list[Shown]:
             asked.append((str(folder), f"new-{template}", f"cutjoint new mine --template {template}"))
         asked = [one for one in asked if not only or one[1] in only]
         with ThreadPoolExecutor(os.cpu_count() or 1) as workers:
-            made = list(workers.map(lambda one: show(*one, output, picture), asked))
+            made = list(workers.map(lambda one: show(one[0], one[1], one[2], output, picture), asked))
     (output / "gallery.json").write_text(json.dumps([asdict(one) for one in made], indent=1), encoding="utf-8")
     return made
 
 
 def main() -> None:
+    """The command."""
     parser = argparse.ArgumentParser(description="Makes the gallery.")
     parser.add_argument("--output", type=Path, default=OUTPUT)
     parser.add_argument("--only", nargs="+", default=(), metavar="NAME")

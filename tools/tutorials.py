@@ -11,8 +11,8 @@ In the order of the text, in an empty folder of its own:
                                     what it prints
     ```LANGUAGE title="NAME"        is the file NAME
 
-`...` stands for anything: within a line, or as a line for any number of them.  Spaces count as one, as long as there are
-any.  Other blocks are only shown.
+`...` stands for anything: within a line, or as a line for any number of them.  Spaces count as one, as long as there
+are any.  Other blocks are only shown.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ class Work:
 
 
 def work(text: str, folder: Path) -> Worked:
-    """A tutorial's text, worked through in `folder`, which should be empty, by the cutjoint that this Python imports."""
+    """A tutorial's text, worked through in `folder`, an empty one, by the cutjoint that this Python imports."""
     commands = folder / ".bin"
     commands.mkdir()
     program = commands / "cutjoint"
@@ -146,6 +146,7 @@ def work(text: str, folder: Path) -> Worked:
 
 
 def main() -> None:
+    """The command."""
     parser = argparse.ArgumentParser(description="Works through the tutorials.")
     parser.add_argument("files", nargs="*", type=Path, help="default: all")
     parser.add_argument("--write", action="store_true", help="put in what comes out now")

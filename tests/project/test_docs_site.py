@@ -108,7 +108,9 @@ def test_links_lead_from_page_to_page(source: str, link: str, becomes: str) -> N
 
 
 def test_exercises_say_where_their_code_goes() -> None:
-    text = "```python new=control/lead.py\nx\n```\n\n```python row=a.py table=B\nx\n```\n\n```console exercise\n$ x\n```\n"
+    text = (
+        "```python new=control/lead.py\nx\n```\n\n```python row=a.py table=B\nx\n```\n\n```console exercise\n$ x\n```\n"
+    )
     shown = module("markdown").titled_fences(text)
     assert '```python title="src/cutjoint/control/lead.py (new)"\n' in shown
     assert '```python title="src/cutjoint/a.py, in B"\n' in shown
@@ -116,7 +118,8 @@ def test_exercises_say_where_their_code_goes() -> None:
 
 
 def test_formulas_are_drawn_by_the_browser_itself() -> None:
-    page = r'<p><span class="arithmatex">\(a &lt; b\)</span><div class="arithmatex">\[\begin{bmatrix} 1 \end{bmatrix}\]</div>'
+    within = r'<p><span class="arithmatex">\(a &lt; b\)</span></p>'
+    page = within + r'<div class="arithmatex">\[\begin{bmatrix} 1 \end{bmatrix}\]</div>'
     drawn = module("markdown").formulas(page)
     assert drawn.count("<math") == 2
     assert 'class="matrix"' in drawn
@@ -159,7 +162,10 @@ def opened(browser: Any, page: Path, size: str = "desk", scheme: str = "light") 
     width, height = SIZES[size]
     tab = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme).new_page()
     wrong: list[str] = []
-    tab.on("request", lambda request: None if request.url.startswith(("file:", "data:", "about:")) else wrong.append(request.url))
+    tab.on(
+        "request",
+        lambda request: None if request.url.startswith(("file:", "data:", "about:")) else wrong.append(request.url),
+    )
     tab.on("requestfailed", lambda request: wrong.append(f"{request.url} failed"))
     tab.on("pageerror", lambda error: wrong.append(str(error)))
     tab.goto(page.as_uri())

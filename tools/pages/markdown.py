@@ -25,7 +25,7 @@ def titled_fences(text: str) -> str:
     def titled(match: re.Match[str]) -> str:
         said = dict((*word.split("=", 1), "")[:2] for word in match["info"].split())
         title = _title(said)
-        return f'{match["fence"]}{match["language"]}' + (f' title="{title}"' if title else "")
+        return f"{match['fence']}{match['language']}" + (f' title="{title}"' if title else "")
 
     return FENCE.sub(titled, text)
 

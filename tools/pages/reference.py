@@ -32,7 +32,7 @@ class Part:
     @property
     def room(self) -> str:
         """The page it is on."""
-        return (self.path.split(".") + [PACKAGE])[1]
+        return [*self.path.split("."), PACKAGE][1]
 
 
 def parts() -> list[Part]:
@@ -72,7 +72,14 @@ def pages() -> dict[str, str]:
     made: dict[str, list[str]] = {}
     for part in everything:
         made.setdefault(part.room, []).extend(_section(package, part, homes))
-    index = ["# Python", "", "Every public name, by room, from its docstring.", "", "| room | what it has |", "|---|---|"]
+    index = [
+        "# Python",
+        "",
+        "Every public name, by room, from its docstring.",
+        "",
+        "| room | what it has |",
+        "|---|---|",
+    ]
     index += [f"| [{part.path}]({part.room}.md) | {_opening(package, part)} |" for part in everything if _heads(part)]
     return {"index": "\n".join(index) + "\n", **{room: "\n".join(lines) for room, lines in made.items()}}
 
@@ -99,9 +106,7 @@ def _opening(package: griffe.Object | griffe.Alias, part: Part) -> str:
     return " ".join(first.split())
 
 
-def _section(
-    package: griffe.Object | griffe.Alias, part: Part, homes: dict[str, tuple[str, str]]
-) -> Iterator[str]:
+def _section(package: griffe.Object | griffe.Alias, part: Part, homes: dict[str, tuple[str, str]]) -> Iterator[str]:
     head, below = ("#", "##") if _heads(part) else ("##", "###")
     yield from (f"{head} {part.path}", "", _opening(package, part), "")
     elsewhere = []
