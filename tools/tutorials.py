@@ -6,7 +6,7 @@
 In the order of the text, in an empty folder of its own:
 
     ```console                      each line after `$ ` is run by the shell and must succeed; what stands below it is
-                                    what it prints, if anything does
+                                    what it prints to its standard output, if anything does
     ```python                       is run, with what the blocks before it defined; a block of `text` right below it is
                                     what it prints
     ```LANGUAGE title="NAME"        is the file NAME
@@ -124,14 +124,13 @@ class Work:
             cwd=self.folder,
             env=self._settings,
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
+            capture_output=True,
             text=True,
             timeout=SECONDS,
             check=False,
         )
         if run.returncode != 0:
-            raise SystemExit(f"$ {command}\n{run.stdout}exit status {run.returncode}")
+            raise SystemExit(f"$ {command}\n{run.stdout}{run.stderr}exit status {run.returncode}")
         return "".join(f"{row.rstrip()}\n" for row in run.stdout.splitlines())
 
 
