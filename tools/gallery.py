@@ -98,7 +98,7 @@ def gallery(output: Path, only: Sequence[str] = ()) -> list[Shown]:
         asked = [(name, name, f"cutjoint simulate {name}") for name in catalogue.names()]
         for template in TEMPLATES:
             folder = Path(drafts) / template
-            _command("new", template, "--template", template, "-o", str(folder))
+            _command("new", f"my-{template}", "--template", template, "-o", str(folder))
             asked.append((str(folder), f"new-{template}", f"cutjoint new mine --template {template}"))
         asked = [one for one in asked if not only or one[1] in only]
         with ThreadPoolExecutor(os.cpu_count() or 1) as workers:

@@ -9,6 +9,10 @@ from pathlib import Path
 FOLDER = Path(__file__).resolve().parents[2] / "out" / "gallery"
 LIST = FOLDER / "gallery.json"
 HEAD = """\
+---
+hide: [toc]
+---
+
 # Gallery
 
 The robots that come with cutjoint, and mechanisms of every template of `cutjoint new`. A picture opens the motion as
@@ -30,7 +34,7 @@ def _card(name: str, mobility: str, line: str, page: str, picture: str) -> str:
     return (
         f'<figure><a href="gallery/{page}">{shown}</a>'
         f'<figcaption><a href="gallery/{page}"><b>{html.escape(name)}</b></a>, {html.escape(mobility)}<br>'
-        f"{html.escape(line)}</figcaption></figure>"
+        f"<code>{html.escape(line)}</code></figcaption></figure>"
     )
 
 
