@@ -21,8 +21,8 @@ STEPS, DT = 40, 1.0
 
 
 class Loops(Task):
-    """All loops of a closed chain, as independent rows: redundant ones, which a Stewart platform has none of and a Delta
-    three, would make the equalities of a QP dependent."""
+    """All loops of a closed chain, as independent rows: redundant ones, of which a Stewart platform has none and a
+    Delta three, would make the equalities of a QP dependent."""
 
     def __init__(self, chain):
         super().__init__(cost=1.0, gain=1.0)
@@ -50,17 +50,18 @@ def solved(chain, target):
     tool, loops = FrameTask(chain.description.tool.link, position_cost=1.0, orientation_cost=1.0), Loops(chain)
     tool.set_target(target)
     for _ in range(STEPS):
-        velocity = solve_ik(configuration, [tool], DT, solver="daqp", limits=[], constraints=[loops], safety_break=False)
+        velocity = solve_ik(configuration, [tool], DT, "daqp", limits=[], constraints=[loops], safety_break=False)
         configuration.integrate_inplace(velocity, DT)
     return configuration.q
 
 
 def main():
+    """Lead a Stewart platform and a Delta to a pose, and compare with `reach`."""
     for name in ("stewart", "omega3"):
         chain = cutjoint.load(name)
         home = chain.tool(chain.home).pose
         turn = pin.rpy.rpyToMatrix(0.10, -0.05, 0.15) if name == "stewart" else np.eye(3)
-        target = pin.SE3(home.rotation @ turn, home.position + [0.04, -0.03, 0.05])
+        target = pin.SE3(home.rotation @ turn, home.position + np.array([0.04, -0.03, 0.05]))
 
         q = solved(chain, target)
         reached = chain.reach(target)

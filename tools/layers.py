@@ -44,11 +44,12 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "simulation": CHAIN | {"motion", "control", "plugins", PACKAGE},  # simulation.choice asks for compiled plants
     "compile": RUN | {"papers"},
     "viewer": RUN,
+    "handover": RUN,
     "engines": CHAIN | {"crosscheck"},
     "robots": ROBOTS,
     "experiments": ROBOTS | {"report"},
     "report": ROBOTS | {"viewer"},
-    "commands": ROBOTS | {"engines", "experiments", "viewer", "report", "plugins", PACKAGE},
+    "commands": ROBOTS | {"engines", "experiments", "handover", "viewer", "report", "plugins", PACKAGE},
     "cli": BASE | {"commands", PACKAGE},
     "__main__": frozenset({"cli", "interrupts"}),
     PACKAGE: ROBOTS | {"report"},  # result.plot() asks the package for it, at call time
@@ -92,6 +93,7 @@ OWNERS: Mapping[str, frozenset[str]] = {
     "matplotlib": frozenset({"report"}),
     "llvmlite": frozenset({"compile"}),
     "pyarrow": frozenset({"compile"}),
+    "rosbags": frozenset({"handover"}),
     "mujoco": frozenset({"description", "engines"}),
     "typer": frozenset({"cli", "commands"}),
     "rich": frozenset({"cli", "commands"}),

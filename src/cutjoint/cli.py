@@ -16,7 +16,19 @@ from cutjoint import interrupts
 from cutjoint.commands.stopping import told
 from cutjoint.errors import CutjointError
 
-COMMANDS = ("list", "info", "check", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
+COMMANDS = (
+    "list",
+    "info",
+    "check",
+    "crosscheck",
+    "simulate",
+    "reproduce",
+    "view",
+    "play",
+    "export",
+    "states",
+    "compile",
+)
 
 RARELY = 50_000
 """New objects until Python looks for circles among them: a command makes many that stay, and ends soon."""

@@ -27,7 +27,7 @@ def tracked() -> list[Path]:
         names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
         files = [ROOT / name for name in names.split("\0") if name]
     else:
-        parts = ("src", "tests", "tools", "docs", "urdf")
+        parts = ("src", "tests", "tools", "docs", "urdf", "examples")
         files = [*ROOT.glob("*.*"), ROOT / "Makefile", *(file for part in parts for file in (ROOT / part).rglob("*"))]
     return [file for file in files if file.is_file() and "__pycache__" not in file.parts]
 
@@ -45,6 +45,11 @@ def house() -> ModuleType:
 @pytest.fixture(scope="session")
 def pins() -> ModuleType:
     return _tool("pins")
+
+
+@pytest.fixture(scope="session")
+def try_examples() -> ModuleType:
+    return _tool("try_examples")
 
 
 def _tool(name: str) -> ModuleType:

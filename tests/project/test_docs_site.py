@@ -100,6 +100,8 @@ def test_every_command_and_option_is_in_the_reference() -> None:
         ("CONTRIBUTING.md", "[a](docs/) [b](README.md)", "[a](README.md) [b](overview.md)"),
         ("docs/chain.md", "[a](../src/cutjoint/mechanism/task.py)", "[a](api/mechanism.md)"),
         ("docs/chain.md", "[a](../src/cutjoint/files.py)", "a"),
+        ("docs/chain.md", "[`a/b`](../examples/x.py) and [`c`](motion.md)", "`a/b` and [`c`](motion.md)"),
+        ("docs/chain.md", "```py\n[a](b.c)\n```\n`x`[y](z.md)", "```py\n[a](b.c)\n```\n`x`[y](z.md)"),
         ("docs/chain.md", "[a](https://a.b/c) `[b](c)`", "[a](https://a.b/c) `[b](c)`"),
     ],
 )

@@ -9,8 +9,11 @@ import re
 from latex2mathml.converter import convert
 
 FENCE = re.compile(r"^(?P<fence>```+)(?P<language>\w+)[ \t]+(?P<info>[\w=./ -]+?)[ \t]*$", re.MULTILINE)
-LINK = re.compile(r"(?P<open>!?)\[(?P<text>[^\]]*)\]\((?P<target>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)")
-BLOCK = re.compile(r"^(```+).*?^\1[ \t]*$|`[^`\n]+`", re.MULTILINE | re.DOTALL)
+LINK = re.compile(
+    r"^(?P<code>```+).*?^(?P=code)[ \t]*$|`[^`\n]+`"  # what stands in code is no link
+    r"|(?P<open>!?)\[(?P<text>[^\]]*)\]\((?P<target>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)",
+    re.MULTILINE | re.DOTALL,
+)
 FORMULA = re.compile(r'<(?P<tag>span|div) class="arithmatex">\\[(\[](?P<tex>.*?)\\[)\]]</(?P=tag)>', re.DOTALL)
 MATRIX = re.compile(r"<mo>&#x0005B;</mo>(<mtable>.*?</mtable>)<mo>&#x0005D;</mo>")
 """Brackets grow with what they hold only in a font for formulas, which not every machine has: docs/assets/site.css."""
@@ -51,7 +54,7 @@ def links_within(text: str, source: str, api: set[str]) -> str:
 
     def within(match: re.Match[str]) -> str:
         target = match["target"]
-        if re.match(r"[a-z]+:", target):
+        if target is None or re.match(r"[a-z]+:", target):
             return match[0]
         there = posixpath.normpath(posixpath.join(folder, target))
         if there == "docs":
@@ -67,11 +70,7 @@ def links_within(text: str, source: str, api: set[str]) -> str:
         back = posixpath.relpath(found, posixpath.dirname(page) or ".")
         return f"{match['open']}[{match['text']}]({back}{match['anchor'] or ''})"
 
-    pieces, last = [], 0
-    for block in BLOCK.finditer(text):  # what stands in code is no link
-        pieces += [LINK.sub(within, text[last : block.start()]), block[0]]
-        last = block.end()
-    return "".join([*pieces, LINK.sub(within, text[last:])])
+    return LINK.sub(within, text)
 
 
 def formulas(page: str) -> str:

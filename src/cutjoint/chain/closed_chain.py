@@ -6,7 +6,7 @@ This is the face alone; the parts behind it, each on its own, are told in docs/c
 # long: the public face of a robot, a line or two of code a method
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,7 @@ from cutjoint.chain.closing.closing import Closing
 from cutjoint.chain.closing.reaching import Reaching
 from cutjoint.chain.closing.rounding import check_rounding, lasting, trusted_rows
 from cutjoint.chain.closing.ways import Near, Ways
-from cutjoint.chain.contacts import constraint_models
+from cutjoint.chain.contacts import constraint_datas, constraint_models
 from cutjoint.chain.dynamics import FullDynamics, FullMotion
 from cutjoint.chain.geometry import collision_model, visual_model
 from cutjoint.chain.joints import limit_violations
@@ -546,7 +546,7 @@ class ClosedChain(Sealed):
     def _mujoco(self) -> MujocoOrder:
         return MujocoOrder(self.model, self.description)
 
-    # ---- for programs that work with Pinocchio (docs/neighbours.md); all fresh, and the caller's own ------------------
+    # ---- for programs that work with Pinocchio (docs/neighbours.md); all fresh, and the caller's own -----------------
 
     def constraint_models(self) -> pin.StdVec_RigidConstraintModel:
         """The cuts as Pinocchio's constraint models for `model`, which `pin.constraintDynamics` and others take.
@@ -559,12 +559,13 @@ class ClosedChain(Sealed):
         """
         return constraint_models(self.model, self.description, self.length)
 
-    def constraint_datas(self, models: pin.StdVec_RigidConstraintModel) -> pin.StdVec_RigidConstraintData:
-        """Workspaces of constraint models, in their order."""
-        datas = pin.StdVec_RigidConstraintData()
-        for one in models:
-            datas.append(one.createData())
-        return datas
+    def constraint_datas(self, models: Iterable[pin.RigidConstraintModel]) -> pin.StdVec_RigidConstraintData:
+        """Workspaces of constraint models, in their order.
+
+        Raises:
+            InputError: something else is among them.
+        """
+        return constraint_datas(models)
 
     def visual_model(self) -> pin.GeometryModel:
         """The visual shapes of all links on the joints of `model`, such as a visualizer of Pinocchio takes.

@@ -49,6 +49,20 @@ def contact_models(model: pin.Model, cuts: Iterable[BoundCut], length: float) ->
     return models
 
 
+def constraint_datas(models: Iterable[pin.RigidConstraintModel]) -> pin.StdVec_RigidConstraintData:
+    """Fresh workspaces of constraint models, in their order.
+
+    Raises:
+        InputError: something else is among them.
+    """
+    datas = pin.StdVec_RigidConstraintData()
+    for one in models:
+        if not isinstance(one, pin.RigidConstraintModel):
+            raise InputError(f"expected RigidConstraintModels, as constraint_models() gives them; found {one!r}")
+        datas.append(one.createData())
+    return datas
+
+
 def constraint_models(
     model: pin.Model, description: RobotDescription, length: float
 ) -> pin.StdVec_RigidConstraintModel:
@@ -62,8 +76,8 @@ def constraint_models(
     others += [f"coupling '{coupling.name}'" for coupling in description.couplings]
     if others:
         raise InputError(
-            f"{description.name} has loops that no RigidConstraintModel of Pinocchio closes: {', '.join(others)}; fixed,"
-            " spherical and revolute cuts have one. Take constraint_jacobian(), tangent() and full_forward_dynamics(), "
-            "which hold everything"
+            f"{description.name} has loops that no RigidConstraintModel of Pinocchio closes: {', '.join(others)}; "
+            "fixed, spherical and revolute cuts have one. Take constraint_jacobian(), tangent() and "
+            "full_forward_dynamics(), which hold everything"
         )
     return contact_models(model, cuts, length)

@@ -1,7 +1,7 @@
 """The shapes of a robot as Pinocchio's geometry models: what its collision checks and its visualizers take.
 
-Meshes are read as everywhere in cutjoint (`cutjoint.description.meshes`), also those that Pinocchio's own loader does not
-know; the triangles are what a geometry holds, and its path is kept for visualizers that load files themselves.
+Meshes are read as everywhere in cutjoint (`cutjoint.description.meshes`), also those that Pinocchio's own loader does
+not know; the triangles are what a geometry holds, and its path is kept for visualizers that load files themselves.
 """
 
 from __future__ import annotations
@@ -85,7 +85,9 @@ def _solid(shape: Shape, scale: np.ndarray) -> object:
     if shape.kind in ("cylinder", "capsule"):
         return (coal.Cylinder if shape.kind == "cylinder" else coal.Capsule)(size[0], size[1])
     if shape.kind != "mesh" or shape.mesh is None:
-        raise InputError(f"a shape of kind '{shape.kind}' is none in Pinocchio; box, sphere, cylinder, capsule and mesh are")
+        raise InputError(
+            f"a shape of kind '{shape.kind}' is none in Pinocchio; box, sphere, cylinder, capsule and mesh are"
+        )
     needed("trimesh", "a mesh")
     parts = read_meshes(shape.mesh)
     solid = coal.BVHModelOBBRSS()

@@ -11,7 +11,7 @@ import pinocchio as pin
 from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain.closure import Closure
-from cutjoint.chain.contacts import contact_models, is_contact
+from cutjoint.chain.contacts import constraint_datas, contact_models, is_contact
 from cutjoint.chain.kinematics import Kinematics
 
 ITERATIONS = 4
@@ -31,9 +31,7 @@ class Workspace(threading.local):
     """What `pin.constraintDynamics` writes into; every thread makes its own."""
 
     def __init__(self, model: pin.Model, models: pin.StdVec_RigidConstraintModel, regularisation: float) -> None:
-        self.data, self.datas = model.createData(), pin.StdVec_RigidConstraintData()
-        for constraint in models:
-            self.datas.append(constraint.createData())
+        self.data, self.datas = model.createData(), constraint_datas(models)
         pin.initConstraintDynamics(model, self.data, models, self.datas)
         # no accuracy at which to stop: Pinocchio's relative one means another thing for every mass
         self.settings = pin.ProximalSettings(0.0, 0.0, regularisation, ITERATIONS)
@@ -80,9 +78,7 @@ class RigidConstraints:
 
         Rows that hardly move are left out: those of a planar robot that point out of its plane.
         """
-        model, data, datas = self._model, self._model.createData(), pin.StdVec_RigidConstraintData()
-        for constraint in self.models:
-            datas.append(constraint.createData())
+        model, data, datas = self._model, self._model.createData(), constraint_datas(self.models)
         pin.computeJointJacobians(model, data, q)
         for constraint, one in zip(self.models, datas, strict=True):
             constraint.calc(model, data, one)

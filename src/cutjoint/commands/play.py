@@ -8,11 +8,10 @@ import typer
 
 from cutjoint.commands import options
 from cutjoint.commands.options import HELP, trajectory_of
+from cutjoint.commands.robot_of_run import robot_of_run
 from cutjoint.commands.view import announce, served, write
 
 if TYPE_CHECKING:
-    from cutjoint.chain import ClosedChain
-    from cutjoint.simulation import Result
     from cutjoint.viewer import Document
 
 RESULT_SUFFIX = ".npz"
@@ -66,29 +65,10 @@ def _document(source: str, trajectory: str | None, robot: str | None, variant: s
         if trajectory is not None:
             raise InputError("a result has its trajectory in it; --trajectory goes with a robot")
         result = load_result(source)
-        return play(_chain_of(result, robot, variant, lenient), result)
+        return play(robot_of_run(result, robot, variant, lenient), result)
     if trajectory is None:
         raise InputError(f"say what {source} should do with --trajectory SPEC, or give a result file ({RESULT_SUFFIX})")
     if robot is not None:
         raise InputError("--robot goes with a result file; here the robot is the first argument")
     chain = load(source, variant, lenient=lenient)
     return play(chain, trajectory_of(chain, trajectory))
-
-
-def _chain_of(result: Result, robot: str | None, variant: str | None, lenient: bool) -> ClosedChain:
-    """The robot that a result was made with: as asked for, else as the result names it."""
-    from cutjoint.errors import InputError, UnknownNameError
-    from cutjoint.robots import load
-
-    if robot is not None:
-        return load(robot, variant, lenient=lenient)
-    named = str(result.about.get("robot", ""))
-    name, _, rest = named.partition(" ")
-    try:
-        chain = load(name, variant, lenient=lenient)
-    except UnknownNameError as error:
-        raise InputError(f"the result was made with '{named}', which is no robot here; name it with --robot") from error
-    made_with = rest.strip("()")
-    if variant is None and made_with in {one.name for one in chain.description.variants}:
-        return load(name, made_with, lenient=lenient)
-    return chain

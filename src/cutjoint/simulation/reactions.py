@@ -143,7 +143,7 @@ def reactions_of(
     pushed = _loads_of(result, loads)
     force, moment = np.zeros((2, len(result), len(chosen), 3))
     unique = np.ones((len(chosen), 6), dtype=bool)
-    states = [(at := _posture(result, chain, i), _velocity(chain, at, result.v[i])) for i in range(len(result))]
+    states = [(at := posture_of(result, chain, i), velocity_of(chain, at, result.v[i])) for i in range(len(result))]
     fastest = max((abs(float(v[index])) for _, v in states for index in chain.sticking), default=0.0)
     held = HeldJoints(chain, fastest)
     for i, (at, v) in enumerate(states):
@@ -171,8 +171,13 @@ def _names(chain: ClosedChain, names: Sequence[str] | None) -> tuple[str, ...]:
     return wanted
 
 
-def _posture(result: Result, chain: ClosedChain, i: int) -> Posture:
-    """Where the robot was; InputError where that was another robot."""
+def posture_of(result: Result, chain: ClosedChain, i: int) -> Posture:
+    """Where the robot was at a sample.
+
+    Raises:
+        InputError: that was another robot.
+        ClosureError: its loops are open.
+    """
     q = result.q_full[i]
     told = f"this result is of {result.about.get('plant', 'another robot')}, not of the chain {chain.name}"
     if (q.size, result.q.shape[1]) != (chain.nq, chain.n):
@@ -185,8 +190,12 @@ def _posture(result: Result, chain: ClosedChain, i: int) -> Posture:
     return chain.posture(q)
 
 
-def _velocity(chain: ClosedChain, at: Posture, v: Array) -> Array:
-    """Of all joints, shape (nv,)."""
+def velocity_of(chain: ClosedChain, at: Posture, v: Array) -> Array:
+    """Velocity of all joints, shape (nv,), from that of the actuators (n,).
+
+    Raises:
+        ActuationError: the actuators do not tell it.
+    """
     full = chain.led_velocity(at, v)
     if not chain.idle_is_cyclic:
         report = chain.mobility(at)
