@@ -17,10 +17,6 @@ HEAD = f"""\
 # The command line
 
 `{PROGRAM} --help` lists the commands, `{PROGRAM} COMMAND --help` explains one; this page is made of the same texts.
-Exit status: 0 done, 1 a check did not hold, 2 bad input, 130 and 143 interrupted.
-
-| command | what it does |
-|---|---|
 """
 
 
@@ -32,13 +28,13 @@ def page() -> str:
     context = typer.Context(group, info_name=PROGRAM)
     names = group.list_commands(context)  # type: ignore[attr-defined]
     found = {name: group.get_command(context, name) for name in names}  # type: ignore[attr-defined]
-    lines = []
+    lines = [_plain(group.epilog or ""), "", "| command | what it does |", "|---|---|"]
     for name, command in found.items():
         does = command.help.strip().split("\n\n")[0]
         lines.append(f"| [`{name}`](#{PROGRAM}-{name}) | {_plain(does)} |")
     for name, command in found.items():
         lines += _section(name, command, typer.Context(command, info_name=name, parent=context))
-    return HEAD + "\n".join(lines) + "\n"
+    return f"{HEAD}\n" + "\n".join(lines) + "\n"
 
 
 def _section(name: str, command: typer.core.TyperCommand, context: typer.Context) -> Iterator[str]:
