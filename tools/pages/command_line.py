@@ -40,15 +40,16 @@ def page() -> str:
 def _section(name: str, command: typer.core.TyperCommand, context: typer.Context) -> Iterator[str]:
     yield from ("", f"## {PROGRAM} {name}", "", _plain(inspect.cleandoc(command.help or "")), "")
     usage = " ".join(command.collect_usage_pieces(context)).replace("{", "").replace("}", "")
-    yield from ("```text", f"{PROGRAM} {name} {usage}", "```", "", "| | |", "|---|---|")
+    yield from ("```text", f"{PROGRAM} {name} {usage}", "```", "", "| | what it is |", "|---|---|")
     for parameter in command.get_params(context):
         record = parameter.get_help_record(context)
         if record is not None:
-            yield f"| `{record[0].replace('|', chr(92) + '|')}` | {_plain(record[1])} |"
+            spelled = " ".join(f"`{word}`" for word in record[0].split())
+            yield f"| {spelled} | {_plain(record[1])} |"
 
 
 def _plain(text: str) -> str:
     """Text whose characters stand for themselves in Markdown; what it has in backticks stays code."""
     pieces = re.split(r"(`[^`]*`)", text)
-    escaped = (re.sub(r"\|" if piece.startswith("`") else r"[\[\]<>*_|]", r"\\\g<0>", piece) for piece in pieces)
+    escaped = (piece if piece.startswith("`") else re.sub(r"[\[\]<>*_|]", r"\\\g<0>", piece) for piece in pieces)
     return re.sub(r"(?<!\n)\n(?!\n)", " ", "".join(escaped))
