@@ -12,7 +12,7 @@ unexport PYTHONPATH
 unexport PYTHONHOME
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-slow test-thorough test-all lint bench clean
+.PHONY: help setup demo test test-slow test-thorough test-all lint bench gallery docs clean
 
 help:
 	@echo "make demo      set up, cross-check both robots, reproduce the papers' experiments"
@@ -21,6 +21,8 @@ help:
 	@echo "make test-all  all of them"
 	@echo "make lint      ruff, mypy --strict, the layers and the house's rules"
 	@echo "make bench     benchmarks, with the peers that are installed"
+	@echo "make docs      the documents as pages to be opened as files, in out/site; with the gallery where there is one"
+	@echo "make gallery   pictures and animations of the robots, in out/gallery"
 	@echo "make clean     remove the virtual environment, builds and caches"
 
 setup:
@@ -62,6 +64,13 @@ lint: setup
 
 bench: setup
 	@$(BIN)/python tools/bench.py
+
+gallery: setup
+	@$(BIN)/python tools/gallery.py
+
+docs: setup
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+	@echo "out/site/index.html"
 
 clean:
 	rm -rf $(VENV) build dist out .pytest_cache .mypy_cache .ruff_cache .hypothesis

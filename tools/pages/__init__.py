@@ -1,0 +1,1 @@
+"""Pages of the site that are made of something else than a document, and what documents need to become pages."""
