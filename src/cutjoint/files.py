@@ -145,10 +145,13 @@ class Draft:
         path: under which it can be written and read meanwhile.
 
     Raises:
-        OSError: there is no such folder, or it cannot be written.
+        OSError: there is no such folder, it cannot be written, or a pipe, device or socket has the name: it is none that
+            a file may take the place of.
     """
 
     def __init__(self, target: Path, *, private: bool = False) -> None:
+        if target.exists() and not (target.is_file() or target.is_dir()):
+            raise OSError(errno.EEXIST, "a pipe, device or socket is there; give a file name")
         self._target = target
         self._name: str | None = None
         folder = target.parent

@@ -40,3 +40,12 @@ def test_a_refused_replacement_leaves_no_neighbour(tmp_path: Path, monkeypatch: 
     with pytest.raises(InputError, match=r"cannot write .*: no room"):
         write_whole(tmp_path / "a", "new")
     assert [path.read_text() for path in tmp_path.iterdir()] == ["old"]
+
+
+def test_no_file_takes_the_place_of_a_pipe_or_device(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(OSError, match="give a file name"):
+        write_files({tmp_path / "one": b"1", pipe: b"2"})
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    assert [one.name for one in tmp_path.iterdir()] == ["pipe"]
