@@ -61,12 +61,12 @@ SLOW: dict[str, list[tuple[str, int]]] = {
         ("cpm_rotary --samples 1 --variant distributed --engine mujoco", 0),
     ],
     "simulate": [
-        (f"omega3 --save {HERE}/run.npz --reactions {HERE}/run.csv", 0),
-        ("cpm --rate 100 --noise 1e-5 --controller pd-gravity", 0),
+        (f"omega3 --duration 0.05 --save {HERE}/run.npz --reactions {HERE}/run.csv", 0),
+        ("cpm --duration 0.2 --rate 100 --noise 1e-5 --controller pd-gravity", 0),
     ],
     "play": [(f"fivebar --trajectory hold --html {HERE}/page.html", 0)],
     "export": [(f"stewart --to urdf -o {HERE}/stewart.urdf", 0)],
-    "compile": [("omega3 --no-cache --measure", 0), ("fourbar --functions tool --no-cache --json", 0)],
+    "compile": [("omega3 --functions tool,step --no-cache --measure", 0), ("fourbar --functions tool --no-cache --json", 0)],
 }
 WRONG: dict[str, list[str]] = {
     "list": ["omega3", "--exmaples", "--json=1"],

@@ -8,11 +8,10 @@ import typer
 
 from cutjoint import interrupts
 from cutjoint.commands import options
-from cutjoint.commands.output import print_json, say, show
+from cutjoint.commands.output import print_json, show
 from cutjoint.commands.progress import progress
 from cutjoint.commands.stopping import stopped
 from cutjoint.tables import TextTable
-from cutjoint.texts import Cell
 
 if TYPE_CHECKING:
     from cutjoint.compile import Compiled, Made
@@ -58,8 +57,6 @@ def command(
             for number, name in enumerate(chosen):
                 told(number)
                 mechanism.kernel(name)
-                if not json:
-                    _say(made[-1])
             times = {one.what: _measured(mechanism, one.what) for one in made} if measure else {}
     except KeyboardInterrupt:
         names = ", ".join(one.what for one in made) or "nothing"
@@ -72,11 +69,6 @@ def command(
 
 def _names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())
-
-
-def _say(one: Made) -> None:
-    how = "found in the cache" if one.cached else f"traced in {one.trace_time:.2f} s"
-    say(Cell(f"{one.what}: {how}, compiled in {one.compile_time:.2f} s", "dim"))
 
 
 def _data(one: Made, times: tuple[float, float] | None) -> dict[str, object]:

@@ -26,7 +26,7 @@ def progress(what: str, total: float | None = None, unit: str = "") -> Iterator[
         from rich.markup import escape
         from rich.progress import Progress
 
-        with Progress(transient=True, console=Console(stderr=True)) as bar:
+        with Progress(transient=True, console=Console(stderr=True), redirect_stdout=False) as bar:
             task = bar.add_task(escape(cut(what)), total=total)
             yield lambda done: bar.update(task, completed=done)
         return
