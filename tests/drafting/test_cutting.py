@@ -99,6 +99,15 @@ def test_shipped_robots_on_other_trees_are_the_same(name: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", ["upu_3", "bennett", "prs_3", "scotch_yoke", "spherical_3rrr", "geared_fivebar"])
+def test_mechanisms_on_other_trees_are_the_same(name: str, tmp_path: Path) -> None:
+    chain = original(name, tmp_path / "a")
+    for joints in instead_of(chain.description).values():
+        for joint in joints:
+            same_robot(chain, ClosedChain(propose(tmp_path / "a", [joint]).robot))
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(24))
 def test_random_robots_on_other_trees_are_the_same(seed: int, tmp_path: Path) -> None:
     rng = random(seed)
@@ -177,6 +186,22 @@ def test_frames_that_close_nothing_are_told(tmp_path: Path) -> None:
     assert found.robot is None
     assert [one for one in found.told if "the other end is not there" in one]
     assert found.ends
+
+
+def test_frames_that_are_held_together_already_are_told(tmp_path: Path) -> None:
+    """The frame on the foot of an ankle is where its two axes meet: a cut to the base there would hold nothing."""
+    joints = (
+        ("pitch", "continuous", "base", "cross", "0 0 0", ""),
+        ("roll", "continuous", "cross", "foot", "0 0 0", ""),
+        ("at_foot", "fixed", "foot", "p", "0 0 0", ""),
+        ("at_base", "fixed", "base", "q", "0 0 0", ""),
+    )
+    links = "".join(LINK.format(name) for name in ("base", "cross", "foot")) + '<link name="p"/><link name="q"/>'
+    file = tmp_path / "ankle.urdf"
+    file.write_text(f'<robot name="ankle">{links}{"".join(JOINT.format(*one) for one in joints)}</robot>')
+    found = propose(file)
+    assert found.robot is None
+    assert len([one for one in found.told if "holds nothing that is not held already" in one]) >= 1
 
 
 def test_a_robot_without_loops_has_nothing_to_close(tmp_path: Path) -> None:

@@ -11,7 +11,9 @@ from kit.quickly import few
 
 import cutjoint
 from cutjoint.description import check
+from cutjoint.description.transforms import rotation_from_rpy
 from cutjoint.drafting import TEMPLATES, draft, write_draft
+from cutjoint.drafting.sketch import LinkSketch, Solid, ball, box
 from cutjoint.errors import CutjointError, InputError
 
 MOBILITY = {"fourbar": 1, "fivebar": 2, "delta": 3, "stewart": 6, "leg": 1, "blank": 1}
@@ -90,6 +92,43 @@ def test_masses_are_those_of_the_solids() -> None:
     # the crank: a box of 0.1 m with the section 0.45 w by w, w a tenth of the mean length
     w = 0.1 * (0.1 * 0.25 * 0.25) ** (1 / 3)
     assert masses[0][0] == pytest.approx(2700.0 * 0.1 * 0.45 * w * w, rel=1e-5)
+
+
+def test_inertias_are_those_of_points_in_the_solids() -> None:
+    rng = np.random.default_rng(8)
+    count, turn = 400_000, (0.3, -0.8, 1.1)
+    solids = (
+        box((0.1, 0.2, 0.3), "grey", (0.3, -0.1, 0.2), turn),
+        Solid("cylinder", (0.1, 0.4), "grey", (-0.2, 0.1, 0.0), turn),
+        ball(0.12, "grey", (0.0, 0.3, -0.1)),
+    )
+    drawn = (
+        rng.uniform(-0.5, 0.5, (count, 3)) * [0.1, 0.2, 0.3],
+        np.column_stack([*in_disc(rng, count, 0.1), rng.uniform(-0.2, 0.2, count)]),
+        in_ball(rng, count, 0.12),
+    )
+    volumes = (0.1 * 0.2 * 0.3, np.pi * 0.1**2 * 0.4, 4.0 / 3.0 * np.pi * 0.12**3)
+    points = np.concatenate(
+        [one @ rotation_from_rpy(solid.rpy).T + solid.xyz for one, solid in zip(drawn, solids, strict=True)]
+    )
+    weights = np.repeat(1000.0 * np.array(volumes) / count, count)
+    mass, com, inertia = LinkSketch("it", "", solids).inertial(1000.0)
+    assert mass == pytest.approx(weights.sum())
+    middle = weights @ points / weights.sum()
+    assert np.allclose(com, middle, atol=3e-4)
+    d = points - middle
+    second = (weights[:, None] * d).T @ d
+    assert np.allclose(inertia, np.trace(second) * np.eye(3) - second, atol=3e-3 * np.abs(inertia).max())
+
+
+def in_disc(rng: np.random.Generator, count: int, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    r, angle = radius * np.sqrt(rng.uniform(size=count)), rng.uniform(0.0, 2.0 * np.pi, count)
+    return r * np.cos(angle), r * np.sin(angle)
+
+
+def in_ball(rng: np.random.Generator, count: int, radius: float) -> np.ndarray:
+    way = rng.normal(size=(count, 3))
+    return radius * way / np.linalg.norm(way, axis=1)[:, None] * np.cbrt(rng.uniform(size=(count, 1)))
 
 
 def test_a_crank_that_cannot_go_round_has_limits_inside_which_it_closes(tmp_path: Path) -> None:
