@@ -15,6 +15,7 @@ from kit.led_robots import somewhere
 from kit.quickly import few
 
 import cutjoint
+from cutjoint import tolerances
 from cutjoint.chain import ClosedChain
 from cutjoint.control import PD
 from cutjoint.description import Frame, Inertial, Joint, JointType, Link, RobotDescription
@@ -85,7 +86,7 @@ def test_a_joint_that_starts_beyond_may_come_back_but_not_go_further(plant: str,
     assert back.q[-1, 0] == pytest.approx(sign * (0.4 - 0.125))
     with pytest.raises(SimulationError, match=side) as caught:
         run(made, lambda t: [push], duration=0.5, integrator=method, start=start)
-    assert caught.value.t < 1e-6
+    assert 0.4 <= sign * caught.value.q[0] <= 0.4 + 2.0 * tolerances.RESTING.value  # by no more than errors of a run
     # Back by 4 cm, still beyond, and out again: no further than it was, and that is where it stood on the way.
     with pytest.raises(SimulationError, match=side) as caught:
         run(made, lambda t: [-push * np.cos(5.0 * t)], duration=0.9, integrator=method, every=1e-2, start=start)
