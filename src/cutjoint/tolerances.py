@@ -75,6 +75,9 @@ ROUNDED_GAP = Tolerance(
     "of the longest way",
     "rounding of exported lengths leaves loops no further open than this; beyond, frames are wrong",
 )
+RESTING = Tolerance(
+    1e-6, "lengths, rad", "joints that start at or beyond a limit and are to rest there go as far by errors of a run"
+)
 COMMANDED = Tolerance(
     1e-2, "of the fastest", "directions in which a tool moves less are side effects, or rounding; tasks are not as slow"
 )

@@ -78,8 +78,11 @@ def checked(name: str | Path) -> None:
     if chain.description.name in PUBLISHED:
         assert figures["error_worst_m"] < 0.05
     elif determined:
-        # idle motions that gain momentum, as of rods that are not round, disturb what the actuators follow
-        followed(figures, 1e-7 if chain.idle_is_cyclic else 0.01 * chain.length)
+        # Idle motions that gain momentum, as of rods that are not round, disturb what the actuators follow; so does
+        # rounding where a motion moves next to no mass.
+        mass = chain.terms(chain.home).mass
+        is_exact = chain.idle_is_cyclic and np.linalg.cond(mass) < 1e12
+        followed(figures, 1e-7 if is_exact else 0.01 * chain.length)
     else:
         assert "trajectory" not in figures
     if not determined or chain.description.name not in PUBLISHED:

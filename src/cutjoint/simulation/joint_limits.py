@@ -60,8 +60,14 @@ class JointGuard:
             index = [int(model.idx_qs[joint]) for joint in joints]
             self._lower, self._upper = model.lowerPositionLimit[index], model.upperPositionLimit[index]
             # what a closed posture may miss by rounding
-            slack = tolerances.CLOSURE.value * np.array([robot.length if u == "m" else 1.0 for u in self._units])
-            self._slack, self._usual_least, self._usual_most = slack, self._lower - slack, self._upper + slack
+            sizes = np.array([robot.length if unit == "m" else 1.0 for unit in self._units])
+            slack = tolerances.CLOSURE.value * sizes
+            # and what one that rests at a limit, or beyond, may by the errors of the run
+            self._resting = tolerances.RESTING.value * sizes
+            at = (start.q if start.posture is None else start.posture.q_full)[index]
+            low, high = (self._resting > np.abs(at - bound) for bound in (self._lower, self._upper))
+            self._usual_least = self._lower - np.where(low, self._resting, slack)
+            self._usual_most = self._upper + np.where(high, self._resting, slack)
             self._least, self._most = np.full(len(index), -np.inf), np.full(len(index), np.inf)
         self._index = index
         self.accept(start)
@@ -79,11 +85,11 @@ class JointGuard:
         return Passed(self._names[worst], float(at[worst]), *bounds, self._units[worst])
 
     def accept(self, state: State) -> None:
-        """From here on no joint may be further beyond its limits than at `state`, but for rounding."""
+        """From here on no joint may be further beyond its limits than at `state`, but for errors of the run."""
         if self._index:
             at = self._joints(state)
-            self._least = np.minimum(self._usual_least, np.maximum(self._least, at - self._slack))
-            self._most = np.maximum(self._usual_most, np.minimum(self._most, at + self._slack))
+            self._least = np.minimum(self._usual_least, np.maximum(self._least, at - self._resting))
+            self._most = np.maximum(self._usual_most, np.minimum(self._most, at + self._resting))
 
     def _joints(self, state: State) -> Array:
         return np.asarray((state.q if state.posture is None else state.posture.q_full)[self._index])
