@@ -106,6 +106,8 @@ def described(value: object, longest: int = 60) -> str:
         return f"an array of shape {value.shape} of {value.dtype}"
     if isinstance(value, list | tuple | dict | set) and not value:
         return f"an empty {type(value).__name__}"
+    if isinstance(value, list | tuple):
+        return f"{described(value[0], longest)} in {_with_article(type(value).__name__)}"
     return _with_article(shown(type(value).__name__, longest))
 
 

@@ -118,7 +118,10 @@ def test_numbers_of_any_kind_are_numbers(size: float) -> None:
         (lambda: _mixed(1.0, 2.0), r"count of _mixed must be a whole number, found the number 2.0"),
         (lambda: _mixed(1.0, 2, 3.0, None), r"more of _mixed must be a number, found None"),
         (lambda: _mixed(1.0, names="ab"), r"names of _mixed must be a list of texts, found the text 'ab' \(put it"),
-        (lambda: _mixed(1.0, at=[0.1]), r"at of _mixed must be a Posture or None, found a list \(close"),
+        (
+            lambda: _mixed(1.0, at=[0.1]),
+            r"at of _mixed must be a Posture or None, found the number 0.1 in a list \(close",
+        ),
     ],
 )
 def test_a_refusal_says_what_was_found_and_wanted(call: Callable[[], object], told: str) -> None:

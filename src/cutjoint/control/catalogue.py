@@ -20,7 +20,7 @@ from cutjoint.control.outside import GROUP, maker, outside_law
 from cutjoint.control.pd import PD
 from cutjoint.control.pd_gravity import PDGravity
 from cutjoint.control.pid import PID
-from cutjoint.doors import door
+from cutjoint.doors import door_but, of_type
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism
 from cutjoint.plugins import installed, installed_part, is_outside, parameters, part
@@ -91,7 +91,7 @@ def law_row(name: str) -> LawRow:
     return LawRow(maker(found), "from outside", found.told)
 
 
-@door
+@door_but("gains")
 def law(name: str, model: Mechanism, gains: Mapping[str, npt.ArrayLike]) -> Law:
     """The law called `name` (see `law_row`), with `model` inside where it needs one.
 
@@ -99,6 +99,7 @@ def law(name: str, model: Mechanism, gains: Mapping[str, npt.ArrayLike]) -> Law:
         UnknownNameError: no such law.
         InputError: a gain is missing, too many, or of the wrong shape; or a part from outside is no law.
     """
+    of_type("gains of law", gains, Mapping)
     row = law_row(name)
     if not set(row.needed) <= set(gains) <= set(row.gains):
         wanted, found = ", ".join(row.gains) or "none", ", ".join(sorted(gains)) or "none"

@@ -45,9 +45,9 @@ class ToolMotion(Frozen):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not self.position.shape == self.velocity.shape == self.acceleration.shape == (3,):
-            found = f"{self.position.shape}, {self.velocity.shape}, {self.acceleration.shape}"
-            raise InputError(f"a tool motion has position, velocity and acceleration of shape (3,), found {found}")
+        for name in ("position", "velocity", "acceleration"):
+            if (shape := self.__dict__[name].shape) != (3,):
+                raise InputError(f"a tool motion has a {name} of shape {shape}; it must have shape (3,)")
         turning = (self.rotation, self.angular_velocity, self.angular_acceleration)
         if any(one is not None for one in turning):
             if any(one is None for one in turning):
