@@ -18,8 +18,14 @@ def made(
     of_kind = {"r": "rotation", "t": "translation"}
     named = [[f"motor{i + 1}", of_kind[kinds[i % len(kinds)]]] for i in range(n)]
     own = {
-        "time": t, "q": waves, "v": waves, "effort": 10.0 * waves, "q_full": np.zeros((m, 0)),
-        "tool": three, "tool_velocity": three, "gap": np.zeros((m, 2)),
+        "time": t,
+        "q": waves,
+        "v": waves,
+        "effort": 10.0 * waves,
+        "q_full": np.zeros((m, 0)),
+        "tool": three,
+        "tool_velocity": three,
+        "gap": np.zeros((m, 2)),
         **dict.fromkeys(("kinetic", "potential", "work"), zero),
     }
     return result_of(own | columns, {"robot": "made", "actuators": named} | (about or {}))
