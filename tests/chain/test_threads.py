@@ -74,11 +74,16 @@ METHODS: dict[str, Callable[[Any, Any, Pose], Any] | None] = {
     "actuated": None,
     "actuated_velocity": None,
     "actuators": None,
+    "actuation": None,
     "assemble": lambda c, at, p: c.assemble(at.q_full + 1e-3 * (c.nq == c.nv)),
     "centre_of_mass": lambda c, at, p: c.centre_of_mass(at),
     "close": lambda c, at, p: c.close(at.q, c.home),
+    "collision_model": None,
     "compile": None,
+    "constraint_datas": None,
     "constraint_jacobian": lambda c, at, p: c.constraint_jacobian(at),
+    "constraint_models": None,
+    "constraint_residual": lambda c, at, p: c.constraint_residual(at),
     "cut_placements": lambda c, at, p: c.cut_placements(at),
     "drift": lambda c, at, p: c.drift(at, v(c)),
     "forward_dynamics": lambda c, at, p: c.forward_dynamics(at, v(c), v(c)),
@@ -131,6 +136,7 @@ METHODS: dict[str, Callable[[Any, Any, Pose], Any] | None] = {
     "with_payload": None,
     "working_modes": None,
     "assembly_modes": None,
+    "visual_model": None,
 }
 """Modes are searched once below, not 480 times."""
 
