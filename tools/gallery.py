@@ -20,10 +20,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from cutjoint.drafting import TEMPLATES
-
 import cutjoint
 from cutjoint.description import catalogue
+from cutjoint.drafting import TEMPLATES
 from cutjoint.viewer.browser.camera import find_browser
 
 OUTPUT = Path(__file__).resolve().parents[1] / "out" / "gallery"

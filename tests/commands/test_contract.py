@@ -66,7 +66,10 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     ],
     "play": [(f"fivebar --trajectory hold --html {HERE}/page.html", 0)],
     "export": [(f"stewart --to urdf -o {HERE}/stewart.urdf", 0)],
-    "compile": [("omega3 --functions tool,step --no-cache --measure", 0), ("fourbar --functions tool --no-cache --json", 0)],
+    "compile": [
+        ("omega3 --functions tool,step --no-cache --measure", 0),
+        ("fourbar --functions tool --no-cache --json", 0),
+    ],
 }
 WRONG: dict[str, list[str]] = {
     "list": ["omega3", "--exmaples", "--json=1"],
