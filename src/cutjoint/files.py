@@ -145,8 +145,8 @@ class Draft:
         path: under which it can be written and read meanwhile.
 
     Raises:
-        OSError: there is no such folder, it cannot be written, or a pipe, device or socket has the name: it is none that
-            a file may take the place of.
+        OSError: there is no such folder, it cannot be written, or a pipe, device or socket has that name, whose place
+            no file may take.
     """
 
     def __init__(self, target: Path, *, private: bool = False) -> None:
