@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.output import print_json
+from cutjoint.commands.failing import complain
+from cutjoint.commands.output import print_json, say, show, write
 from cutjoint.tables import TextTable
 
 if TYPE_CHECKING:
@@ -45,32 +46,18 @@ def command(
     from cutjoint.drafting.cutting.proposing import propose
     from cutjoint.drafting.folder import write_description
 
-    found = propose(file, cut or (), _types(type or ()), lenient)
+    found = propose(file, cut or (), options.assigned("the type of a cut", "--type CUT=TYPE", type or ()), lenient)
     files = () if out is None or found.robot is None else write_description(found.robot, out, _head(file, found))
     if json:
         print_json(_data(file, found, files))
     else:
         _show(file, found)
         for one in files:
-            typer.echo(f"wrote {one}")
-        if files:
-            typer.echo(f"next: cutjoint check {out}")
+            say(f"wrote {one}")
+        if out is not None and files:
+            write(f"next: cutjoint check {options.as_argument(out)}")
     if found.robot is None:
         raise typer.Exit(1)
-
-
-def _types(given: Sequence[str]) -> dict[str, str]:
-    from cutjoint.errors import InputError, shown
-
-    types = {}
-    for one in given:
-        name, sign, kind = one.partition("=")
-        if not (name and sign and kind):
-            raise InputError(f"a type is given as --type CUT=TYPE, found '{shown(one)}'")
-        if name in types:
-            raise InputError(f"the type of cut '{shown(name)}' is given twice")
-        types[name] = kind
-    return types
 
 
 def _head(file: str, found: Proposal) -> str:
@@ -105,22 +92,22 @@ def _data(file: str, found: Proposal, files: tuple[Path, ...]) -> dict[str, obje
 
 def _show(file: str, found: Proposal) -> None:
     if found.robot is None or found.report is None:
-        typer.echo(f"{file}: nothing to close: no loop in the file, and no two frames that belong together")
+        say(f"{file}: nothing to close: no loop in the file, and no two frames that belong together")
         if found.ends:
-            typer.echo(f"bodies that carry no other end at: {', '.join(found.ends)}")
-        typer.echo("put a link without mass on a fixed joint at either end of a cut, such as loop_a and loop_b")
+            say(f"bodies that carry no other end at: {', '.join(found.ends)}")
+        say("put a link without mass on a fixed joint at either end of a cut, such as loop_a and loop_b")
     else:
         for table in _tables(found):
-            typer.echo(f"{str(table).rstrip()}\n")
+            show(table)
         report = found.report
-        typer.echo(
+        say(
             f"mobility {report.mobility}, {report.rows} rows, {len(report.redundant_rows)} of them redundant; closed "
             f"to {report.gap[0]:.1e} m, {report.gap[1]:.1e} rad"
         )
         whose = "chosen here, the file names none that move it" if found.chose_motors else "as the file says"
-        typer.echo(f"actuators ({whose}): {', '.join(found.robot.actuators) or 'none'}")
+        say(f"actuators ({whose}): {', '.join(found.robot.actuators) or 'none'}")
     for one in found.told:
-        typer.echo(f"note: {one}", err=True)
+        complain(f"note: {one}")
 
 
 def _tables(found: Proposal) -> Iterator[TextTable]:

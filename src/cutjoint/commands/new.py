@@ -2,46 +2,32 @@
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Callable
-from inspect import Parameter, signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.output import print_json
+from cutjoint.commands.failing import complain
+from cutjoint.commands.output import print_json, say, write
 from cutjoint.drafting.folder import ALUMINIUM
 from cutjoint.drafting.templates import DEFAULT, TEMPLATES
 
 if TYPE_CHECKING:
     from cutjoint.drafting import NewRobot
 
-Command = TypeVar("Command", bound=Callable[..., None])
 KINDS = "; ".join(f"{name} ({row.about})" for name, row in TEMPLATES.items())
 
 
-def with_sizes(command: Command) -> Command:
+def with_sizes(command: options.Command) -> options.Command:
     """`command`, whose `**sizes` become an option for every size of every template, with a help that says whose it
     is."""
-    whole = signature(command, eval_str=True)
-    named = [one for one in whole.parameters.values() if one.kind is not Parameter.VAR_KEYWORD]
     takers: dict[str, list[str]] = {}
     for template, row in TEMPLATES.items():
         for name, size in row.sizes.items():
             takers.setdefault(name, []).append(f"{template}: {size.about} ({size.default:g})")
-    made = []
-    for name, about in takers.items():
-        if name in whole.parameters:
-            raise ValueError(f"a size of a template is called like another option: --{name}; rename it")
-        shown = typer.Option(metavar="M", help=f"{'; '.join(about)}.", rich_help_panel="Sizes in metres, by template")
-        made.append(
-            Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=Annotated[str | None, shown])
-        )
-    # Typer reads a command's options off its signature.
-    command.__signature__ = whole.replace(parameters=[*named, *made])  # type: ignore[attr-defined]
-    return command
+    helps = {name: f"{'; '.join(about)}." for name, about in takers.items()}
+    return options.with_options(command, helps, "M", "Sizes in metres, by template")
 
 
 @with_sizes
@@ -100,21 +86,18 @@ def _data(made: NewRobot, folder: Path, files: tuple[Path, ...]) -> dict[str, ob
 
 
 def _show(made: NewRobot, folder: Path) -> None:
-    from cutjoint.description import catalogue
-
     report = made.report
     ways, motors = ("way", "ways")[report.mobility > 1], ("motor", "motors")[report.actuators > 1]
-    typer.echo(f"made {folder}: {made.title}, moves in {report.mobility} {ways}, {report.actuators} {motors}")
+    say(f"made {folder}: {made.title}, moves in {report.mobility} {ways}, {report.actuators} {motors}")
     if made.sizes:
-        typer.echo("  " + ", ".join(f"{name} {value:g} m" for name, value in made.sizes.items()))
+        say(", ".join(f"{name} {value:g} m" for name, value in made.sizes.items()), first="  ")
     for one in made.told:
-        typer.echo(f"warning: {one}", err=True)
-    path = str(folder)
-    path = shlex.quote(f"./{path}" if path in catalogue.names() or path.startswith("-") else path)
-    typer.echo("\nnext:")
+        complain(f"warning: {one}")
+    path = options.as_argument(folder)
+    write("\nnext:")
     for action, about in (
         ("check", "what is wrong after a change, and the mobility"),
         ("view", "in the browser, with a slider per motor"),
         ("simulate", "under a controller"),
     ):
-        typer.echo(f"  {f'cutjoint {action} {path}':<{len(path) + 20}}  # {about}")
+        write(f"  {f'cutjoint {action} {path}':<{len(path) + 20}}  # {about}")

@@ -4,6 +4,7 @@ control laws, made from `control.LAWS`."""
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from inspect import Parameter, signature
@@ -86,29 +87,62 @@ def option(gain: str) -> str:
 
 def with_gains(command: Command) -> Command:
     """`command`, whose `**gains` become an option for every gain of every law, with a help that says whose it is."""
+    return with_options(command, _gain_helps(), "K", f"Gains: {FORMS}; default the paper's")
+
+
+def with_options(command: Command, helps: Mapping[str, str], metavar: str, panel: str) -> Command:
+    """`command`, whose `**others` become an option of text for every name, with its help, under one heading.
+
+    Raises:
+        ValueError: the command has an option of such a name already.
+    """
     whole = signature(command, eval_str=True)
+    if taken := [name for name in helps if name in whole.parameters]:
+        raise ValueError(f"under '{panel}' there are names of other options: {', '.join(taken)}; rename them")
     named = [one for one in whole.parameters.values() if one.kind is not Parameter.VAR_KEYWORD]
-    gains = _options()
-    if taken := [option(one.name) for one in gains if one.name in whole.parameters]:
-        raise ValueError(f"gains of control laws are called like other options: {', '.join(taken)}; rename them")
+    for name, about in helps.items():
+        kind = Annotated[str | None, typer.Option(metavar=metavar, help=about, rich_help_panel=panel)]
+        named.append(Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=kind))
     # Typer reads a command's options off its signature.
-    command.__signature__ = whole.replace(parameters=[*named, *gains])  # type: ignore[attr-defined]
+    command.__signature__ = whole.replace(parameters=named)  # type: ignore[attr-defined]
     return command
 
 
-def _options() -> list[Parameter]:
+def _gain_helps() -> dict[str, str]:
+    """Gain -> which laws take it, what it is there, and its unit."""
     takers: dict[str, dict[GainHelp, list[str]]] = {}
     for name, row in LAWS.items():
         for gain, about in row.gains.items():
             takers.setdefault(gain, {}).setdefault(about, []).append(name)
-    made = []
-    for gain, laws in takers.items():
-        what = "; ".join(f"{', '.join(names)}: {about.about}, {about.unit}" for about, names in laws.items())
-        shown = typer.Option(metavar="K", help=f"{what}.", rich_help_panel=f"Gains: {FORMS}; default the paper's")
-        made.append(
-            Parameter(gain, Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=Annotated[str | None, shown])
-        )
-    return made
+    return {
+        gain: "; ".join(f"{', '.join(names)}: {about.about}, {about.unit}" for about, names in laws.items()) + "."
+        for gain, laws in takers.items()
+    }
+
+
+def assigned(what: str, form: str, texts: Sequence[str]) -> dict[str, str]:
+    """Texts such as NAME=K, of an option that may be repeated, by name.
+
+    Raises:
+        InputError: one has not the `form`, or a name is given twice; the message says `what` is wrong.
+    """
+    found: dict[str, str] = {}
+    for text in texts:
+        name, sign, value = (part.strip() for part in text.partition("="))
+        if not (sign and name and value):
+            raise InputError(f"{what} is given as {form}, found '{shown(text)}'")
+        if name in found:
+            raise InputError(f"{what} is given twice for '{shown(name)}'")
+        found[name] = value
+    return found
+
+
+def as_argument(path: Path) -> str:
+    """A path as it is typed in a shell after a command that takes names of robots too."""
+    from cutjoint.description import catalogue
+
+    text = str(path)
+    return shlex.quote(f"./{text}" if text in catalogue.names() or text.startswith("-") else text)
 
 
 def named_gains(options: Mapping[str, str | None], named: Sequence[str]) -> dict[str, str]:
@@ -118,14 +152,11 @@ def named_gains(options: Mapping[str, str | None], named: Sequence[str]) -> dict
         InputError: something else is named, or a gain is given twice.
     """
     found = {name: text for name, text in options.items() if text is not None}
-    for one in named:
-        name, sign, text = one.partition("=")
-        if not (sign and name and text):
-            raise InputError(f"a gain is given as --gain NAME=K, found '{one}'")
-        name = name.strip().replace("-", "_")
-        if name in found:
-            raise InputError(f"gain {name} is given twice")
-        found[name] = text
+    for name, text in assigned("a gain", "--gain NAME=K", named).items():
+        gain = name.replace("-", "_")
+        if gain in found:
+            raise InputError(f"gain {shown(gain)} is given twice")
+        found[gain] = text
     return found
 
 

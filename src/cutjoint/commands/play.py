@@ -8,8 +8,8 @@ import typer
 
 from cutjoint.commands import completing, options
 from cutjoint.commands.options import HELP, trajectory_of
-from cutjoint.commands.robot_of_run import robot_of_run
-from cutjoint.commands.view import announce, served, write
+from cutjoint.commands.run_robot import robot_of_run
+from cutjoint.commands.view import announce, served, write_files
 
 if TYPE_CHECKING:
     from cutjoint.viewer import Document
@@ -56,7 +56,7 @@ def command(
 
     document = _document(source, trajectory, robot, variant, lenient)
     if html is not None or png is not None:
-        write(document, html, png, time, size)
+        write_files(document, html, png, time, size)
         return
     with Bridge(document.files(), host=host, port=port) as bridge, served():
         announce(bridge.url, bridge.open_to_others, host, open_browser)

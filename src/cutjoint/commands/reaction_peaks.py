@@ -28,7 +28,7 @@ def check_reactions(file: Path, robot: Mechanism) -> None:
         raise InputError(f"{robot.name} is a published model, without joints that carry anything; use --plant chain")
 
 
-def written(file: Path, result: Result, robot: Mechanism) -> ReactionHistory:
+def save_reactions(file: Path, result: Result, robot: Mechanism) -> ReactionHistory:
     """Reactions of a run, in a CSV file too."""
     from cutjoint.chain import ClosedChain
     from cutjoint.simulation import reactions_of
@@ -39,7 +39,7 @@ def written(file: Path, result: Result, robot: Mechanism) -> ReactionHistory:
     return found
 
 
-def peaks_of(found: ReactionHistory) -> list[dict[str, object]]:
+def peaks_data(found: ReactionHistory) -> list[dict[str, object]]:
     """The peaks as plain values."""
     return [
         {

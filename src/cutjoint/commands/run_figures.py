@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
-from cutjoint.commands import output
+from cutjoint.commands.output import show
 from cutjoint.tables import TextTable
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cutjoint.simulation import Result
 
 
-def show(result: Result, figures: Mapping[str, object]) -> None:
+def show_run(result: Result, figures: Mapping[str, object]) -> None:
     """Print the `figures_of` a run."""
     from cutjoint.simulation.summary import figure_rows, setting_rows, title_of
 
@@ -24,4 +24,4 @@ def show(result: Result, figures: Mapping[str, object]) -> None:
     ]
     if "saved" in figures:
         rows.append(("saved", str(figures["saved"])))
-    output.show(TextTable(title_of(result), ("", ""), rows))
+    show(TextTable(title_of(result), ("", ""), rows))

@@ -1,4 +1,4 @@
-"""The robot that runs were made with, as options name it."""
+"""The robot that runs were made with, as options name it, else as a saved run does."""
 
 from __future__ import annotations
 
@@ -10,11 +10,27 @@ from cutjoint.errors import InputError
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
+    from cutjoint.simulation import Result
 
 Robot = Annotated[
     str | None,
     typer.Option(metavar="ROBOT", help="The robot of the runs, where it is not found by the name that they tell."),
 ]
+
+
+def robot_of_run(result: Result, robot: str | None, variant: str | None, lenient: bool) -> ClosedChain:
+    """The robot as asked for, else as the result names it.
+
+    Raises:
+        InputError: the result names no robot that is here.
+        CutjointError: as of loading it.
+    """
+    from cutjoint.report.named_runs import robot_of
+    from cutjoint.robots import load
+
+    if robot is not None:
+        return load(robot, variant, lenient=lenient)
+    return robot_of(result, variant, lenient=lenient)
 
 
 def robot_of_options(robot: str | None, variant: str | None, ideal: bool, lenient: bool) -> ClosedChain | None:

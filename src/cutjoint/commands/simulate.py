@@ -15,8 +15,8 @@ from cutjoint.commands.loads import loads_of
 from cutjoint.commands.options import CONTROLLERS, HELP, named_gains, numbers, with_gains
 from cutjoint.commands.output import print_json
 from cutjoint.commands.progress import progress
-from cutjoint.commands.reaction_peaks import check_reactions, peaks_of, show_peaks, written
-from cutjoint.commands.run_figures import show
+from cutjoint.commands.reaction_peaks import check_reactions, peaks_data, save_reactions, show_peaks
+from cutjoint.commands.run_figures import show_run
 from cutjoint.commands.simulated import check_loads, led_by, robots_of, unled
 from cutjoint.commands.stopping import stopped, stopped_name
 
@@ -253,15 +253,15 @@ def _tell(
         reactions = stopped_name(reactions) if early else reactions
         try:
             with interrupts.asking():
-                carried = written(reactions, result, robot)
+                carried = save_reactions(reactions, result, robot)
         except KeyboardInterrupt:
             told = "nothing was written" if saved is None else f"the run is kept in {saved}, its reactions are not"
             raise stopped(told) from None
-        figures |= {"reactions": str(reactions), "reaction_peaks": peaks_of(carried)}
+        figures |= {"reactions": str(reactions), "reaction_peaks": peaks_data(carried)}
     if json:
         print_json(figures)
     else:
-        show(result, figures)
+        show_run(result, figures)
         if carried is not None:
             show_peaks(carried)
     if early:

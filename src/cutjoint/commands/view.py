@@ -49,14 +49,14 @@ def command(
 
     chain = load(robot, variant, home, lenient=lenient)
     if html is not None or png is not None:
-        write(show(chain), html, png, 0.0, size)
+        write_files(show(chain), html, png, 0.0, size)
         return
     with LiveView(chain, host=host, port=port) as view, served():
         announce(view.url, view.bridge.open_to_others, host, open_browser)
         view.wait()
 
 
-def write(document: Document, html: Path | None, png: Path | None, time: float, size: str) -> None:
+def write_files(document: Document, html: Path | None, png: Path | None, time: float, size: str) -> None:
     """Write a page, a picture or both, and say how large they are."""
     width, height = pixels(size)
     done = []
