@@ -144,7 +144,7 @@ def test_the_command_writes_what_the_function_does(saved: Path, tmp_path: Path) 
     ("arguments", "told"),
     [
         (["{run}", "-o", "{folder}/run.txt"], "joint states are not written as"),
-        (["{run}.csv", "-o", "{folder}/run.jsonl"], "a result is a file .npz"),
+        (["{run}.csv", "-o", "{folder}/run.jsonl"], "CSV files are not read; give the .npz"),
         (["{run}", "-o", "{folder}/run.jsonl", "--robot", "stewart"], "not of the chain stewart"),
     ],
 )

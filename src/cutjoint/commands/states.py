@@ -29,14 +29,11 @@ def command(
     Joints with one coordinate are on /joint_states (sensor_msgs/msg/JointState), where those with several have their
     child is on /tf (tf2_msgs/msg/TFMessage).
     """
-    from cutjoint.errors import InputError
     from cutjoint.handover import check_target, joint_states, write
-    from cutjoint.simulation import load
+    from cutjoint.report.named_runs import runs_of_files
 
-    if run.suffix != ".npz":
-        raise InputError(f"a result is a file .npz that `cutjoint simulate --save` wrote, found '{run}'")
     check_target(out)
-    result = load(run)
+    (result,) = runs_of_files([run]).values()
     chain = robot_of_run(result, robot, variant, lenient)
     states = joint_states(result, chain)
     with interrupts.keeping():

@@ -114,6 +114,16 @@ class Limits:
 
     __repr__ = line(lower="m or rad", upper="m or rad", velocity="m/s or rad/s", effort="N or N m")
 
+    @property
+    def bounded(self) -> bool:
+        """Whether the range ends anywhere."""
+        return self.lower is not None or self.upper is not None
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lower and upper end of the range, infinite where it does not end."""
+        return -np.inf if self.lower is None else self.lower, np.inf if self.upper is None else self.upper
+
 
 @dataclass(frozen=True, eq=False)
 class Joint(Frozen):

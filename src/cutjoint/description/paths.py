@@ -178,7 +178,7 @@ def _unused_of_joint(joint: Joint) -> tuple[str, ...]:
         return PHYSICS
     if not kind.single and any(kind.lengths):
         return tuple(name for name in PHYSICS if name != "damping")
-    stops = kind.single and (limits.lower is not None or limits.upper is not None)
+    stops = kind.single and limits.bounded
     return (*(() if stops else _STOPS), *(("rest",) if kind is JointType.SPHERICAL else ()))
 
 

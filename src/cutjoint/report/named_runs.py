@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.errors import CutjointError, InputError, UnknownNameError
 from cutjoint.simulation.result import Result
 from cutjoint.simulation.result_file import load as load_result
 from cutjoint.simulation.summary import actuators_of
@@ -106,6 +106,25 @@ def robot_of(result: Result, variant: str | None = None, *, lenient: bool = Fals
         chain = load(name, made_with, lenient=lenient)
     check_robot(result, chain)
     return chain
+
+
+def robot_of_runs(
+    named: Mapping[str, Result], robot: ClosedChain | None
+) -> tuple[ClosedChain | None, CutjointError | None]:
+    """The robot that runs were made with: `robot` where it is given, else the one that the first run names; where that
+    is not found, None and the error that says why.
+
+    Raises:
+        InputError: a run cannot be one of the robot that is given.
+    """
+    if robot is None:
+        try:
+            return robot_of(next(iter(named.values()))), None
+        except CutjointError as error:
+            return None, error
+    for run in named.values():
+        check_robot(run, robot)
+    return robot, None
 
 
 def check_robot(result: Result, chain: ClosedChain) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from cutjoint.errors import CutjointError
 from cutjoint.files import check_place, write_whole
 from cutjoint.report.curves_page import curves, page_of
-from cutjoint.report.named_runs import Runs, check_robot, named_runs, robot_of
+from cutjoint.report.named_runs import Runs, named_runs, robot_of_runs
 from cutjoint.simulation.belief import Belief, Grade, verdict_of
 from cutjoint.simulation.charts import overlaid
 from cutjoint.simulation.panels import Panel, all_panels
@@ -90,16 +90,8 @@ def run_report(runs: Runs, *, robot: ClosedChain | None = None, file: str | os.P
     named = named_runs(runs)
     if file is not None:
         check_page_place(file)
-    why_none = ""
-    if robot is not None:
-        for run in named.values():
-            check_robot(run, robot)
-    else:
-        try:
-            robot = robot_of(next(iter(named.values())))
-        except CutjointError as error:
-            why_none = str(error)
-    made = _page(named, robot, why_none)
+    robot, missing = robot_of_runs(named, robot)
+    made = _page(named, robot, str(missing or ""))
     if file is not None:
         made.save(file)
     return made

@@ -13,6 +13,7 @@ import numpy as np
 
 from cutjoint.simulation.coordinates import coordinates, joints_of
 from cutjoint.simulation.result import Result
+from cutjoint.simulation.summary import effort_tops
 from cutjoint.tolerances import RUN_DRIFT, RUN_GAP, RUN_OPEN, RUN_SATURATED, RUN_STRAYED, RUN_WRONG
 
 if TYPE_CHECKING:
@@ -136,12 +137,10 @@ def _limits(result: Result, robot: ClosedChain | None) -> list[Sign]:
     passed = []
     for joint in robot.description.joints:
         if joint.type.limited and joint.name in own:
-            low, high = joint.limits.lower, joint.limits.upper
+            low, high = joint.limits.ends
             values, unit = own[joint.name].values, own[joint.name].unit
             slack = (robot.length if unit == "m" else 1.0) * RUN_GAP.value
-            over = max(
-                -np.inf if low is None else low - values.min(), -np.inf if high is None else values.max() - high, 0.0
-            )
+            over = max(low - values.min(), values.max() - high, 0.0)
             if over > slack:
                 passed.append(f"{joint.name} by {over:.3g} {unit}")
     means = "the machine would have met its stops"
@@ -150,11 +149,9 @@ def _limits(result: Result, robot: ClosedChain | None) -> list[Sign]:
 
 def _saturation(result: Result) -> list[Sign]:
     """How long the law asked for as much as there is."""
-    told = result.about.get("limits")
-    n = result.q.shape[1]
-    if told is None or n == 0 or np.size(told) not in (1, n):
+    top = effort_tops(result)
+    if top is None:
         return []
-    top = np.broadcast_to(np.abs(np.asarray(told, dtype=np.float64)).ravel(), n)
     at = (np.abs(result.more.get("command", result.effort)) >= AT_LIMIT * top).any(axis=1)
     # an effort is given from each sample on
     span = np.diff(result.time, append=result.time[-1])

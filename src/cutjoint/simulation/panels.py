@@ -14,6 +14,7 @@ from cutjoint.arrays import Array
 from cutjoint.errors import CutjointError, InputError, UnknownNameError
 from cutjoint.simulation.panel import Panel, Shown, between, scaled
 from cutjoint.simulation.result import Result
+from cutjoint.simulation.summary import effort_tops
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
@@ -68,9 +69,8 @@ def _joint_limits(robot: ClosedChain | None, names: Sequence[str]) -> Array | No
     """Lower and upper limits of joints that have one coordinate, shape (n, 2); None where the robot is unknown."""
     if robot is None:
         return None
-    found = {joint.name: joint.limits for joint in robot.description.joints if joint.type.limited}
-    ends = [(found[name].lower, found[name].upper) if name in found else (None, None) for name in names]
-    return np.array([[-np.inf if low is None else low, np.inf if high is None else high] for low, high in ends])
+    found = {joint.name: joint.limits.ends for joint in robot.description.joints if joint.type.limited}
+    return np.array([found.get(name, (-np.inf, np.inf)) for name in names])
 
 
 def _velocity(shown: Shown) -> list[Panel]:
@@ -79,12 +79,8 @@ def _velocity(shown: Shown) -> list[Panel]:
 
 def _effort_limits(run: Result) -> Array | None:
     """Plus and minus the limit of each actuator, shape (n, 2)."""
-    told = run.about.get("limits")
-    n = run.q.shape[1]
-    if told is None or np.size(told) not in (1, n):
-        return None
-    top = np.broadcast_to(np.abs(np.asarray(told, dtype=np.float64)).ravel(), n)
-    return np.column_stack([-top, top])
+    top = effort_tops(run)
+    return None if top is None else np.column_stack([-top, top])
 
 
 def _effort(shown: Shown) -> list[Panel]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from cutjoint.arrays import Array
 from cutjoint.simulation.hardware.telling import told
 from cutjoint.simulation.result import FREE, Result
 
@@ -62,6 +63,14 @@ def peaks_of(result: Result) -> list[tuple[str, str, float]]:
     """Name, unit of its effort, and largest effort of every actuator."""
     rows = zip(actuators_of(result), result.peak_effort(), strict=True)
     return [(name, "N" if kind == "translation" else "N m", float(peak)) for (name, kind), peak in rows]
+
+
+def effort_tops(result: Result) -> Array | None:
+    """The largest effort that each actuator may give, shape (n,), [N] or [N m]; None of a run without limits."""
+    told, n = result.about.get("limits"), result.q.shape[1]
+    if told is None or n == 0 or np.size(told) not in (1, n):
+        return None
+    return np.broadcast_to(np.abs(np.asarray(told, dtype=np.float64)).ravel(), n)
 
 
 def setting_rows(result: Result) -> list[tuple[str, str]]:

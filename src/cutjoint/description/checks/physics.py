@@ -116,7 +116,7 @@ def _stiction(physics: JointPhysics, what: str, place: Place, findings: Findings
 
 def _stops(joint: Joint, what: str, findings: Findings) -> None:
     physics, limits = joint.physics, joint.limits
-    if physics.stop_stiffness != 0.0 and limits.lower is None and limits.upper is None:
+    if physics.stop_stiffness != 0.0 and not limits.bounded:
         found = f"stop_stiffness of {what}, which has no limits"
         findings.warn(found, "limits, at which the stops are", "give it limits, or remove the stops", joint.place)
     if physics.stop_damping != 0.0 and physics.stop_stiffness == 0.0:

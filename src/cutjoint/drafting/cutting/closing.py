@@ -100,7 +100,7 @@ def _anywhere(robot: RobotDescription, random: np.random.Generator) -> Home:
     passive: dict[str, float | tuple[float, ...]] = {}
     for joint in robot.joints:
         if joint.type.single:
-            low = -2.0 if joint.limits.lower is None else max(joint.limits.lower, -2.0)
-            high = 2.0 if joint.limits.upper is None else min(joint.limits.upper, 2.0)
-            passive[joint.name] = float(random.uniform(low, max(low, high)))
+            lower, upper = joint.limits.ends
+            low = max(lower, -2.0)
+            passive[joint.name] = float(random.uniform(low, max(low, min(upper, 2.0))))
     return Home("default", {}, passive)

@@ -161,10 +161,9 @@ def _limits_lost(robot: RobotDescription, originals: Mapping[str, Joint]) -> lis
     told, instead = [], instead_of(robot)
     for cut in robot.closing:
         was, others = originals.get(cut.name), instead.get(cut.name, ())
-        if was is None or (was.limits.lower, was.limits.upper) == (None, None) or not others:
+        if was is None or not was.limits.bounded or not others:
             continue
-        limits = robot.joint(others[0]).limits
-        if (limits.lower, limits.upper) == (None, None):
+        if not robot.joint(others[0]).limits.bounded:
             told.append(f"'{cut.name}' has limits, which a cut cannot have: --cut {others[0]} keeps them")
     return told
 

@@ -83,8 +83,7 @@ def instead_of(robot: RobotDescription) -> Mapping[str, tuple[str, ...]]:
 
 
 def _rank(joint: Joint, tree: Tree) -> tuple[bool, int, int]:
-    limited = (joint.limits.lower, joint.limits.upper) != (None, None)
-    return limited, -len(joint.type.coordinates), -tree.depth(joint.child)
+    return joint.limits.bounded, -len(joint.type.coordinates), -tree.depth(joint.child)
 
 
 def respan(

@@ -26,7 +26,7 @@ def at_limits(chain: ClosedChain, coordinates: Mapping[str, tuple[float, ...]]) 
         if joint.type.limited and joint.name in coordinates:
             (value,) = coordinates[joint.name]
             near = AT_LIMIT * (chain.length if joint.type.slides else 1.0)
-            lower, upper = joint.limits.lower, joint.limits.upper
-            if (lower is not None and value < lower + near) or (upper is not None and value > upper - near):
+            lower, upper = joint.limits.ends
+            if value < lower + near or value > upper - near:
                 found.append(joint.name)
     return found

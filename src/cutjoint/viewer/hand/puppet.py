@@ -160,10 +160,7 @@ class Puppet:
     def _range(self, index: int) -> tuple[float, float]:
         """Limits of an actuated joint; infinite where the description gives none."""
         joint = self._joints[self.chain.actuators[index].name]
-        lower, upper = joint.limits.lower, joint.limits.upper
-        if not joint.type.limited:
-            lower = upper = None
-        return -math.inf if lower is None else lower, math.inf if upper is None else upper
+        return joint.limits.ends if joint.type.limited else (-math.inf, math.inf)
 
     def _actuate(self, target: Array, where: Callable[[Posture], str]) -> None:
         start = np.array(self.at.q)

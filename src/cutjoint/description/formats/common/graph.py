@@ -161,7 +161,7 @@ def cut_of(edge: Joint, at_parent: Array, at_child: Array, findings: Findings) -
         align = np.array(frame_along(edge.axis))
     elif kind.axes == "xy":
         align = np.column_stack([edge.axis, edge.axis2, np.cross(edge.axis, edge.axis2)])
-    if (edge.limits.lower, edge.limits.upper) != (None, None):
+    if edge.limits.bounded:
         found = f"limits of joint '{edge.name}', which closes a loop, are not used"
         findings.warn(found, "limits in the tree", "let another joint of the loop close it", edge.place)
     a, b = Frame(edge.parent, turned(at_parent, align)), Frame(edge.child, turned(at_child, align))

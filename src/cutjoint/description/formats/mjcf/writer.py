@@ -109,7 +109,7 @@ def _joint_keys(robot: RobotDescription) -> JointKeys:
     tendons = tendon_lengths(robot)
     for joint in robot.joints:
         keys: dict[str, object] = {}
-        ranged = joint.limits.lower is not None or joint.limits.upper is not None
+        ranged = joint.limits.bounded
         if joint.type.turns and joint.type.limited != ranged:
             keys["type"] = joint.type.value
         if joint.limits.velocity is not None:
@@ -193,7 +193,7 @@ def _joint(body: Element, name: str, kind: str, axis: Array | None, joint: Joint
 def _range(element: Element, joint: Joint) -> None:
     """A range; to MuJoCo one from 0 to 0 is none, and one from x to x an error, so that its end is next to x."""
     limits = joint.limits
-    if joint.type.single and (limits.lower, limits.upper) != (None, None):
+    if joint.type.single and limits.bounded:
         lower = -UNLIMITED if limits.lower is None else limits.lower
         upper = UNLIMITED if limits.upper is None else limits.upper
         element.set("range", words((lower, max(upper, float(np.nextafter(lower, np.inf)) if lower else ALMOST_0))))

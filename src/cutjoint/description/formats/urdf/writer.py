@@ -162,9 +162,8 @@ def _joint(joint: Joint, mimic: Coupling | None) -> Element:
 def _limits(element: Element, joint: Joint) -> None:
     limits = joint.limits
     values = {"velocity": limits.velocity, "effort": limits.effort}
-    if joint.type.limited and (limits.lower, limits.upper) != (None, None):
-        values["lower"] = -np.inf if limits.lower is None else limits.lower
-        values["upper"] = np.inf if limits.upper is None else limits.upper
+    if joint.type.limited and limits.bounded:
+        values["lower"], values["upper"] = limits.ends
     given = {key: number(value) for key, value in values.items() if value is not None}
     if given:
         etree.SubElement(element, "limit", given)

@@ -175,12 +175,12 @@ def _coordinates(joint: Joint, between: Array) -> tuple[list[float], float]:
 
 def _within(value: float, joint: Joint) -> float:
     """An angle with whole turns added so that it is within the limits, where that can be."""
-    lower, upper = joint.limits.lower, joint.limits.upper
+    lower, upper = joint.limits.ends
     if not joint.type.turns:
         return value
     for turns in (0, 1, -1):
         moved = value + 2.0 * np.pi * turns
-        if (lower is None or moved >= lower) and (upper is None or moved <= upper):
+        if lower <= moved <= upper:
             return float(moved)
     return value
 
