@@ -125,8 +125,10 @@ def test_load_takes_it_too(tmp_path: Path) -> None:
     assert chain.mobility().mobility == cutjoint.load("fourbar").mobility().mobility
 
 
-NAMED = [name for name in COMMANDS if name not in ("list", "reproduce")]
+NAMED = [name for name in COMMANDS if name not in ("new", "list", "reproduce")]
 """The commands that take the file of a robot."""
+OF_RUNS = ("plot", "report", "states")
+"""Those of them that take it beside a run."""
 ARGUMENTS = {
     "info": ["--no-modes"],
     "simulate": ["--free", "--duration", "0.01", "--plant", "chain"],
@@ -136,18 +138,19 @@ ARGUMENTS = {
     "crosscheck": ["--engine", "yourdfpy", "--samples", "2"],
     "export": ["--out", "OUT"],
     "check": [],
+    "cut": [],
 }
 
 
 def test_every_command_with_a_robot_has_the_one_option() -> None:
-    assert set(NAMED) == set(ARGUMENTS)
+    assert set(NAMED) == {*ARGUMENTS, *OF_RUNS}
     for name in COMMANDS:
         parameters = inspect.signature(import_module(f"cutjoint.commands.{name}").command).parameters
         assert ("lenient" in parameters) == (name in NAMED), name
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NAMED)
+@pytest.mark.parametrize("name", ARGUMENTS)
 def test_every_command_passes_them_with_a_warning(name: str, tmp_path: Path) -> None:
     if name == "compile" and find_spec("llvmlite") is None:
         pytest.skip("llvmlite is not installed")

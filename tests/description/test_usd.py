@@ -539,8 +539,8 @@ def test_a_file_that_changes_is_read_anew(tmp_path: Path) -> None:
 
 
 def test_without_the_package_it_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cutjoint.description.formats.usd.reader.find_spec", lambda name: None)
-    assert 'pip install "cutjoint[usd]"' in errors(tmp_path, stage(TWO))
+    monkeypatch.setattr("cutjoint.description.formats.usd.reader.is_installed", lambda name: False)
+    assert "pip install 'cutjoint[usd]'" in errors(tmp_path, stage(TWO))
 
 
 def test_shapes_are_drawn_where_they_stand(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from cutjoint.motion.catalogue import describe, trajectory
 STARTS_MOVING = {"circle", "lissajous", "joint-sine"}
 SMALL = {
     "hold": "",
+    "about-home": "",
     "line": ":0.01,0,0.01",
     "trapezoidal": ":0.01,0,0.01,0.5",
     "waypoints": ":1,0.01,0,0,0.01,0,0.01",
