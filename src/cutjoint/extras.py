@@ -27,15 +27,6 @@ EXTRAS: Mapping[str, str] = {
 }
 """Package, as it is imported -> the extra that brings it."""
 
-DISTRIBUTIONS: Mapping[str, str] = {
-    "umsgpack": "u-msgpack-python",
-    "zmq": "meshcat",
-    "yaml": "pyyaml",
-    "example_robot_data": "example-robot-data",
-    "pxr": "usd-core",
-}
-"""What brings a package where that is not called as it is imported."""
-
 
 def needed(module: str, what: str) -> ModuleType:
     """The module of an optional package; `what` begins the error's sentence, such as "a Parquet file".

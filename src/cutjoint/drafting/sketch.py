@@ -88,7 +88,7 @@ class LinkSketch:
 
 @dataclass(frozen=True)
 class Tie:
-    """A joint of the open tree.  `axis` is in its own frame; one with an `effort` is driven."""
+    """A joint of the open tree.  `axis` is in its own frame; one that is `driven` has a motor."""
 
     name: str
     type: str
@@ -104,7 +104,7 @@ class Tie:
 
 @dataclass(frozen=True)
 class Loop:
-    """A cut joint between two points of links [m]; `rpy` turns its frames where its z axis is not that of the links."""
+    """A cut joint between two points of links [m], with the axes of the links."""
 
     name: str
     type: str

@@ -14,7 +14,7 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree
-from cutjoint.description.formats.common.graph import attach, cut_of
+from cutjoint.description.formats.common.graph import attach, cut_of, reached, without_loops
 from cutjoint.description.model import IDENTITY, CutJoint, CutType, Home, Joint, JointType, RobotDescription
 from cutjoint.description.transforms import inverse, rpy_from_rotation
 from cutjoint.drafting.cutting.tree import Tree
@@ -147,26 +147,9 @@ def _cut(edge: Connection, findings: Findings) -> CutJoint:
 
 def _hung(edges: Sequence[Connection], cut: Collection[str], root: str) -> list[tuple[Connection, bool]]:
     """The edges of the tree as they are reached from the root, and whether backwards: rather those that were joints."""
-    part: dict[str, str] = {}
-
-    def top(name: str) -> str:
-        while name in part:
-            name = part[name]
-        return name
-
-    kept = []
-    for edge in sorted(edges, key=lambda one: (one.name in cut, one.cut is not None)):
-        ends = top(edge.joint.parent), top(edge.joint.child)
-        if ends[0] != ends[1]:
-            part[ends[0]] = ends[1]
-            kept.append(edge)
-    reached, used, pending = {root}, list[tuple[Connection, bool]](), kept
-    while pending:
-        near = next(one for one in pending if (one.joint.parent in reached) != (one.joint.child in reached))
-        used.append((near, near.joint.child in reached))
-        reached |= {near.joint.parent, near.joint.child}
-        pending = [one for one in pending if one is not near]
-    return used
+    of = {edge.name: edge for edge in edges}
+    kept = without_loops([edge.joint for edge in edges], lambda one: (one.name in cut, of[one.name].cut is not None))
+    return [(of[joint.name], backwards) for joint, backwards in reached(kept, root)]
 
 
 def _home(home: Home, used: Sequence[tuple[Connection, bool]], at_home: Mapping[str, Array]) -> Home:

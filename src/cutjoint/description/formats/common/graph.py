@@ -7,7 +7,7 @@ need be.  Every other joint becomes a cut joint between the two links.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,7 +59,7 @@ def span(
 
 def _spanning(bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: str) -> list[tuple[Joint, bool]]:
     used = _first_parents(bodies, edges, root)
-    return _greedy(edges, root) if used is None else used
+    return reached(edges, root) if used is None else used
 
 
 def _forest(
@@ -73,6 +73,12 @@ def _forest(
     def rank(edge: Joint) -> tuple[bool, bool, bool]:
         return edge.name in close, edge.name not in keep, edge.name not in inside
 
+    kept = {edge.name for edge in without_loops(edges, rank)}
+    return [edge for edge in edges if edge.name in kept]
+
+
+def without_loops(edges: Sequence[Joint], rank: Callable[[Joint], tuple[bool, ...]]) -> list[Joint]:
+    """As many of the joints as close no loop, taken and listed by their `rank`, the lowest first."""
     part: dict[str, str] = {}
 
     def top(name: str) -> str:
@@ -85,8 +91,8 @@ def _forest(
         ends = top(edge.parent), top(edge.child)
         if ends[0] != ends[1]:
             part[ends[0]] = ends[1]
-            kept.append(edge.name)
-    return [edge for edge in edges if edge.name in kept]
+            kept.append(edge)
+    return kept
 
 
 def _first_parents(bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: str) -> list[tuple[Joint, bool]] | None:
@@ -108,17 +114,18 @@ def _first_parents(bodies: Sequence[PlacedLink], edges: Sequence[Joint], root: s
     return [(edge, False) for edge in edges if above.get(edge.child) is edge]
 
 
-def _greedy(edges: Sequence[Joint], root: str) -> list[tuple[Joint, bool]]:
-    """Joints in the order in which they reach a new link, forwards where possible."""
-    reached, pending = {root}, list(edges)
+def reached(edges: Sequence[Joint], root: str) -> list[tuple[Joint, bool]]:
+    """Joints in the order in which they reach a new link from the root, and whether backwards: forwards where that is
+    possible."""
+    there, pending = {root}, list(edges)
     used: list[tuple[Joint, bool]] = []
     while True:
-        forward = next((one for one in pending if one.parent in reached and one.child not in reached), None)
-        edge = forward or next((one for one in pending if one.child in reached and one.parent not in reached), None)
+        forward = next((one for one in pending if one.parent in there and one.child not in there), None)
+        edge = forward or next((one for one in pending if one.child in there and one.parent not in there), None)
         if edge is None:
             return used
         used.append((edge, forward is None))
-        reached |= {edge.parent, edge.child}
+        there |= {edge.parent, edge.child}
         pending.remove(edge)
 
 
