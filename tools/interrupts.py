@@ -27,8 +27,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 PATIENCE = 5.0
-AFTER = 0.3
-"""Seconds after the last answer of a command's start-up from which on something is computed."""
 PROGRAM = (sys.executable, "-m", "cutjoint")
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 

@@ -14,8 +14,6 @@ Array = np.ndarray
 Rng = np.random.Generator
 
 X, Y, Z = np.eye(3)
-SIDES = ("arms", "platform", "through")
-"""Where the rods of a Delta hang in the tree: on the arms, on the platform, or one of them carries the platform."""
 
 
 def rod_body(plan: Blueprint, link: str, start: Array, end: Array, mass: float, out_of_round: float = 0.0) -> None:
@@ -38,7 +36,11 @@ def rod_body(plan: Blueprint, link: str, start: Array, end: Array, mass: float, 
 
 
 def delta(rng: Rng, side: str = "arms", out_of_round: float = 0.0) -> Blueprint:
-    """Three motors, three arms, six rods with balls at both ends: mobility 9, of which 6 idle."""
+    """Three motors, three arms, six rods with balls at both ends: mobility 9, of which 6 idle.
+
+    In the tree the rods hang at one `side`: on the "arms", on the "platform", or one of them carries the platform:
+    "through".
+    """
     plan = Blueprint(f"delta_{side}", rng)
     height = rng.uniform(0.35, 0.45)
     carried = side == "through"

@@ -20,6 +20,7 @@ from cutjoint.description.couplings import Coupling as Coupling
 from cutjoint.description.couplings import DriverCurve as DriverCurve
 from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
+from cutjoint.description.limits import Limits as Limits
 from cutjoint.description.place import NOWHERE
 from cutjoint.description.place import Place as Place
 from cutjoint.errors import InputError, UnknownNameError
@@ -101,28 +102,6 @@ class Link:
     def held_up(self) -> float:
         """Mass whose weight is compensated [kg]."""
         return 0.0 if self.inertial is None else self.gravity_compensation * self.inertial.mass
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Range of a joint; None where the file says nothing (which is not the same as 0)."""
-
-    lower: float | None = None
-    upper: float | None = None
-    velocity: float | None = None
-    effort: float | None = None
-
-    __repr__ = line(lower="m or rad", upper="m or rad", velocity="m/s or rad/s", effort="N or N m")
-
-    @property
-    def bounded(self) -> bool:
-        """Whether the range ends anywhere."""
-        return self.lower is not None or self.upper is not None
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Lower and upper end of the range, infinite where it does not end."""
-        return -np.inf if self.lower is None else self.lower, np.inf if self.upper is None else self.upper
 
 
 @dataclass(frozen=True, eq=False)

@@ -167,8 +167,6 @@ OBSERVABLES: dict[str, Observable] = {
 
 DESIRED = ("desired_q", "desired_v", "desired_tool", "desired_tool_velocity", "desired_orientation")
 """The columns of what was desired."""
-HARDWARE = ("measured_q", "measured_v", "asked", "command", "rotor_q", "rotor_v")
-"""The columns of runs with hardware; the rotors' only where gears have play."""
 
 
 def gathered(samples: Mapping[str, Sequence[npt.ArrayLike]]) -> dict[str, Array]:
