@@ -118,7 +118,7 @@ class Joint(Frozen):
     placement: Array = field(default_factory=lambda: IDENTITY)
     axis: Array = field(default_factory=lambda: readonly([1.0, 0.0, 0.0]))
     axis2: Array = field(default_factory=lambda: readonly([0.0, 1.0, 0.0]))
-    limits: Limits = Limits()
+    limits: Limits = field(default_factory=Limits)
     physics: JointPhysics = NO_PHYSICS
     place: Place = NOWHERE
 
