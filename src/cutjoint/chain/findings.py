@@ -113,7 +113,12 @@ def _actuation(report: MobilityReport, file: str) -> Iterator[Problem]:
             mend="name further actuators, or add the cut that is missing; full coordinates work all the same",
         )
     surplus = report.actuators - needed
-    if surplus > 0 and not moving:
+    if not needed:
+        yield warning(
+            found=f"the actuators cannot move, the loops hold them; what moves is idle: {', '.join(report.idle)}",
+            mend="a cut locks too much, or name other joints as actuators",
+        )
+    elif surplus > 0 and not moving:
         yield warning(
             found=f"the actuators depend on each other: {report.actuators} of them for a mobility of {needed}",
             mend="that is redundant actuation if it is meant; efforts are then not unique",

@@ -206,6 +206,11 @@ def _tried(template: str, files: Mapping[str, str], mobility: int) -> tuple[Mobi
             f"template {template} with these sizes can move in {report.mobility} ways rather than {mobility}: its home "
             "is singular; take other sizes"
         )
+    if not report.determined:
+        raise InputError(
+            f"template {template} with these sizes is singular at home: with its motors locked it would still move; "
+            "take sizes that differ less from each other"
+        )
     told = [one.found for one in problems]
     if report.type1 < NEAR_SINGULAR:
         told.append(f"home is near a type-1 singularity: distance {report.type1:.2g}, 0 is singular")
