@@ -15,7 +15,9 @@ from kit.shipped import DETERMINED, OTHERS
 from kit.uncut import ENDS, at_zero, random, uncut, written
 
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.findings import kinematic_problems
 from cutjoint.description import check, load_description, write
+from cutjoint.description.model import Home
 from cutjoint.drafting.cutting.proposing import propose
 from cutjoint.drafting.cutting.respan import instead_of
 from cutjoint.drafting.folder import write_description
@@ -202,6 +204,35 @@ def test_frames_that_are_held_together_already_are_told(tmp_path: Path) -> None:
     found = propose(file)
     assert found.robot is None
     assert len([one for one in found.told if "holds nothing that is not held already" in one]) >= 1
+
+
+def flat_parallelogram(folder: Path) -> Path:
+    """All links on one line at zero, where a parallelogram may fold over into an antiparallelogram."""
+    joints = (
+        ("crank", "continuous", "base", "crank_link", "0 0 0", ""),
+        ("rocker", "continuous", "base", "rocker_link", "0.3 0 0", ""),
+        ("coupler", "continuous", "crank_link", "coupler_link", "0.1 0 0", ""),
+        ("at_tip", "fixed", "rocker_link", "tip_loop_a", "0.1 0 0", ""),
+        ("at_far", "fixed", "coupler_link", "tip_loop_b", "0.3 0 0", ""),
+    )
+    links = "".join(LINK.format(name) for name in ("base", "crank_link", "rocker_link", "coupler_link"))
+    frames = '<link name="tip_loop_a"/><link name="tip_loop_b"/>'
+    file = folder / "flat.urdf"
+    file.write_text(f'<robot name="flat">{links}{frames}{"".join(JOINT.format(*one) for one in joints)}</robot>')
+    return file
+
+
+def test_home_is_not_where_the_loops_are_singular(tmp_path: Path) -> None:
+    found = propose(flat_parallelogram(tmp_path))
+    assert [one for one in found.told if "allow 2 independent motions there, 1 around it" in one]
+    assert (found.report.mobility, found.robot.actuators) == (1, ("crank",))
+    assert found.report.determined
+    assert found.report.type2 > 0.01
+    assert not kinematic_problems(found.robot)[0]
+    at_zero = replace(found.robot, homes=(Home("default", {"crank": 0.0}, {}),))
+    assert [
+        one for one in kinematic_problems(at_zero)[0] if one.found.startswith("home is singular: the loops allow 2")
+    ]
 
 
 def test_a_robot_without_loops_has_nothing_to_close(tmp_path: Path) -> None:
