@@ -206,6 +206,48 @@ def test_frames_that_are_held_together_already_are_told(tmp_path: Path) -> None:
     assert len([one for one in found.told if "holds nothing that is not held already" in one]) >= 1
 
 
+def in_sdf(folder: Path) -> Path:
+    """The same in SDF, in links that are turned against each other and the joints."""
+
+    def joint(name: str, parent: str, child: str, more: str = "") -> str:
+        return (
+            f'<joint name="{name}" type="revolute"><parent>{parent}</parent><child>{child}</child>'
+            f"<axis><xyz>0 -1 0</xyz>{more}</axis></joint>"
+        )
+
+    body = "<inertial><mass>1</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial>"
+    places = {"crank_link": "0 0 0", "rocker_link": "0.3 0 0", "coupler_link": "0 0 0.1", "tip": "0.3 0 0.2"}
+    links = "".join(f'<link name="{name}"><pose>{at} 0 0 0.3</pose>{body}</link>' for name, at in places.items())
+    limits = "<limit><lower>-0.7</lower><upper>1.3</upper></limit><dynamics><damping>0.4</damping></dynamics>"
+    file = folder / "it.sdf"
+    file.write_text(
+        f'<sdf version="1.8"><model name="it">{links}{joint("crank", "world", "crank_link")}'
+        f"{joint('rocker', 'world', 'rocker_link')}{joint('coupler', 'crank_link', 'coupler_link')}"
+        f'<joint name="weld" type="fixed"><parent>rocker_link</parent><child>tip</child></joint>'
+        f"{joint('last', 'coupler_link', 'tip', limits)}</model></sdf>"
+    )
+    return file
+
+
+def test_limits_of_an_sdf_come_back_too(tmp_path: Path) -> None:
+    found = propose(in_sdf(tmp_path))
+    assert [cut.name for cut in found.cuts] == ["last"]
+    assert [one for one in found.told if one.startswith("'last' has limits, which a cut cannot have: --cut coupler")]
+    again = propose(in_sdf(tmp_path), ["coupler"])
+    last = again.robot.joint("last")
+    assert (last.limits.lower, last.limits.upper, last.physics.damping) == (-0.7, 1.3, 0.4)
+    assert not [one for one in again.told if "'last'" in one]
+    # the same way round: limits are of the same angle, which is that of the tip against the coupler
+    chain = ClosedChain(again.robot)
+    at = chain.close([chain.home.q[0] + 0.2])
+    tip, coupler = (chain.link_placements(at)[name][:3, :3] for name in ("tip", "coupler_link"))
+    axis = chain.link_placements(at)["coupler_link"][:3, :3] @ [0.0, -1.0, 0.0]
+    skew = coupler.T @ tip - (coupler.T @ tip).T
+    turned = 0.5 * coupler @ [skew[2, 1], skew[0, 2], skew[1, 0]] @ axis
+    assert np.arcsin(turned) == pytest.approx(at["last"], abs=1e-9)
+    assert abs(turned) > 0.01
+
+
 def flat_parallelogram(folder: Path) -> Path:
     """All links on one line at zero, where a parallelogram may fold over into an antiparallelogram."""
     joints = (

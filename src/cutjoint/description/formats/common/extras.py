@@ -35,10 +35,12 @@ class Reading:
     Attributes:
         description: None where nothing useful was left.  It is not checked yet; `cutjoint.description.check` does that.
         problems: errors and warnings of the syntax, the numbers and the names of elements and keys.
+        closing: joints of the file that a reader turned into cuts, by name, with the limits that no cut has.
     """
 
     description: RobotDescription | None
     problems: tuple[Problem, ...] = ()
+    closing: Mapping[str, Joint] = field(default_factory=dict)
 
     __repr__ = line("description", "problems")
 
