@@ -175,7 +175,9 @@ def test_what_cannot_be_is_told_before_anything_is_written(template: str, sizes:
     assert told in str(error.value)
 
 
-@pytest.mark.parametrize("name", ["", "a b", "1arm", "../arm", "arm.urdf", "Arm<", "é", "a" * 64, "-arm", "arm\n"])
+@pytest.mark.parametrize(
+    "name", ["", "a b", "1arm", "../arm", "arm.urdf", "Arm<", "é", "a" * 64, "-arm", "arm\n", "con", "NUL", "Com1"]
+)
 def test_names_that_no_robot_can_have(name: str) -> None:
     with pytest.raises(InputError, match="cannot be the name"):
         draft(name)
