@@ -46,7 +46,7 @@ class Reading:
 
 
 @dataclass(frozen=True, eq=False)
-class Closing:
+class ToldCut:
     """A cut that the tree's own file tells, unless another cut joins the same links.
 
     `odd` is what is warned of where it is taken: what was found, what was expected, how to mend it.
@@ -61,7 +61,7 @@ class OpenTree:
     """Links and joints as a reader gathers them, and the actuators where the tree's own file names some.
 
     `cuts` are those of the tree's own file; `closings` too, but only between links that no other cut joins: what is
-    odd about one is a warning (`Closing.odd`) only where it is taken.
+    odd about one is a warning (`ToldCut.odd`) only where it is taken.
     """
 
     name: str
@@ -70,7 +70,7 @@ class OpenTree:
     couplings: list[Coupling] = field(default_factory=list)
     actuators: tuple[str, ...] = ()
     cuts: list[CutJoint] = field(default_factory=list)
-    closings: list[Closing] = field(default_factory=list)
+    closings: list[ToldCut] = field(default_factory=list)
 
     def closed_by(self, cuts: Sequence[CutJoint], findings: Findings) -> tuple[CutJoint, ...]:
         """All cuts of the robot: `cuts`, and those of the tree's own file."""

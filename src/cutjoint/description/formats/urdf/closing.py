@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.extras import Closing, OpenTree
+from cutjoint.description.formats.common.extras import OpenTree, ToldCut
 from cutjoint.description.model import CutJoint, CutType, Frame, Link
 
 _FRAME = re.compile(r"(closing_.+)_([12])")
@@ -19,7 +19,7 @@ LIGHTEST = 1e-6
 """kg.  The program gives frames 0 or 1e-9; what weighs more is a body."""
 
 
-def closings(tree: OpenTree, findings: Findings) -> list[Closing]:
+def closings(tree: OpenTree, findings: Findings) -> list[ToldCut]:
     """The cuts between pairs of closing frames."""
     held = {joint.child for joint in tree.joints if not joint.type.moves}
     frames = {link.name: link for link in tree.links if link.name in held and _is_frame(link)}
@@ -34,7 +34,7 @@ def closings(tree: OpenTree, findings: Findings) -> list[Closing]:
             found = f"closing frame '{name}' without '{other}': which loop does it close?"
             findings.doubt(found, "a pair of frames, on fixed joints", "add the other, or rename this link", link.place)
         elif end == "1":
-            cuts.append(_closing(mate, frames))
+            cuts.append(_told(mate, frames))
     return cuts
 
 
@@ -42,7 +42,7 @@ def _is_frame(link: Link) -> bool:
     return link.name.startswith("closing_") and (link.inertial is None or link.inertial.mass <= LIGHTEST)
 
 
-def _closing(mate: str, frames: dict[str, Link]) -> Closing:
+def _told(mate: str, frames: dict[str, Link]) -> ToldCut:
     hinge = f"{mate}_1_z" in frames and f"{mate}_2_z" in frames
     kind = CutType.REVOLUTE if hinge else CutType.SPHERICAL
     odd = (
@@ -51,4 +51,4 @@ def _closing(mate: str, frames: dict[str, Link]) -> Closing:
         "give another type between these two links in the cuts of a loops.toml",
     )
     cut = CutJoint(mate, kind, Frame(f"{mate}_1"), Frame(f"{mate}_2"), frames[f"{mate}_1"].place)
-    return Closing(cut, None if hinge else odd)
+    return ToldCut(cut, None if hinge else odd)
