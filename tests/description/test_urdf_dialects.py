@@ -430,7 +430,7 @@ def test_xacro_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(expanded, "is_installed", lambda name: False)
     (tmp_path / "r.xacro").write_text(XACRO, encoding="utf-8")
     problems = read_checked(tmp_path / "r.xacro").problems
-    assert "pip install xacro" in problems[0].mend
+    assert "pip install 'cutjoint[formats]'" in problems[0].mend
     assert "<xacro:property>" in problems[0].found
 
 
