@@ -12,6 +12,7 @@ from kit.quickly import few
 
 from cutjoint.arrays import readonly
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.findings import kinematic_problems
 from cutjoint.chain.rank import dependent_rows, null_space, rank_of
 from cutjoint.description import catalogue
 from cutjoint.description.model import (
@@ -159,6 +160,48 @@ def test_idle_joints_do_not_move_the_tool(kit: Any) -> None:
     assert report.idle_mobility == 1
     at = chain.close([1.3])
     assert at.q_full[-1] == pytest.approx(0.1 * np.cos(1.3) + np.sqrt(0.3**2 - (0.1 * np.sin(1.3)) ** 2), abs=1e-12)
+
+
+def test_motors_that_the_loops_hold_are_not_called_redundant(kit: Any) -> None:
+    """A triangle of hinges beside a rod that spins between two balls: nothing but the spin moves."""
+
+    def at(link: str, x: float, y: float) -> Frame:
+        return Frame(link, placement((x, y, 0.0)))
+
+    robot = RobotDescription(
+        "held",
+        (Link("base"), *(Link(name, kit.body(0.3)) for name in ("a", "b", "rod"))),
+        (
+            Joint("motor", JointType.REVOLUTE, "base", "a", axis=readonly([0.0, 0.0, 1.0])),
+            Joint("knee", JointType.REVOLUTE, "a", "b", placement((0.3, 0.0, 0.0)), axis=readonly([0.0, 0.0, 1.0])),
+            Joint("ball", JointType.SPHERICAL, "base", "rod", placement((0.0, 1.0, 0.0))),
+        ),
+        (
+            CutJoint(
+                "foot",
+                CutType.REVOLUTE,
+                Frame("b", placement((0.3, 0.0, 0.0))),
+                Frame("base", placement((0.4, 0.0, 0.0))),
+            ),
+            CutJoint(
+                "end",
+                CutType.SPHERICAL,
+                Frame("rod", placement((0.2, 0.0, 0.0))),
+                Frame("base", placement((0.2, 1.0, 0.0))),
+            ),
+        ),
+        actuators=("motor",),
+        homes=(Home("default", {"motor": float(np.arccos(2 / 3))}, {"knee": -1.68}),),
+    )
+    problems, chain = kinematic_problems(robot)
+    assert chain is not None
+    report = chain.mobility()
+    assert (report.mobility, report.idle_mobility, report.idle, report.determined) == (1, 1, ("ball",), False)
+    assert "they cannot move: the loops hold them" in str(report)
+    assert "redundant actuation" not in str(report)
+    assert "the tool stays" not in str(report)
+    assert [one for one in problems if "the actuators cannot move" in one.found]
+    assert not [one for one in problems if "depend on each other" in one.found]
 
 
 def test_rank_and_null_space() -> None:

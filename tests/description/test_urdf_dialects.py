@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cutjoint.chain import ClosedChain
-from cutjoint.description import CutType, JointType, load_description, read_checked
+from cutjoint.description import CutType, JointType, check, load_description, read_checked
 from cutjoint.description.formats.urdf import expanded
 from cutjoint.errors import Problem
 
@@ -241,9 +241,11 @@ def test_a_loops_toml_keeps_the_loops_of_its_urdf(read: Read, tmp_path: Path) ->
     (tmp_path / "loops.toml").write_text('schema = 1\nurdf = "robot.urdf"\nactuators = ["oa"]\n', encoding="utf-8")
     robot = load_description(tmp_path)
     assert [cut.name for cut in robot.cuts] == ["t", "closing_t"]
+    assert [one for one in check(tmp_path) if "'closing_t_1' and 'closing_t_2' are held together" in one.found]
     with (tmp_path / "loops.toml").open("a", encoding="utf-8") as file:
         file.write('[[cut]]\nname = "own"\ntype = "fixed"\nframes = ["closing_t_2", "closing_t_1"]\n')
     assert [cut.name for cut in load_description(tmp_path).cuts] == ["own", "t"]
+    assert not [one for one in check(tmp_path) if "held together" in one.found]
 
 
 # -- Drake -----------------------------------------------------------------------------------------------

@@ -15,7 +15,9 @@ from kit.shipped import DETERMINED, OTHERS
 from kit.uncut import ENDS, at_zero, random, uncut, written
 
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.findings import kinematic_problems, usual_mobility
 from cutjoint.description import check, load_description, write
+from cutjoint.description.model import Home
 from cutjoint.drafting.cutting.proposing import propose
 from cutjoint.drafting.cutting.respan import instead_of
 from cutjoint.drafting.folder import write_description
@@ -52,10 +54,13 @@ def test_cuts_are_found_where_frames_lie_in_one_place(name: str, tmp_path: Path)
     robot = at_zero(chain)
     alone = all(one.type.urdf for one in robot.joints)
     found = propose(written(uncut(robot, ("_x", "_y")), tmp_path / "b", tree_alone=alone))
-    was, now = ClosedChain(robot).mobility(), found.report
+    cut_before = ClosedChain(robot)
+    was, now = cut_before.mobility(), found.report
+    usual = usual_mobility(cut_before)  # less than at home where that is flat; what is proposed is not
     assert sorted(cut.type for cut in found.cuts) == sorted(cut.type.value for cut in robot.cuts)
     assert max(cut.distance for cut in found.cuts) < 1e-9
-    assert (now.mobility, len(now.redundant_rows)) == (was.mobility, len(was.redundant_rows))
+    assert (now.mobility, len(now.redundant_rows)) == (usual, was.rows - was.velocities + usual)
+    assert any("singular at zero" in one for one in found.told) is (usual < was.mobility)
     assert found.chose_motors is alone
     if name != "floating_fourbar":  # nothing drives what flies
         assert not [one for one in found.told if alone and "locked" in one]  # the actuators that were chosen move it
@@ -202,6 +207,77 @@ def test_frames_that_are_held_together_already_are_told(tmp_path: Path) -> None:
     found = propose(file)
     assert found.robot is None
     assert len([one for one in found.told if "holds nothing that is not held already" in one]) >= 1
+
+
+def in_sdf(folder: Path) -> Path:
+    """The same in SDF, in links that are turned against each other and the joints."""
+
+    def joint(name: str, parent: str, child: str, more: str = "") -> str:
+        return (
+            f'<joint name="{name}" type="revolute"><parent>{parent}</parent><child>{child}</child>'
+            f"<axis><xyz>0 -1 0</xyz>{more}</axis></joint>"
+        )
+
+    body = "<inertial><mass>1</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial>"
+    places = {"crank_link": "0 0 0", "rocker_link": "0.3 0 0", "coupler_link": "0 0 0.1", "tip": "0.3 0 0.2"}
+    links = "".join(f'<link name="{name}"><pose>{at} 0 0 0.3</pose>{body}</link>' for name, at in places.items())
+    limits = "<limit><lower>-0.7</lower><upper>1.3</upper></limit><dynamics><damping>0.4</damping></dynamics>"
+    file = folder / "it.sdf"
+    file.write_text(
+        f'<sdf version="1.8"><model name="it">{links}{joint("crank", "world", "crank_link")}'
+        f"{joint('rocker', 'world', 'rocker_link')}{joint('coupler', 'crank_link', 'coupler_link')}"
+        f'<joint name="weld" type="fixed"><parent>rocker_link</parent><child>tip</child></joint>'
+        f"{joint('last', 'coupler_link', 'tip', limits)}</model></sdf>"
+    )
+    return file
+
+
+def test_limits_of_an_sdf_come_back_too(tmp_path: Path) -> None:
+    found = propose(in_sdf(tmp_path))
+    assert [cut.name for cut in found.cuts] == ["last"]
+    assert [one for one in found.told if one.startswith("'last' has limits, which a cut cannot have: --cut coupler")]
+    again = propose(in_sdf(tmp_path), ["coupler"])
+    last = again.robot.joint("last")
+    assert (last.limits.lower, last.limits.upper, last.physics.damping) == (-0.7, 1.3, 0.4)
+    assert not [one for one in again.told if "'last'" in one]
+    # the same way round: limits are of the same angle, which is that of the tip against the coupler
+    chain = ClosedChain(again.robot)
+    at = chain.close([chain.home.q[0] + 0.2])
+    tip, coupler = (chain.link_placements(at)[name][:3, :3] for name in ("tip", "coupler_link"))
+    axis = chain.link_placements(at)["coupler_link"][:3, :3] @ [0.0, -1.0, 0.0]
+    skew = coupler.T @ tip - (coupler.T @ tip).T
+    turned = 0.5 * coupler @ [skew[2, 1], skew[0, 2], skew[1, 0]] @ axis
+    assert np.arcsin(turned) == pytest.approx(at["last"], abs=1e-9)
+    assert abs(turned) > 0.01
+
+
+def flat_parallelogram(folder: Path) -> Path:
+    """All links on one line at zero, where a parallelogram may fold over into an antiparallelogram."""
+    joints = (
+        ("crank", "continuous", "base", "crank_link", "0 0 0", ""),
+        ("rocker", "continuous", "base", "rocker_link", "0.3 0 0", ""),
+        ("coupler", "continuous", "crank_link", "coupler_link", "0.1 0 0", ""),
+        ("at_tip", "fixed", "rocker_link", "tip_loop_a", "0.1 0 0", ""),
+        ("at_far", "fixed", "coupler_link", "tip_loop_b", "0.3 0 0", ""),
+    )
+    links = "".join(LINK.format(name) for name in ("base", "crank_link", "rocker_link", "coupler_link"))
+    frames = '<link name="tip_loop_a"/><link name="tip_loop_b"/>'
+    file = folder / "flat.urdf"
+    file.write_text(f'<robot name="flat">{links}{frames}{"".join(JOINT.format(*one) for one in joints)}</robot>')
+    return file
+
+
+def test_home_is_not_where_the_loops_are_singular(tmp_path: Path) -> None:
+    found = propose(flat_parallelogram(tmp_path))
+    assert [one for one in found.told if "allow 2 independent motions there, 1 around it" in one]
+    assert (found.report.mobility, found.robot.actuators) == (1, ("crank",))
+    assert found.report.determined
+    assert found.report.type2 > 0.01
+    assert not kinematic_problems(found.robot)[0]
+    at_zero = replace(found.robot, homes=(Home("default", {"crank": 0.0}, {}),))
+    assert [
+        one for one in kinematic_problems(at_zero)[0] if one.found.startswith("home is singular: the loops allow 2")
+    ]
 
 
 def test_a_robot_without_loops_has_nothing_to_close(tmp_path: Path) -> None:

@@ -96,7 +96,7 @@ def test_masses_are_those_of_the_solids() -> None:
 
 def test_inertias_are_those_of_points_in_the_solids() -> None:
     rng = np.random.default_rng(8)
-    count, turn = 400_000, (0.3, -0.8, 1.1)
+    count, turn = 60_000, (0.3, -0.8, 1.1)
     solids = (
         box((0.1, 0.2, 0.3), "grey", (0.3, -0.1, 0.2), turn),
         Solid("cylinder", (0.1, 0.4), "grey", (-0.2, 0.1, 0.0), turn),
@@ -155,6 +155,11 @@ def test_a_crank_that_cannot_go_round_has_limits_inside_which_it_closes(tmp_path
         ("delta", {"base": 2.0}, "the rod is 0.4 m long"),
         ("stewart", {"stroke": 0.6}, "cannot be built"),
         ("stewart", {"base": 5.0}, "stand too flat"),
+        (
+            "stewart",
+            {"base": 0.0015, "platform": 0.0045, "height": 10.0, "stroke": 1.0},
+            "singular at home: with its motors locked",
+        ),
         ("fourbar", {"crank": -0.1}, "from 0.001 to 100 m, found -0.1"),
         ("fourbar", {"crank": 0.0}, "found 0"),
         ("fourbar", {"crank": float("nan")}, "found nan"),
@@ -168,6 +173,12 @@ def test_what_cannot_be_is_told_before_anything_is_written(template: str, sizes:
     with pytest.raises(CutjointError) as error:
         draft("robot", template, sizes)
     assert told in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["con", "NUL", "Com1"])
+def test_names_of_devices_are_no_folder_everywhere(name: str) -> None:
+    with pytest.raises(InputError, match="Windows has a device"):
+        draft(name)
 
 
 @pytest.mark.parametrize("name", ["", "a b", "1arm", "../arm", "arm.urdf", "Arm<", "é", "a" * 64, "-arm", "arm\n"])

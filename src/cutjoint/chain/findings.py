@@ -11,12 +11,15 @@ from collections.abc import Iterator
 from functools import partial
 from typing import Literal
 
+import numpy as np
+
+from cutjoint import tolerances
 from cutjoint.chain.closed_chain import ClosedChain
 from cutjoint.chain.dynamics import massless_motions
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.mobility_report import MobilityReport
-from cutjoint.chain.rank import null_space, rank_of
-from cutjoint.description.model import Place, RobotDescription
+from cutjoint.chain.rank import null_space
+from cutjoint.description.model import CutJoint, Place, RobotDescription
 from cutjoint.errors import ClosureError, InputError, Problem, RoundingWarning
 
 NEAR_SINGULAR = 1e-2
@@ -39,7 +42,17 @@ def kinematic_problems(description: RobotDescription) -> tuple[tuple[Problem, ..
             line=place.line if place else None,
         )
         return (problem,), None
-    return tuple(_problems(chain, chain.mobility())), chain
+    return chain_problems(chain, chain.mobility()), chain
+
+
+def chain_problems(chain: ClosedChain, report: MobilityReport) -> tuple[Problem, ...]:
+    """Problems of a closed chain, whose mobility at home is `report`."""
+    return tuple(_problems(chain, report))
+
+
+def usual_mobility(chain: ClosedChain) -> int:
+    """The mobility at nearly every posture around home: less than at home where home is singular."""
+    return int(chain.model.nv) - chain._mobility.structure.rank
 
 
 def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
@@ -61,14 +74,20 @@ def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
             expected="lengths with which all rows can be closed",
             mend="export the frames with more digits",
         )
-    for index, cut in enumerate(description.cuts):
-        if _adds_nothing(chain, index):
-            yield warning(
-                found=f"cut '{cut.name}' adds nothing: the tree and the other cuts already hold its frames together",
-                mend="leave it out, or check that it joins the frames that you mean",
-                file=cut.place.file or file,
-                line=cut.place.line,
-            )
+    for cut in _idle_cuts(chain):
+        yield warning(
+            found=f"cut '{cut.name}' adds nothing: the tree and the other cuts already hold its frames together",
+            mend="leave it out, or check that it joins the frames that you mean",
+            file=cut.place.file or file,
+            line=cut.place.line,
+        )
+    usual = usual_mobility(chain)
+    if usual < report.mobility:
+        yield warning(
+            found=f"home is singular: the loops allow {report.mobility} independent motions there, {usual} around it",
+            expected=f"a home posture where the mobility is {usual}, and that many actuators",
+            mend="choose a home posture away from it, where links are not in line or folded onto each other",
+        )
     if report.mobility and report.actuators:
         yield from _actuation(report, file)
     if report.type2 < NEAR_SINGULAR:
@@ -113,17 +132,25 @@ def _actuation(report: MobilityReport, file: str) -> Iterator[Problem]:
             mend="name further actuators, or add the cut that is missing; full coordinates work all the same",
         )
     surplus = report.actuators - needed
-    if surplus > 0 and not moving:
+    if not needed:
+        yield warning(
+            found=f"the actuators cannot move, the loops hold them; what moves is idle: {', '.join(report.idle)}",
+            mend="a cut locks too much, or name other joints as actuators",
+        )
+    elif surplus > 0 and not moving:
         yield warning(
             found=f"the actuators depend on each other: {report.actuators} of them for a mobility of {needed}",
             mend="that is redundant actuation if it is meant; efforts are then not unique",
         )
 
 
-def _adds_nothing(chain: ClosedChain, index: int) -> bool:
-    """Whether the rank at home is the same without one cut."""
-    k, cuts = chain._k, chain.description.cuts
-    start = sum(cut.type.rows for cut in cuts[:index])
-    own = (k.closure.trusted >= start) & (k.closure.trusted < start + cuts[index].type.rows)
-    matrix = chain._postures.at_home.scaled
-    return rank_of(matrix[~own]) == rank_of(matrix)
+def _idle_cuts(chain: ClosedChain) -> Iterator[CutJoint]:
+    """The cuts without any of which the rank at home is the same: all their rows depend on other rows."""
+    k, start = chain._k, 0
+    dependences = null_space(chain._postures.at_home.scaled.T)
+    for cut in chain.description.cuts:
+        own = (k.closure.trusted >= start) & (k.closure.trusted < start + cut.type.rows)
+        start += cut.type.rows
+        sizes = np.linalg.svd(dependences[own], compute_uv=False)
+        if len(sizes) == own.sum() and sizes.min(initial=1.0) > tolerances.RANK.value:
+            yield cut

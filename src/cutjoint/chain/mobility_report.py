@@ -70,7 +70,7 @@ class MobilityReport:
             ("mobility", Cell(str(self.mobility), "bold"), ""),
         ]
         if self.idle:
-            still = Cell(f"{', '.join(self.idle)}: the tool stays", "dim")
+            still = Cell(f"{', '.join(self.idle)}: moves no actuator and no tool", "dim")
             rows.append(("of it idle", str(self.idle_mobility), still))
         rows.append(("actuators", str(self.actuators), Cell(self._verdict(), state)))
         if isfinite(self.type2):
@@ -88,5 +88,10 @@ class MobilityReport:
         moving = [joint for joint in self.free if joint not in self.idle]
         if moving:
             return f"locked, these still move: {', '.join(moving)}"
-        surplus = self.actuators - self.mobility + self.idle_mobility
-        return f"{surplus} more than the mobility (redundant actuation)"
+        needed = self.mobility - self.idle_mobility
+        if not needed:
+            return "they cannot move: the loops hold them"
+        if self.actuators <= needed:
+            return "they do not determine the motion here: the posture is singular"
+        beside = " without what is idle" if self.idle_mobility else ""
+        return f"{self.actuators - needed} more than the mobility{beside} (redundant actuation)"

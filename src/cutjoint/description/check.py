@@ -68,7 +68,7 @@ def read_checked(source: str | os.PathLike[str], lenient: bool = False) -> Readi
     ordered = _sorted(problems)
     failed = reading.description is None or any(one.severity == "error" for one in ordered)
     description = None if failed or reading.description is None else without_impossible_shapes(reading.description)
-    return Reading(description, ordered)
+    return Reading(description, ordered, reading.closing)
 
 
 @door

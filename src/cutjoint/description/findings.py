@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Literal, Self
 
-from cutjoint.description.model import Place
+from cutjoint.description.model import Joint, Place
 from cutjoint.errors import DescriptionError, Problem, shown
 
 MOST = 300
@@ -48,11 +48,15 @@ class Problems(list[Problem]):
 
 
 class Findings:
-    """The problems found so far.  `file` stands for those that know no better place."""
+    """The problems found so far.  `file` stands for those that know no better place.
+
+    `closing` holds joints of a graph that became cuts, by name, with the limits and physics that no cut has.
+    """
 
     def __init__(self, file: str = "") -> None:
         self.file = file
         self.problems = Problems()
+        self.closing: dict[str, Joint] = {}
 
     def error(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
         """Note an error at a place (or at a line of `file`)."""
@@ -103,6 +107,7 @@ class Harmless(Findings):
     def __init__(self, findings: Findings) -> None:
         super().__init__(findings.file)
         self.problems = findings.problems
+        self.closing = findings.closing
 
     def error(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
         """Note a doubt."""

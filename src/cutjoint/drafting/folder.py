@@ -31,6 +31,8 @@ ALUMINIUM = 2700.0
 """kg/m3, the density of the solids where none is given."""
 LIGHTEST, HEAVIEST = 1.0, 25000.0
 """Densities that solids may have [kg/m3]."""
+_DEVICE = re.compile(r"con|prn|aux|nul|com[0-9]|lpt[0-9]", re.IGNORECASE)
+"""What no folder of Windows can be called."""
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,62}")
 
 
@@ -101,6 +103,8 @@ def check_name(name: str) -> None:
             f"'{shown(name)}' cannot be the name of a robot: expected letters, digits, _ and -, a letter first, at "
             "most 63 of them (another place for the folder: -o FOLDER)"
         )
+    if _DEVICE.fullmatch(name):
+        raise InputError(f"'{name}' cannot be the name of a robot: Windows has a device of that name; choose another")
     if name in catalogue.names():
         raise InputError(
             f"'{name}' is a robot that ships with cutjoint, and commands would take that one; choose another name, "
@@ -191,7 +195,10 @@ def _tried(template: str, files: Mapping[str, str], mobility: int) -> tuple[Mobi
     from cutjoint.description import read_checked
 
     with tempfile.TemporaryDirectory() as folder:
-        write_files({Path(folder, name): text.encode() for name, text in files.items()}, private=True)
+        try:
+            write_files({Path(folder, name): text.encode() for name, text in files.items()}, private=True)
+        except OSError as error:
+            raise InputError(f"cannot try the robot in {folder}: {error.strerror or error}") from error
         reading = read_checked(Path(folder))
         problems, chain = list(reading.problems), None
         if reading.description is not None:
@@ -205,6 +212,11 @@ def _tried(template: str, files: Mapping[str, str], mobility: int) -> tuple[Mobi
         raise InputError(
             f"template {template} with these sizes can move in {report.mobility} ways rather than {mobility}: its home "
             "is singular; take other sizes"
+        )
+    if not report.determined:
+        raise InputError(
+            f"template {template} with these sizes is singular at home: with its motors locked it would still move; "
+            "take sizes that differ less from each other"
         )
     told = [one.found for one in problems]
     if report.type1 < NEAR_SINGULAR:

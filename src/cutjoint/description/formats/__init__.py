@@ -135,7 +135,7 @@ def read(path: Path) -> Reading:
             findings.problems[:] = dict.fromkeys((*findings.problems, *error.problems))
         except RecursionError:
             findings.error("parts that lead on to each other without end", "some hundred levels at most")
-    return Reading(description, tuple(findings.problems))
+    return Reading(description, tuple(findings.problems), findings.closing)
 
 
 def write(description: RobotDescription, path: str | os.PathLike[str], to: str = "loops") -> tuple[Path, ...]:

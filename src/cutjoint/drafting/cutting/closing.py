@@ -10,6 +10,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.findings import usual_mobility
 from cutjoint.chain.rank import null_space, rank_of
 from cutjoint.description.model import CutJoint, Home, RobotDescription
 from cutjoint.drafting.cutting.tree import Tree
@@ -18,6 +19,10 @@ from cutjoint.errors import ClosureError, RoundingWarning
 STARTS = 40
 """Random configurations from which closing is tried where it fails from the robot's own home."""
 
+BESIDE = 8
+"""Random postures beside a singular one from which closing is tried."""
+ASIDE = 0.5
+"""How far they are from it at most, in radians or lengths of the robot."""
 NOTHING = 1e-9
 """Size of a row of the loops beside the largest below which it holds nothing."""
 DECIMALS = 12
@@ -41,6 +46,22 @@ def closed(robot: RobotDescription, near: ClosedChain | None = None) -> ClosedCh
     while chain is None and not robot.homes and start < STARTS:
         chain, start = _built(replace(robot, homes=(_anywhere(robot, random),))), start + 1
     return chain
+
+
+def beside(chain: ClosedChain) -> Home | None:
+    """A home beside that of a chain where that is singular; None where it is not, or where none is found."""
+    usual, robot, random = usual_mobility(chain), chain.description, np.random.default_rng(0)
+    if not 0 < usual < chain.mobility().mobility:
+        return None
+    start = home_of(chain)
+    for _ in range(BESIDE):
+        other = _built(replace(robot, actuators=(), homes=(_aside(start, robot, chain.length, random),)))
+        if other is not None and other.mobility().mobility == usual:
+            found = home_of(other).passive
+            actuated = {name: value for name, value in found.items() if name in robot.actuators}
+            passive = {name: value for name, value in found.items() if name not in actuated}
+            return Home(start.name, {name: float(np.asarray(value)) for name, value in actuated.items()}, passive)
+    return None
 
 
 def home_of(chain: ClosedChain, name: str | None = None) -> Home:
@@ -93,6 +114,19 @@ def _built(robot: RobotDescription) -> ClosedChain | None:
             return ClosedChain(robot)
     except ClosureError:
         return None
+
+
+def _aside(home: Home, robot: RobotDescription, length: float, random: np.random.Generator) -> Home:
+    """A home moved at random, within the limits of the joints."""
+    values: dict[str, float | tuple[float, ...]] = {**home.actuated, **home.passive}
+    for joint in robot.joints:
+        value = values.get(joint.name)
+        if joint.type.single and isinstance(value, float):
+            moved = value + ASIDE * random.uniform(-1.0, 1.0) * (length if joint.type.slides else 1.0)
+            low, high = joint.limits.lower, joint.limits.upper
+            moved = moved if low is None else max(moved, low)
+            values[joint.name] = float(moved if high is None else min(moved, high))
+    return Home(home.name, {}, values)
 
 
 def _anywhere(robot: RobotDescription, random: np.random.Generator) -> Home:

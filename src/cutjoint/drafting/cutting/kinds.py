@@ -18,6 +18,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.findings import usual_mobility
 from cutjoint.description.model import CutJoint, CutType, Frame, RobotDescription
 from cutjoint.description.transforms import frame_along, from_rotation
 from cutjoint.drafting.cutting.closing import closed, with_cuts
@@ -35,7 +36,7 @@ class TypeChoice:
     Attributes:
         type: of the cut.
         closes: whether the loops close with it.
-        mobility, redundant: of the whole robot then; -1 where it does not close.
+        mobility, redundant: of the whole robot then, at nearly every posture around home; -1 where it does not close.
     """
 
     type: str
@@ -109,8 +110,8 @@ def _choice(robot: RobotDescription, cut: CutJoint, near: ClosedChain) -> TypeCh
     chain = closed(with_cut(robot, cut), near)
     if chain is None:
         return TypeChoice(cut.type.value, False, -1, -1)
-    report = chain.mobility()
-    return TypeChoice(cut.type.value, True, report.mobility, len(report.redundant_rows))
+    usual, report = usual_mobility(chain), chain.mobility()
+    return TypeChoice(cut.type.value, True, usual, report.rows - report.velocities + usual)
 
 
 def _shared_axis(pair: Pair, placed: Mapping[str, Array]) -> Array | None:

@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.findings import kinematic_problems
+from cutjoint.chain.findings import chain_problems, usual_mobility
 from cutjoint.description.check import check_description
 from cutjoint.description.model import Frame, Joint, RobotDescription
-from cutjoint.drafting.cutting.closing import closed, home_of, motors_of, with_cuts
+from cutjoint.drafting.cutting.closing import beside, closed, home_of, motors_of, with_cuts
 from cutjoint.drafting.cutting.kinds import TypeChoice, choices_of, loose_cut, sliding_cut, with_cut
 from cutjoint.drafting.cutting.pairs import BY_NAME, BY_PLACE, Pair, between, pairs_of
 from cutjoint.drafting.cutting.proposal import Proposal, Proposed
@@ -71,11 +71,12 @@ def propose(
     wrong = [sentence(one) for one in check_description(robot) if one.severity == "error" and not one.tolerable]
     if wrong:
         raise InputError(f"cut so, {robot.name} is no robot that can be computed with: {'; '.join(wrong)}")
-    problems, at_home = kinematic_problems(robot)
-    chain = at_home or _closed(robot)
+    chain = chain if robot is chain.description else _closed(robot)
+    report = chain.mobility()
+    problems = chain_problems(chain, report)
     told += [*more, *_limits_lost(robot, file.originals), *map(sentence, problems)]
     cuts = _proposed(robot, given, found)
-    return Proposal(robot, cuts, chain.mobility(), tuple(dict.fromkeys(told)), _ends(tree), chose)
+    return Proposal(robot, cuts, report, tuple(dict.fromkeys(told)), _ends(tree), chose)
 
 
 def _with_pairs(
@@ -87,9 +88,9 @@ def _with_pairs(
     for pair in pairs:
         ways = (loose_cut(pair), sliding_cut(pair)) if pair.why == BY_NAME else (loose_cut(pair),)
         before = closed(robot) if pair.why == BY_PLACE else None
-        most = before.mobility().mobility if before is not None else np.inf
+        most = usual_mobility(before) if before is not None else np.inf
         chains = ((way, closed(with_cuts(robot, [*robot.cuts, way]))) for way in ways)
-        mobile = ((way, chain.mobility().mobility) for way, chain in chains if chain is not None)
+        mobile = ((way, usual_mobility(chain)) for way, chain in chains if chain is not None)
         moves = next(((way, mobility) for way, mobility in mobile if mobility > 0), None)
         if moves is not None and moves[1] < most:
             kept.append(pair)
@@ -107,6 +108,8 @@ def _with_pairs(
     for name in types:
         if name not in [pair.name for pair in kept]:
             raise UnknownNameError("cut at a pair of frames", name, [pair.name for pair in kept])
+    robot, singular = _off_singular(robot)
+    told += singular
     found: list[Found] = []
     for pair in kept:
         chain = _closed(robot)
@@ -115,6 +118,19 @@ def _with_pairs(
         robot = with_cut(replace(chain.description, homes=(home_of(chain), *chain.description.homes[1:])), cuts[wanted])
         found.append((pair, [choices[wanted], *choices[:wanted], *choices[wanted + 1 :]]))
     return robot, found, told
+
+
+def _off_singular(robot: RobotDescription) -> tuple[RobotDescription, list[str]]:
+    """The robot with a home beside zero where that is singular and the file says no home, and what is told of it."""
+    chain = closed(robot) if robot.closing and not robot.homes else None
+    home = None if chain is None else beside(chain)
+    if chain is None or home is None:
+        return robot, []
+    told = (
+        f"the loops are singular at zero: they allow {chain.mobility().mobility} independent motions there, "
+        f"{usual_mobility(chain)} around it; home is a posture beside it, on one of the branches that meet there"
+    )
+    return replace(robot, homes=(home,)), [told]
 
 
 def _wanted(name: str, choices: Sequence[TypeChoice], types: Mapping[str, str]) -> int:

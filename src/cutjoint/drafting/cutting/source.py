@@ -9,11 +9,9 @@ from dataclasses import dataclass, replace
 from cutjoint.description import catalogue, read_checked
 from cutjoint.description.findings import Findings
 from cutjoint.description.formats import format_of
-from cutjoint.description.formats.urdf.joint import read_joint
 from cutjoint.description.formats.urdf.plain import read_robot
 from cutjoint.description.formats.urdf.transmission import driven
 from cutjoint.description.model import CutJoint, CutType, Joint, RobotDescription
-from cutjoint.description.xml import children
 from cutjoint.errors import DescriptionError, Problem
 
 
@@ -24,7 +22,7 @@ class SourceFile:
     Attributes:
         robot: with the cuts whose type the file says; without actuators and tool where it does not say them.
         preferred: joints that the file drives.
-        originals: joints of a URDF by name, with limits that a cut has not.
+        originals: joints that became cuts as the file was read, by name, with limits that a cut has not.
         told: what is odd about the file, a sentence each.
     """
 
@@ -48,14 +46,13 @@ def read_source(source: str | os.PathLike[str], lenient: bool) -> SourceFile:
     robot = _untyped(reading.description)
     told = tuple(sentence(one) for one in reading.problems if "are held together at a point" not in one.found)
     if path.is_dir() or format_of(path).name != "URDF":
-        return SourceFile(robot, robot.actuators, {}, told)
+        return SourceFile(robot, robot.actuators, reading.closing, told)
     root = read_robot(path, Findings(str(path)))
     if root is None:
-        return SourceFile(robot, robot.actuators, {}, told)
-    read = [read_joint(one, Findings(str(path)))[0] for one in children(root, "joint")]
+        return SourceFile(robot, robot.actuators, reading.closing, told)
     if not robot.cuts:
         robot = replace(robot, actuators=(), tool=None)  # those of a chain without loops, taken unsaid
-    return SourceFile(robot, driven(root), {one.name: one for one in read if one is not None}, told)
+    return SourceFile(robot, driven(root), reading.closing, told)
 
 
 def sentence(problem: Problem) -> str:

@@ -35,19 +35,33 @@ class Reading:
     Attributes:
         description: None where nothing useful was left.  It is not checked yet; `cutjoint.description.check` does that.
         problems: errors and warnings of the syntax, the numbers and the names of elements and keys.
+        closing: joints of the file that a reader turned into cuts, by name, with the limits that no cut has.
     """
 
     description: RobotDescription | None
     problems: tuple[Problem, ...] = ()
+    closing: Mapping[str, Joint] = field(default_factory=dict)
 
     __repr__ = line("description", "problems")
+
+
+@dataclass(frozen=True, eq=False)
+class ToldCut:
+    """A cut that the tree's own file tells, unless another cut joins the same links.
+
+    `odd` is what is warned of where it is taken: what was found, what was expected, how to mend it.
+    """
+
+    cut: CutJoint
+    odd: tuple[str, str, str] | None = None
 
 
 @dataclass
 class OpenTree:
     """Links and joints as a reader gathers them, and the actuators where the tree's own file names some.
 
-    `cuts` are those of the tree's own file; `closings` too, but only between links that no other cut joins.
+    `cuts` are those of the tree's own file; `closings` too, but only between links that no other cut joins: what is
+    odd about one is a warning (`ToldCut.odd`) only where it is taken.
     """
 
     name: str
@@ -56,13 +70,17 @@ class OpenTree:
     couplings: list[Coupling] = field(default_factory=list)
     actuators: tuple[str, ...] = ()
     cuts: list[CutJoint] = field(default_factory=list)
-    closings: list[CutJoint] = field(default_factory=list)
+    closings: list[ToldCut] = field(default_factory=list)
 
-    def closed_by(self, cuts: Sequence[CutJoint]) -> tuple[CutJoint, ...]:
+    def closed_by(self, cuts: Sequence[CutJoint], findings: Findings) -> tuple[CutJoint, ...]:
         """All cuts of the robot: `cuts`, and those of the tree's own file."""
         known = [*cuts, *self.cuts]
         joined = [{cut.a.link, cut.b.link} for cut in known]
-        return (*known, *(cut for cut in self.closings if {cut.a.link, cut.b.link} not in joined))
+        taken = [one for one in self.closings if {one.cut.a.link, one.cut.b.link} not in joined]
+        for one in taken:
+            if one.odd is not None:
+                findings.warn(*one.odd, at=one.cut.place)
+        return (*known, *(one.cut for one in taken))
 
 
 EARTH = readonly([0.0, 0.0, -9.81])
@@ -143,7 +161,7 @@ def described(
     actuators that the reader put into the tree, or none.
     """
     extras = extras or Extras()
-    cuts = tree.closed_by(cuts)
+    cuts = tree.closed_by(cuts, findings)
     _check_named("link", extras.links, {link.name for link in tree.links}, findings)
     joints = _changed(tree.joints, extras, findings)
     couplings = (*tree.couplings, *extras.couplings)

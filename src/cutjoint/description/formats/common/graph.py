@@ -155,7 +155,8 @@ def cut_at(edge: Joint, world: dict[str, Array], findings: Findings) -> CutJoint
 def cut_of(edge: Joint, at_parent: Array, at_child: Array, findings: Findings) -> CutJoint | None:
     """A joint that closes a loop, as a cut between its frames (4, 4) in both links; None after noting why not.
 
-    Its placement does not count.  What a cut cannot have is noted: limits, stops, rotors.
+    Its placement does not count.  What a cut cannot have is noted: limits, stops, rotors; the joint is kept in
+    `findings.closing`, for those who close the loop elsewhere.
     """
     if edge.type.cut is None:
         found = f"joint '{edge.name}' of type {edge.type.value} closes a loop"
@@ -171,6 +172,7 @@ def cut_of(edge: Joint, at_parent: Array, at_child: Array, findings: Findings) -
     if edge.limits.bounded:
         found = f"limits of joint '{edge.name}', which closes a loop, are not used"
         findings.warn(found, "limits in the tree", "let another joint of the loop close it", edge.place)
+    findings.closing[edge.name] = edge
     a, b = Frame(edge.parent, turned(at_parent, align)), Frame(edge.child, turned(at_child, align))
     return CutJoint(edge.name, kind, a, b, edge.place, _free_motion(edge, findings))
 

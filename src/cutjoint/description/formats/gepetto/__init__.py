@@ -57,7 +57,7 @@ def read(path: Path, findings: Findings) -> RobotDescription | None:
         name=tree.name,
         links=tuple(tree.links),
         joints=tuple(with_rest(joint, (), findings) for joint in tree.joints),
-        cuts=tree.closed_by(_cuts(tree, keys, findings)),
+        cuts=tree.closed_by(_cuts(tree, keys, findings), findings),
         couplings=tuple(tree.couplings),
         actuators=tuple(entry.text for entry in motors),
         path=path,

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 
 from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.extras import OpenTree
+from cutjoint.description.formats.common.extras import OpenTree, ToldCut
 from cutjoint.description.model import CutJoint, CutType, Frame, Link
 
 _FRAME = re.compile(r"(closing_.+)_([12])")
@@ -19,7 +19,7 @@ LIGHTEST = 1e-6
 """kg.  The program gives frames 0 or 1e-9; what weighs more is a body."""
 
 
-def closings(tree: OpenTree, findings: Findings) -> list[CutJoint]:
+def closings(tree: OpenTree, findings: Findings) -> list[ToldCut]:
     """The cuts between pairs of closing frames."""
     held = {joint.child for joint in tree.joints if not joint.type.moves}
     frames = {link.name: link for link in tree.links if link.name in held and _is_frame(link)}
@@ -34,7 +34,7 @@ def closings(tree: OpenTree, findings: Findings) -> list[CutJoint]:
             found = f"closing frame '{name}' without '{other}': which loop does it close?"
             findings.doubt(found, "a pair of frames, on fixed joints", "add the other, or rename this link", link.place)
         elif end == "1":
-            cuts.append(_cut(mate, frames, findings))
+            cuts.append(_told(mate, frames))
     return cuts
 
 
@@ -42,12 +42,13 @@ def _is_frame(link: Link) -> bool:
     return link.name.startswith("closing_") and (link.inertial is None or link.inertial.mass <= LIGHTEST)
 
 
-def _cut(mate: str, frames: dict[str, Link], findings: Findings) -> CutJoint:
+def _told(mate: str, frames: dict[str, Link]) -> ToldCut:
     hinge = f"{mate}_1_z" in frames and f"{mate}_2_z" in frames
-    place = frames[f"{mate}_1"].place
-    if not hinge:
-        found = f"closing frames '{mate}_1' and '{mate}_2' are held together at a point"
-        expected = "the type of the mate, which the file does not say"
-        findings.warn(found, expected, "give another type between these two links in the cuts of a loops.toml", place)
     kind = CutType.REVOLUTE if hinge else CutType.SPHERICAL
-    return CutJoint(mate, kind, Frame(f"{mate}_1"), Frame(f"{mate}_2"), place)
+    odd = (
+        f"closing frames '{mate}_1' and '{mate}_2' are held together at a point",
+        "the type of the mate, which the file does not say",
+        "give another type between these two links in the cuts of a loops.toml",
+    )
+    cut = CutJoint(mate, kind, Frame(f"{mate}_1"), Frame(f"{mate}_2"), frames[f"{mate}_1"].place)
+    return ToldCut(cut, None if hinge else odd)

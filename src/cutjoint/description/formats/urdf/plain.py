@@ -56,6 +56,7 @@ def read_tree_of(file: Path, findings: Findings) -> OpenTree | None:
     root = read_robot(file, own)
     tree = None if root is None else read_tree(root, file, own)
     findings.problems.extend(own.problems)
+    findings.closing.update(own.closing)
     return tree
 
 
