@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen
 from cutjoint.control.pd import NOTHING
-from cutjoint.doors import door
+from cutjoint.doors import described, door
 from cutjoint.errors import InputError
 from cutjoint.motion import Desired
 from cutjoint.reprs import line
@@ -115,7 +115,11 @@ def efforts_of(name: str, answer: npt.ArrayLike) -> Array:
     Raises:
         InputError: it is none.
     """
+    refusal = f"controller '{name}' must return efforts, one an actuator; it returned {described(answer)}"
     try:
-        return np.asarray(answer, dtype=np.float64)
+        efforts = np.asarray(answer)
+        if answer is None or efforts.dtype.kind not in "biufO":  # texts and complex numbers are no efforts
+            raise InputError(refusal)
+        return efforts.astype(np.float64, copy=False)
     except (TypeError, ValueError) as error:
-        raise InputError(f"controller '{name}' must return efforts, one an actuator; it returned {answer!r}") from error
+        raise InputError(refusal) from error
