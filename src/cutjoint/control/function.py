@@ -15,7 +15,7 @@ from cutjoint.control.given import GivenEfforts, efforts_of
 from cutjoint.control.law import Law
 from cutjoint.control.pd import NOTHING
 from cutjoint.doors import described
-from cutjoint.errors import InputError
+from cutjoint.errors import InputError, shown
 from cutjoint.motion import Desired
 from cutjoint.plugins import guarded
 from cutjoint.reprs import line
@@ -77,7 +77,7 @@ def as_law(given: object) -> Law:
     if hasattr(given, "effort"):
         missing = [name for name in ("name", "gains", "memory", "memory_rate") if not hasattr(given, name)]
         raise InputError(
-            f"{type(given).__name__} has an effort but no {', '.join(missing)} (PD as base class has them); {WANTED}"
+            f"{type(given).__name__} has an effort but no {', '.join(missing)}; {WANTED} (PD as base class has it)"
         )
     if not callable(given):
         raise InputError(f"{described(given)} is no control law: {WANTED}")
@@ -101,13 +101,15 @@ def fitted_law(given: object, n: int, told: str = "") -> Law:
     told = told or f"controller '{law.name}'"
     size = guarded(f"{told}.memory", law.memory, n)
     if isinstance(size, bool) or not isinstance(size, int | np.integer) or size < 0:
-        raise InputError(f"{told}.memory({n}) must give the number of the law's own states, it gave {described(size)}")
+        raise InputError(
+            f"{told}.memory({n}) must give the number of the law's own states, it gave {shown(repr(size))}"
+        )
     gains = guarded(f"{told}.gains", lambda: law.gains)
     try:
         for value in cast(dict[str, object], gains).values():
             np.atleast_2d(np.asarray(value, dtype=np.float64))
     except (AttributeError, TypeError, ValueError) as error:
-        raise InputError(f"{told}.gains must be a dict of names and numbers, it is {described(gains)}") from error
+        raise InputError(f"{told}.gains must be a dict of names and numbers, it is {shown(repr(gains))}") from error
     if not isinstance(law.name, str):
         raise InputError(f"{told}.name must be a text, it is {described(law.name)}")
     return law

@@ -109,7 +109,7 @@ class GivenEfforts:
         return NOTHING
 
 
-def efforts_of(name: str, answer: npt.ArrayLike) -> Array:
+def efforts_of(name: str, answer: object) -> Array:
     """An answer of a law called `name` as an array.
 
     Raises:
