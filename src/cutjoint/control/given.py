@@ -115,11 +115,10 @@ def efforts_of(name: str, answer: object) -> Array:
     Raises:
         InputError: it is none.
     """
-    refusal = f"controller '{name}' must return efforts, one an actuator; it returned {described(answer)}"
     try:
         efforts = np.asarray(answer)
-        if answer is None or efforts.dtype.kind not in "biufO":  # texts and complex numbers are no efforts
-            raise InputError(refusal)
-        return efforts.astype(np.float64, copy=False)
-    except (TypeError, ValueError) as error:
-        raise InputError(refusal) from error
+        if answer is not None and efforts.dtype.kind in "biufO":  # texts and complex numbers are no efforts
+            return efforts.astype(np.float64, copy=False)
+    except (TypeError, ValueError):
+        pass
+    raise InputError(f"controller '{name}' must return efforts, one an actuator; it returned {described(answer)}")
