@@ -32,7 +32,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "arrays": frozenset({"doors", "errors"}),
     "doors": frozenset({"errors"}),
     "extras": frozenset({"errors"}),
-    "tables": frozenset({"texts"}),
+    "tables": frozenset({"reprs", "texts"}),
     "texts": frozenset(),
     "reprs": frozenset({"errors"}),
     "files": frozenset({"errors", "interrupts"}),

@@ -29,6 +29,7 @@ _MENDS: Mapping[tuple[str, str], str] = {
     ("Reference", "str"): "Reference(trajectory, robot) makes one, and cutjoint.motion has the trajectories",
     ("Trajectory", "Reference"): "its .trajectory is one",
     ("Trajectory", "str"): "cutjoint.motion has them: Circle, PointToPoint, Hold, motion_from_file, ...",
+    ("Law", "object"): "cutjoint.control has laws: PD, ComputedTorque, ...; a function (t, desired, q, v) is one too",
     ("Mechanism", "str"): "cutjoint.load(name or path) gives a robot",
     ("Mechanism", "PathLike"): "cutjoint.load(name or path) gives a robot",
     ("Mechanism", "RobotDescription"): "cutjoint.ClosedChain(description) builds the robot",

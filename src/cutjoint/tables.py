@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from html import escape
 
+from cutjoint.reprs import counted, listed, one_line, quoted
 from cutjoint.texts import Cell, Paint, broad, cut, padded, plainly, wrapped
 
 GAP = 3
@@ -48,6 +49,10 @@ class TextTable:
         for row in self.rows:
             if len(row) != len(self.columns):
                 raise ValueError(f"{self.title}: {len(row)} cells under {len(self.columns)} headings")
+
+    def __repr__(self) -> str:
+        headings = [one for one in self.columns if one] or [counted(len(self.columns), "column")]
+        return one_line("TextTable", [quoted(self.title), counted(len(self.rows), "row"), listed(headings)])
 
     def __str__(self) -> str:
         return self.text()

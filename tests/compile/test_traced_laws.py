@@ -156,3 +156,41 @@ def test_a_law_that_cannot_be_traced_says_so_and_runs_between_steps(kit: Any) ->
     plain = run(ReducedPlant(kit.model("fivebar")), bang, reference, rate=1000.0, every=1e-3)
     assert "not_compiled" not in compiled_one.about
     np.testing.assert_allclose(compiled_one.q, plain.q, rtol=0, atol=1e-11)
+
+
+class _Spring:
+    """Called like a function, with a model inside; it sums errors up by itself if it is told to."""
+
+    def __init__(self, model: Any, ki: float) -> None:
+        self.model, self.ki, self.sum, self.last = model, ki, 0.0, 0.0
+
+    def __call__(self, t: float, desired: Any, q: Any, v: Any) -> Any:
+        error = desired.q - q
+        if self.ki:
+            self.sum, self.last = self.sum + error * (t - self.last), t
+        at = self.model.close(q, desired.posture, limits="ignore")
+        return self.model.inverse_dynamics(at, v, desired.a + 900.0 * error - 60.0 * v) + self.ki * self.sum
+
+
+def test_a_called_object_with_a_model_is_traced_but_not_one_that_keeps_something(kit: Any) -> None:
+    robot, model = kit.machine("fivebar"), kit.model("fivebar")
+    reference = Reference(Hold.at_home(model, 0.02), model)
+    many = simulate_many(robot, _Spring(model, 0.0), reference, rate=1000.0, every=1e-3)
+    single = run(
+        ReducedPlant(model), _Spring(model, 0.0), reference, integrator=RungeKutta4(1e-3), rate=1000.0, every=1e-3
+    )
+    np.testing.assert_allclose(many.q[0], single.q, rtol=0, atol=1e-11)
+
+    count = 0
+
+    def decimated(t: float, desired: Any, q: Any, v: Any) -> Any:
+        nonlocal count
+        count += 1
+        return np.zeros(2) if count % 10 else desired.q - q
+
+    noise = np.random.default_rng(1)
+    for law in (_Spring(model, 5.0), decimated, lambda t, desired, q, v: desired.q - q + noise.normal(size=2)):
+        with pytest.raises(InputError, match="keeps something from call to call"):
+            simulate_many(robot, law, reference, rate=1000.0)
+    with pytest.raises(InputError, match="it must return efforts, one an actuator"):
+        simulate_many(robot, lambda t, desired, q, v: ["1", "2"], reference, rate=1000.0)

@@ -6,7 +6,19 @@ from typing import Annotated
 import numpy as np
 import pytest
 
-from cutjoint.control import LAWS, PD, PID, ComputedTorque, Feedforward, Law, NoControl, PDGravity, law
+from cutjoint.control import (
+    LAWS,
+    PD,
+    PID,
+    ComputedTorque,
+    Feedforward,
+    Law,
+    NoControl,
+    PDGravity,
+    efforts_of,
+    fitted_law,
+    law,
+)
 from cutjoint.control.catalogue import LawRow
 from cutjoint.control.law import Gain, GainHelp
 from cutjoint.control.pd import Kd, Kp
@@ -161,3 +173,18 @@ def test_unknown_controller_names_the_nearest():
 def test_gains_that_do_not_fit_are_refused(name, gains, about):
     with pytest.raises(InputError, match=about):
         law(name, CpmModel(), gains)
+
+
+@pytest.mark.parametrize("answer", [None, ["1", "2"], np.zeros(2) + 1j, "strong"])
+def test_efforts_are_numbers(answer: object) -> None:
+    with pytest.raises(InputError, match="controller 'odd' must return efforts, one an actuator"):
+        efforts_of("odd", answer)
+
+
+def test_a_law_that_says_nothing_of_its_memory_is_refused() -> None:
+    class Derived(Law):
+        name = "derived"
+        gains: dict[str, list[list[float]]] = {}  # noqa: RUF012
+
+    with pytest.raises(InputError, match=r"memory\(2\) must give the number of the law's own states, it gave None"):
+        fitted_law(Derived(), 2)

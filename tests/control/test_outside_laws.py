@@ -201,7 +201,7 @@ def test_what_is_no_law_is_refused_when_it_is_made(laws: str, name: str, gains: 
     [
         ("Short", r"asks for efforts of shape \(1,\); the robot has 3 actuators"),
         ("NaN", "asks for an effort that is not finite"),
-        ("Words", r"asks for efforts of shape \(\)"),
+        ("Words", "must return efforts, one an actuator; it returned the text 'strong'"),
         ("BadRate", r"has a memory of shape \(2,\) and its rate is of shape \(0,\)"),
     ],
 )

@@ -237,7 +237,7 @@ def test_a_result_without_a_desired_motion_has_no_such_columns(tmp_path: Path) -
         ({"duration": 0.1, "law": lambda t, d, q, v: 1 / 0}, InputError, r"raised ZeroDivisionError: .*test_free"),
         ({"duration": 0.1, "law": lambda a, b: a}, InputError, r"\(a, b\) is no control law"),
         ({"duration": 0.1, "law": PD}, InputError, "PD is a class"),
-        ({"duration": 0.1, "law": 7}, InputError, "7 is no control law"),
+        ({"duration": 0.1, "law": 7}, InputError, "law of run must be a Law, a function or None, found the number 7"),
         ({"reference": Reference(Hold([0.5, 0.4, 0.3]), MODEL)}, InputError, "needs a law that follows"),
     ],
 )

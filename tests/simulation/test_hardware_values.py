@@ -55,10 +55,10 @@ NOISY = Hardware(Clock(500.0), Encoder(noise=(1e-3, 2e-3)), Tachometer((0.1, 0.3
         (lambda: Encoder([1e-4, -1e-4]), "resolution of the encoder"),
         (lambda: Encoder(noise=-1e-4), "noise of the encoder must be one number >= 0"),
         (lambda: Encoder(noise=np.nan), "noise of the encoder"),
-        (lambda: Encoder(offset="a"), "offset of the encoder"),
+        (lambda: Encoder(offset="a"), "offset of Encoder"),
         (lambda: Encoder(delay=-1.0), "delay of the encoder"),
-        (lambda: Encoder(delay=[1e-3, 2e-3]), "delay of the encoder must be one"),
-        (lambda: Encoder(at="tool"), "at the joint or at the motor"),
+        (lambda: Encoder(delay=[1e-3, 2e-3]), "delay of Encoder must be a number"),
+        (lambda: Encoder(at="tool"), "at of Encoder must be .joint. or .motor."),
         (lambda: Differences(0.0), "cutoff of the filter"),
         (lambda: Tachometer(-1.0), "noise of the tachometer"),
         (lambda: Drive(limits=-5.0), "limits must be one number > 0"),
@@ -166,7 +166,7 @@ def test_a_file_holds_all_of_it(tmp_path: Path) -> None:
         ("[differences]", "[difference]", "unknown key 'difference'"),
         ("resolution = [1e-4, 2e-4]", "resolution = 0", ":8: resolution of the encoder"),
         ("delay = 3e-4", "delay = 3.3e-4", "delay of the encoder of 0.00033 s is not a whole number of ticks"),
-        ('"motor"', '"tool"', ":12: an encoder sits"),
+        ('"motor"', '"tool"', ":12: at of Encoder must be .joint. or .motor."),
         ("cutoff = 80", 'cutoff = "80"', "cutoff of .differences. is '80'"),
         ("stall = 10,", "", ":19: .drive.torque_speed. without 'stall'"),
         ("seed = 7", "seed = 1.5", ":2: a seed is a whole number"),
@@ -263,7 +263,7 @@ def test_parts_of_other_kinds_are_refused() -> None:
         with pytest.raises(InputError, match=f"{next(iter(given))} of hardware must be of"):
             Hardware(**{"clock": clock, **given})  # type: ignore[arg-type]
     for given in ({"torque_speed": 3}, {"backlash": 3}):
-        with pytest.raises(InputError, match=f"{next(iter(given))} of the drive must be of"):
+        with pytest.raises(InputError, match=f"{next(iter(given))} of Drive must be a"):
             Drive(**given)  # type: ignore[arg-type]
     for made in (Encoder, Drive):
         with pytest.raises(InputError, match="must be one number > 0"):

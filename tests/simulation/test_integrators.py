@@ -10,7 +10,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.control import NoControl
 from cutjoint.description import CutJoint, CutType, Frame, Inertial, Joint, JointType, Link, RobotDescription
 from cutjoint.errors import InputError, UnknownNameError
-from cutjoint.motion import Desired
+from cutjoint.motion import Desired, Reference
 from cutjoint.motion.paths import ToolMotion
 from cutjoint.simulation import Adaptive, ConstrainedPlant, DormandPrince, RungeKutta4, State, run
 from cutjoint.simulation.integrators import StepError
@@ -152,7 +152,7 @@ def test_bad_settings_are_refused(make, error):
 # ---- rotations: a spinning body hung from a slider by a ball
 
 
-class Still:
+class Still(Reference):
     """A reference that stands at nought, for robots whose tool nobody leads."""
 
     trajectory = type("Nothing", (), {"name": "none"})()

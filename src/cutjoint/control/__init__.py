@@ -5,9 +5,9 @@ from cutjoint.control.catalogue import LAWS, law
 from cutjoint.control.computed_torque import ComputedTorque
 from cutjoint.control.efforts_file import efforts_from_csv
 from cutjoint.control.feedforward import Feedforward
-from cutjoint.control.function import LawOfFunction, as_law
-from cutjoint.control.given import EffortTable, GivenEfforts
-from cutjoint.control.law import Law
+from cutjoint.control.function import LawOfFunction, as_law, fitted_law
+from cutjoint.control.given import EffortTable, GivenEfforts, efforts_of
+from cutjoint.control.law import Gain, GainHelp, Law
 from cutjoint.control.none import NoControl
 from cutjoint.control.pd import PD
 from cutjoint.control.pd_gravity import PDGravity
@@ -20,6 +20,8 @@ __all__ = [
     "ComputedTorque",
     "EffortTable",
     "Feedforward",
+    "Gain",
+    "GainHelp",
     "GivenEfforts",
     "Law",
     "LawOfFunction",
@@ -27,5 +29,7 @@ __all__ = [
     "PDGravity",
     "as_law",
     "efforts_from_csv",
+    "efforts_of",
+    "fitted_law",
     "law",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from inspect import signature
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +14,10 @@ from cutjoint.arrays import Array, Values
 from cutjoint.control.given import GivenEfforts, efforts_of
 from cutjoint.control.law import Law
 from cutjoint.control.pd import NOTHING
-from cutjoint.errors import InputError
+from cutjoint.doors import described
+from cutjoint.errors import InputError, shown
 from cutjoint.motion import Desired
+from cutjoint.plugins import guarded
 from cutjoint.reprs import line
 
 WANTED = (
@@ -71,8 +74,13 @@ def as_law(given: object) -> Law:
         raise InputError(f"{given.__name__} is a class, expected a law: make one of it")
     if isinstance(given, Law):
         return given
+    if hasattr(given, "effort"):
+        missing = [name for name in ("name", "gains", "memory", "memory_rate") if not hasattr(given, name)]
+        raise InputError(
+            f"{type(given).__name__} has an effort but no {', '.join(missing)}; {WANTED} (PD as base class has it)"
+        )
     if not callable(given):
-        raise InputError(f"{given!r} is no control law: {WANTED}")
+        raise InputError(f"{described(given)} is no control law: {WANTED}")
     for count, make in ((4, LawOfFunction), (1, GivenEfforts)):
         try:
             signature(given).bind(*[None] * count)
@@ -81,3 +89,27 @@ def as_law(given: object) -> Law:
         return make(given)
     name = getattr(given, "__name__", type(given).__name__)
     raise InputError(f"{name}{signature(given)} is no control law: {WANTED}")
+
+
+def fitted_law(given: object, n: int, told: str = "") -> Law:
+    """The same, held to what a law says of itself for n actuators: the number of its states, its gains, its name.
+
+    Raises:
+        InputError: it is no law; it, which is called `told`, says something else, or its gains do not fit.
+    """
+    law = as_law(given)
+    told = told or f"controller '{law.name}'"
+    size = guarded(f"{told}.memory", law.memory, n)
+    if isinstance(size, bool) or not isinstance(size, int | np.integer) or size < 0:
+        raise InputError(
+            f"{told}.memory({n}) must give the number of the law's own states, it gave {shown(repr(size))}"
+        )
+    gains = guarded(f"{told}.gains", lambda: law.gains)
+    try:
+        for value in cast(dict[str, object], gains).values():
+            np.atleast_2d(np.asarray(value, dtype=np.float64))
+    except (AttributeError, TypeError, ValueError) as error:
+        raise InputError(f"{told}.gains must be a dict of names and numbers, it is {shown(repr(gains))}") from error
+    if not isinstance(law.name, str):
+        raise InputError(f"{told}.name must be a text, it is {described(law.name)}")
+    return law

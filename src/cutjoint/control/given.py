@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen
 from cutjoint.control.pd import NOTHING
-from cutjoint.doors import door
+from cutjoint.doors import described, door
 from cutjoint.errors import InputError
 from cutjoint.motion import Desired
 from cutjoint.reprs import line
@@ -109,13 +109,16 @@ class GivenEfforts:
         return NOTHING
 
 
-def efforts_of(name: str, answer: npt.ArrayLike) -> Array:
+def efforts_of(name: str, answer: object) -> Array:
     """An answer of a law called `name` as an array.
 
     Raises:
         InputError: it is none.
     """
     try:
-        return np.asarray(answer, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"controller '{name}' must return efforts, one an actuator; it returned {answer!r}") from error
+        efforts = np.asarray(answer)
+        if answer is not None and efforts.dtype.kind in "biufO":  # texts and complex numbers are no efforts
+            return efforts.astype(np.float64, copy=False)
+    except (TypeError, ValueError):
+        pass
+    raise InputError(f"controller '{name}' must return efforts, one an actuator; it returned {described(answer)}")

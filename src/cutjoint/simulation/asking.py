@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.control import Law
+from cutjoint.control import Law, efforts_of
 from cutjoint.errors import InputError
 from cutjoint.motion import Desired, Reference
 from cutjoint.plugins import guarded
@@ -52,7 +52,7 @@ class Asking:
             InputError: shapes do not fit, or efforts are not finite.
         """
         told = f"controller '{self.law.name}'"
-        asked = np.asarray(guarded(told, self.law.effort, desired, q, v, memory))
+        asked = efforts_of(self.law.name, guarded(told, self.law.effort, desired, q, v, memory))
         if asked.shape != q.shape:
             raise InputError(
                 f"{told} asks for efforts of shape {asked.shape}; the robot has {q.size} "

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import as_vector, positive
 from cutjoint.chain import ClosedChain
-from cutjoint.control import GivenEfforts, Law, NoControl, as_law
+from cutjoint.control import GivenEfforts, Law, NoControl, fitted_law
 from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
@@ -90,7 +90,7 @@ def run(
     """
     plant, not_compiled = plant_of(robot)
     n = plant.mechanism.n
-    control = _law(law, reference)
+    control = _law(law, reference, n)
     span = _span(duration, control, reference)
     spacing = math.inf if every is None else positive("every", every, "s")
     bounds = limits_of(limits, n)
@@ -144,9 +144,9 @@ def run(
         return running.go(progress)
 
 
-def _law(law: Law | Callable[..., npt.ArrayLike] | None, reference: Reference | None) -> Law:
+def _law(law: Law | Callable[..., npt.ArrayLike] | None, reference: Reference | None, n: int) -> Law:
     if law is not None:
-        return as_law(law)
+        return fitted_law(law, n)
     if reference is not None:
         raise InputError("a reference needs a law that follows it; NoControl() lets the robot fall")
     return NoControl()

@@ -15,6 +15,7 @@ from cutjoint.errors import InputError
 from cutjoint.reprs import clipped, told
 from cutjoint.simulation.hardware.parts import Parts
 from cutjoint.simulation.observables import OBSERVABLES
+from cutjoint.tables import TextTable
 
 if TYPE_CHECKING:
     from cutjoint import Plot, RunPage
@@ -128,6 +129,27 @@ class Result(Values):
         what = self.about
         names = ", ".join(clipped(str(what.get(one, usual)), 24) for one, usual in _NAMED)
         return f"Result({names}: {len(self)} samples over {self.time[-1] - self.time[0]:g} s)"
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
+
+    def table(self) -> TextTable:
+        """What was run and what it came to, a row each."""
+        rows = [(name, str(self.about.get(name, "?"))) for name in ("plant", "law", "integrator")]
+        rows += [("trajectory", str(self.about.get("trajectory", FREE)))]
+        rows += [("samples", f"{len(self)} over {self.time[-1] - self.time[0]:g} s")]
+        if self.followed:
+            mean, worst = self.rmse_over_time().position, self.worst_error()
+            rows += [("tool error", f"{mean:.4g} m rms over time, {worst:.4g} m at worst")]
+        places = self.about.get("actuators", [[f"actuator {k + 1}", ""] for k in range(self.q.shape[1])])
+        units = {"translation": "N", "rotation": "N m", "": "N or N m"}
+        peaks = zip(places, self.peak_effort(), strict=True)
+        rows += [(f"peak effort of {name}", f"{peak:.4g} {units.get(kind, units[''])}") for (name, kind), peak in peaks]
+        gap = self.loop_gap()
+        rows += [("loops", f"closed to {gap[0]:.1e} m, {gap[1]:.1e} rad")]
+        return TextTable(
+            "result", ("", ""), [*rows, ("energy drift", f"{self.energy_drift():.1e} of what was turned over")]
+        )
 
     @property
     def followed(self) -> bool:

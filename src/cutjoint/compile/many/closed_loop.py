@@ -31,7 +31,7 @@ from cutjoint.compile.many.statistics import Summary
 from cutjoint.compile.many.traced import traced_loop
 from cutjoint.compile.many.variation import Variation, whole
 from cutjoint.compile.once import once
-from cutjoint.control import Law, as_law
+from cutjoint.control import Law, fitted_law
 from cutjoint.doors import door
 from cutjoint.errors import InputError, Interrupted
 from cutjoint.mechanism import Mechanism
@@ -82,7 +82,7 @@ class ClosedLoop:
         method: str = "rk4",
     ) -> None:
         fixed_step(method)
-        law = as_law(law)
+        law = fitted_law(law, plant.n)
         bounds = limits_of(limits, plant.n)
         control = control_of(hardware, rate, None if bounds is None else np.broadcast_to(bounds, plant.n))
         if isinstance(control, Hardware):
@@ -214,13 +214,23 @@ class ClosedLoop:
 
 @overload
 def simulate_many(
-    plant: Compiled, law: Law, reference: Reference, *, into: None = None, **options: Unpack[ManyOptions]
+    plant: Compiled,
+    law: Law | Callable[..., npt.ArrayLike],
+    reference: Reference,
+    *,
+    into: None = None,
+    **options: Unpack[ManyOptions],
 ) -> Many: ...
 
 
 @overload
 def simulate_many(
-    plant: Compiled, law: Law, reference: Reference, *, into: Into, **options: Unpack[ManyOptions]
+    plant: Compiled,
+    law: Law | Callable[..., npt.ArrayLike],
+    reference: Reference,
+    *,
+    into: Into,
+    **options: Unpack[ManyOptions],
 ) -> Summary: ...
 
 
@@ -228,7 +238,7 @@ def simulate_many(
 @door
 def simulate_many(
     plant: Compiled,
-    law: Law,
+    law: Law | Callable[..., npt.ArrayLike],
     reference: Reference,
     *,
     gains: Mapping[str, npt.ArrayLike] | None = None,
@@ -252,7 +262,7 @@ def simulate_many(
 
     Args:
         plant: a compiled chain or published model.
-        law: the controller.
+        law: the controller, or a function (t, desired, q, v) -> efforts; its own code is traced.
         reference: what all runs follow.
         gains: gain of the law -> shape (N,) (all actuators alike) or (N, n).
         parameters: inertial parameter that is an argument of `plant` -> shape (N,) [kg].

@@ -14,7 +14,8 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, cast
+from inspect import isfunction
+from typing import NamedTuple, Protocol, TypeAlias, cast
 
 import numpy as np
 
@@ -22,8 +23,9 @@ from cutjoint.arrays import Array
 from cutjoint.compile.expressions.functions import maximum, minimum
 from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.sources.interface import TracedState
+from cutjoint.compile.sources.law_answers import efforts_in, same, twin_of
 from cutjoint.compile.sources.traced_array import Objects, numbers, traced
-from cutjoint.control import Law, LawOfFunction
+from cutjoint.control import GivenEfforts, Law, LawOfFunction
 from cutjoint.control.law import Gain
 from cutjoint.errors import InputError
 from cutjoint.mechanism import JointLimits, Mechanism, is_mechanism
@@ -169,6 +171,10 @@ class _SymbolicLaw(Protocol):
     def memory_rate(self, desired: TracedDesired, q: Objects, v: Objects, asked: Objects, given: Objects) -> object: ...
 
 
+_Ask: TypeAlias = Callable[[TracedDesired, Objects, Objects, Objects], object]
+_Kept: TypeAlias = Callable[[], list[object]]
+
+
 class TracedAnswer(NamedTuple):
     """What a law answers: the effort that it asks for, the same after saturation, length n each, and the rate of its
     memory."""
@@ -200,23 +206,33 @@ def trace_law(
         measured: the measured state as a model of the law sees it, or None where the model cannot follow it.
 
     Raises:
-        InputError: the law does something that cannot be traced, or has no such gain.
+        InputError: the law does something that cannot be traced, has no such gain, or answers differently when it is
+            asked the same again.
     """
-    twin = cast(_SymbolicLaw, copy.copy(law))
-    for name, value in list(vars(law).items()):
+
+    def symbolic(name: str, value: object) -> object:
         if isinstance(value, Gain):
-            setattr(twin, name, _gain(gains.get(name), value))
-        elif is_mechanism(value):
-            setattr(twin, name, TracedModel(value, desired, measured(value)))
+            return _gain(gains.get(name), value)
+        return TracedModel(value, desired, measured(value)) if is_mechanism(value) else value
+
+    twin = cast(_SymbolicLaw, twin_of(law, symbolic))
     known = [name for name, value in vars(law).items() if isinstance(value, Gain)]
     for name in gains:
         if name not in known:
             raise InputError(f"controller '{law.name}' has no gain {name} to vary; it has {', '.join(known) or 'none'}")
     place, speed, own = traced(q), traced(v), traced(memory)
     try:
-        asked = objects(numbers(_answer(law, twin, desired, place, speed, own)))
-        if len(asked) != len(q):
-            raise InputError(f"it asks for {len(asked)} efforts; the robot has {len(q)} actuators")
+        ask, kept = _asking(law, twin, symbolic)
+        before, later = kept(), copy.copy(desired)
+        later.t = desired.t + 1.0
+        asked, _, again = (
+            objects(efforts_in(ask(now, place, speed, own), len(q))) for now in (desired, later, desired)
+        )
+        if not (all(map(same, asked, again)) and all(one is other for one, other in zip(before, kept(), strict=False))):
+            raise InputError(
+                "it keeps something from call to call or draws numbers; a law's own states are its memory (see "
+                "cutjoint.control.Law), noise is the hardware's; as it is it runs with cutjoint.simulation.run"
+            )
         given = saturated(asked)
         rate = numbers(twin.memory_rate(desired, place, speed, traced(asked.tolist()), traced(given.tolist())))
     except (InputError, TypeError, AttributeError, ValueError, IndexError) as error:
@@ -224,12 +240,22 @@ def trace_law(
     return TracedAnswer(list(asked), list(given), rate)
 
 
-def _answer(law: Law, twin: _SymbolicLaw, desired: TracedDesired, q: Objects, v: Objects, memory: Objects) -> object:
-    """What a law asks for."""
-    if isinstance(law, LawOfFunction):
-        ask = cast(Callable[..., object], law.function)
-        return ask(desired.t, desired, q, v)
-    return twin.effort(desired, q, v, memory)
+def _asking(law: Law, twin: _SymbolicLaw, symbolic: Callable[[str, object], object]) -> tuple[_Ask, _Kept]:
+    """What gives a law's answer, and what it could keep from one to the next."""
+    if isinstance(law, GivenEfforts):
+        given = cast(Callable[[object], object], law.efforts)
+        return (lambda desired, q, v, memory: given(desired.t)), list
+    if not isinstance(law, LawOfFunction):
+        return twin.effort, lambda: list(vars(twin).values())
+    called: object = law.function
+    if isfunction(called):
+        cells = called.__closure__ or ()
+        kept: _Kept = lambda: [one.cell_contents for one in cells]  # noqa: E731
+    else:  # called like a function, with gains and models of its own
+        called = twin_of(called, symbolic)
+        kept = lambda: list(getattr(called, "__dict__", {}).values())  # noqa: E731
+    function = cast(Callable[..., object], called)
+    return (lambda desired, q, v, memory: function(desired.t, desired, q, v)), kept
 
 
 def clipped(limits: Array | None) -> Callable[[Objects], Objects]:
