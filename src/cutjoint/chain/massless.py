@@ -1,7 +1,9 @@
-"""Motions that move no mass while something acts on them by itself: what no run can tell.
+"""Motions that move no mass, and of which no run can tell how they go.
 
 Where dampers, friction, springs, stops or bushings act on a motion without inertia, forces on it balance at every
-instant and give a velocity, or nothing at all, but no acceleration: that is no equation of motion.
+instant and give a velocity, or nothing at all, but no acceleration: that is no equation of motion.  Where the
+actuators lead to a posture at which it has some, from nothing, its acceleration jumps on the way.  What carries nothing
+anywhere, and is let be, just rests.
 """
 
 from __future__ import annotations
@@ -13,16 +15,31 @@ from cutjoint.chain.closed_chain import ClosedChain
 from cutjoint.chain.dynamics import massless_motions
 from cutjoint.chain.joints import joints_of
 from cutjoint.chain.rank import null_space
+from cutjoint.errors import CutjointError
+
+BENT = 0.1
+"""How far actuators go to see what has mass there, in radians or lengths of the robot."""
 
 
-def dragged_massless(chain: ClosedChain, q: Array) -> tuple[str, ...]:
-    """Joints of the motions that move no mass at a closed configuration (nq,), and on which joint physics acts, in the
-    tree's order; none where there is no such motion."""
+def undetermined_motions(chain: ClosedChain, q: Array) -> tuple[str, ...]:
+    """Joints of the motions without mass at a closed configuration (nq,) that no equation of motion tells, in the tree's
+    order; none where there is no such motion."""
     k = chain._k
-    if not k.physics.acts:
-        return ()
     placed = k.at(q)
     motions = massless_motions(k, q, null_space(placed.scaled))
-    elastic = placed.elastic if k.physics.cuts else None
-    dragged = [one for one in motions.T if k.physics.drags(one * k.column_scale, elastic)]
-    return joints_of(chain.model, np.column_stack(dragged)) if dragged else ()
+    if not motions.size:
+        return ()
+    elastic = placed.elastic if k.physics.acts and k.physics.cuts else None
+    dragged = k.physics.acts and any(k.physics.drags(one, elastic) for one in (motions * k.column_scale[:, None]).T)
+    return joints_of(chain.model, motions) if dragged or _get_mass(chain, q, motions.shape[1]) else ()
+
+
+def _get_mass(chain: ClosedChain, q: Array, count: int) -> bool:
+    """Whether fewer than `count` motions of a configuration (nq,) are without mass a little further on."""
+    units = np.array([1.0 if one.kind == "rotation" else chain.length for one in chain.actuators])
+    ahead = BENT * np.linspace(0.3, 0.7, chain.n) * units
+    try:
+        there = chain.close(chain.actuated(q) + ahead, chain.posture(q), limits="ignore").q_full
+    except CutjointError:  # the actuators do not lead there, or not alone
+        return False
+    return massless_motions(chain._k, there, null_space(chain._k.at(there).scaled)).shape[1] < count

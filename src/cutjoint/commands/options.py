@@ -111,6 +111,12 @@ def _options() -> list[Parameter]:
     return made
 
 
+def made_with(variant: str | None, ideal: bool, lenient: bool, payload: float) -> dict[str, object]:
+    """What a result keeps of the options of its robot, so that other commands find the same one."""
+    given = {"variant": variant, "ideal": ideal, "lenient": lenient, "payload": payload}
+    return {name: one for name, one in given.items() if one}
+
+
 def named_gains(options: Mapping[str, str | None], named: Sequence[str]) -> dict[str, str]:
     """The gains that are given, by options of their own or as NAME=K.
 

@@ -1,6 +1,6 @@
 """Whether two descriptions are of one robot as far as it moves: a short text that differs where masses, lengths, axes,
-joints, limits, joint physics, cuts, actuators or the tool do.  Names of files, places in them, pictures, titles, homes
-and variants do not count.
+joints, limits, joint physics, cuts or actuators do.  Names of files, places in them, pictures, titles, tools,
+homes and variants do not count.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ DIGITS = 9
 """Of numbers that are compared: two machines may read the same file with other rounding."""
 APART = frozenset(
     {"place", "places", "visuals", "collisions", "homes", "variants", "variant_name", "title", "source", "path", "about"}
+    | {"tool", "task", "task_axes"}
 )
-"""Fields that say nothing about how a robot moves."""
+"""Fields that say nothing about how a robot moves; the tool is what is watched of it."""
 
 
 def fingerprint(robot: RobotDescription) -> str:

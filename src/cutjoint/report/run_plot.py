@@ -9,14 +9,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cutjoint.errors import CutjointError, InputError
+from cutjoint.errors import InputError
 from cutjoint.files import check_place, write_whole
 from cutjoint.report.chart_figure import chart_figure
 from cutjoint.report.curves_page import curves, page_of
-from cutjoint.report.named_runs import Runs, check_robot, named_runs, robot_of
+from cutjoint.report.named_runs import Runs, named_runs, robots_of
 from cutjoint.simulation.charts import Chart, overlaid
 from cutjoint.simulation.panels import PANELS, USUAL, between, panels_of
-from cutjoint.simulation.summary import title_of
+from cutjoint.simulation.summary import early, title_of
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
@@ -47,7 +47,7 @@ class Plot:
         Raises:
             MissingPackageError: it is not installed.
         """
-        return chart_figure(self.charts)
+        return chart_figure(self.charts, title=self.title)
 
     @property
     def html(self) -> str:
@@ -113,19 +113,13 @@ def plot(
         check_plot_place(file)
     names = [one.strip() for one in what.split(",")] if isinstance(what, str) and what else list(what or ())
     first = next(iter(named.values()))
-    if robot is not None:
-        for run in named.values():
-            check_robot(run, robot)
-    else:
-        try:
-            robot = robot_of(first)
-        except CutjointError:
-            if "reactions" in names:
-                raise
-    found = {name: between(panels_of(run, names, robot), start, end) for name, run in named.items()}
+    robots, missing = robots_of(named, robot)
+    if missing and "reactions" in names:
+        raise InputError(missing)
+    found = {name: between(panels_of(run, names, robots[name]), start, end) for name, run in named.items()}
     if not any(found.values()):
         raise InputError(f"these runs have none of {', '.join(USUAL)}; ask for others: {', '.join(PANELS)}")
-    title = title_of(first) if len(named) == 1 else ", ".join(named)
+    title = title_of(first) if len(named) == 1 else "; ".join(f"{name}{early(run)}" for name, run in named.items())
     made = Plot(title, overlaid(found))
     if file is not None:
         made.save(file)

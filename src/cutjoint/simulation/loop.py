@@ -84,7 +84,7 @@ def run(
         InputError: an argument is out of its range, or the law asks for a desired motion where there is none.
         UnknownNameError: there is no such actuator to lock, or no such link to push.
         UnreachableError, ClosureError, SingularError: no start.
-        DynamicsError: joint physics acts on a motion that moves no mass.
+        DynamicsError: actuators or joint physics act on a motion of several joints that moves no mass.
         SimulationError: the run diverged, met a singularity, or a joint passed its limits; it holds the state and the
             result until then.
         Interrupted: a `KeyboardInterrupt` (Ctrl-C) came; it is one, and holds the result until then.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from cutjoint.chain import ClosedChain
-from cutjoint.chain.massless import dragged_massless
+from cutjoint.chain.massless import undetermined_motions
 from cutjoint.description.catalogue import folder, is_example
 from cutjoint.description.fingerprint import fingerprint
 from cutjoint.errors import DynamicsError
@@ -40,17 +40,17 @@ def check_moves(mechanism: Mechanism, start: State) -> None:
     """That a motion of the robot can be told.
 
     Raises:
-        DynamicsError: dampers, friction or springs act on a motion that moves no mass.
+        DynamicsError: something acts on a motion that moves no mass.
     """
     chain = chain_of(mechanism)
     if chain is None:
         return
     q = start.q if start.posture is None else start.posture.q_full
-    if joints := dragged_massless(chain, q):
+    if joints := undetermined_motions(chain, q):
         raise DynamicsError(
-            f"{chain.name} cannot be simulated: a motion of {', '.join(joints)} moves no mass, and dampers, friction or "
-            "springs act on it, so nothing tells how it accelerates; give the links that they carry moments of inertia "
-            "(<inertial>), or leave out what joints do by themselves (dynamics=\"ideal\", --ideal)",
+            f"{chain.name} cannot be simulated: a motion of {', '.join(joints)} moves no mass, so nothing tells how it "
+            "accelerates under actuators, dampers, friction or springs; give the links that these joints carry moments "
+            "of inertia (<inertial>)",
             residual=float("inf"),
         )
 
