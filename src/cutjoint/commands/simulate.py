@@ -165,7 +165,7 @@ def command(
     else:
         led = led_by(robots, controller, trajectory, duration, given, joints)
     if duration is None and efforts is None:
-        duration = 1.0 if led.reference is None else led.reference.duration
+        duration = led.duration
     with interrupts.keeping():
         made = options.made_with(variant, ideal, lenient, payload)
         result, early = _done(
