@@ -246,8 +246,8 @@ def _refuse_negative(moved: Array, terms: Array) -> None:
     """Raises DynamicsError where what motions move, shape (k,), is truly below 0 beside the terms it is the sum of."""
     if (moved < -NEGATIVE * terms).any():
         raise DynamicsError(
-            "the kinetic energy of a motion is negative: links have moments of inertia below 0, as no body has; look for "
-            "wrong signs in their inertias (`cutjoint check` names them)",
+            "the kinetic energy of a motion is negative: links have moments of inertia below 0, as no body has; look "
+            "for wrong signs in their inertias (`cutjoint check` names them)",
             residual=np.inf,
         )
 

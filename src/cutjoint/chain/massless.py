@@ -22,8 +22,8 @@ BENT = 0.1
 
 
 def undetermined_motions(chain: ClosedChain, q: Array) -> tuple[str, ...]:
-    """Joints of the motions without mass at a closed configuration (nq,) that no equation of motion tells, in the tree's
-    order; none where there is no such motion."""
+    """Joints of the motions without mass at a closed configuration (nq,) that no equation of motion tells, in the order
+    of the tree; none where there is no such motion."""
     k = chain._k
     placed = k.at(q)
     motions = massless_motions(k, q, null_space(placed.scaled))
@@ -42,4 +42,4 @@ def _get_mass(chain: ClosedChain, q: Array, count: int) -> bool:
         there = chain.close(chain.actuated(q) + ahead, chain.posture(q), limits="ignore").q_full
     except CutjointError:  # the actuators do not lead there, or not alone
         return False
-    return massless_motions(chain._k, there, null_space(chain._k.at(there).scaled)).shape[1] < count
+    return bool(massless_motions(chain._k, there, null_space(chain._k.at(there).scaled)).shape[1] < count)

@@ -56,10 +56,12 @@ class Leader(NamedTuple):
 
     @property
     def duration(self) -> float:
-        """How long the run takes where nothing else is said [s]: as what is followed, a way of the law's own, or 1 s."""
+        """How long the run takes where nothing else is said [s]: as what is followed, the law's own way, or 1 s."""
         if self.reference is not None:
             return self.reference.duration
-        return float(getattr(self.law, "seconds", 1.0))
+        from cutjoint.control.led import LedActuators
+
+        return self.law.seconds if isinstance(self.law, LedActuators) else 1.0
 
 
 def robots_of(
@@ -146,7 +148,8 @@ def led_by(
         reference = Reference(made, robots.inside, duration, limits=joints)
     except ActuationError as error:
         raise InputError(
-            f"{error}. Without --controller its actuators are led about home, with --trajectory about-home or none; with --free it falls"
+            f"{error}. Without --controller its actuators are led about home, with --trajectory about-home or none; "
+            "with --free it falls"
         ) from error
     told += getattr(made, "chosen", ())
     return Leader(law, reference, tuple(told))

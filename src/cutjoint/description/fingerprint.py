@@ -17,7 +17,19 @@ from cutjoint.description.model import RobotDescription
 DIGITS = 9
 """Of numbers that are compared: two machines may read the same file with other rounding."""
 APART = frozenset(
-    {"place", "places", "visuals", "collisions", "homes", "variants", "variant_name", "title", "source", "path", "about"}
+    {
+        "place",
+        "places",
+        "visuals",
+        "collisions",
+        "homes",
+        "variants",
+        "variant_name",
+        "title",
+        "source",
+        "path",
+        "about",
+    }
     | {"tool", "task", "task_axes"}
 )
 """Fields that say nothing about how a robot moves; the tool is what is watched of it."""

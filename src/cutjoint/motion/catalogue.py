@@ -170,7 +170,7 @@ def trajectory(spec: str, mechanism: Mechanism) -> Trajectory:
     """
     if not hasattr(mechanism, "home"):
         of_type("mechanism of trajectory", mechanism, Mechanism)
-    name, _, rest = spec.partition(":")
+    name = spec.partition(":")[0]
     if name not in TRAJECTORIES and is_motion_file(spec):
         return motion_from_file(spec, mechanism)
     if name not in TRAJECTORIES:

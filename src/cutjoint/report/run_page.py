@@ -130,7 +130,7 @@ def _page(named: Mapping[str, Result], robots: Mapping[str, ClosedChain | None],
 
 
 def _several(named: Mapping[str, Result]) -> str:
-    return f"{len(named)} runs: {'; '.join(f'{name}{early(run)}' for name, run in named.items())}"
+    return f"{len(named)} runs: {', '.join(f'{name}{early(run)}' for name, run in named.items())}"
 
 
 def _table(table: TextTable) -> str:

@@ -119,7 +119,7 @@ def plot(
     found = {name: between(panels_of(run, names, robots[name]), start, end) for name, run in named.items()}
     if not any(found.values()):
         raise InputError(f"these runs have none of {', '.join(USUAL)}; ask for others: {', '.join(PANELS)}")
-    title = title_of(first) if len(named) == 1 else "; ".join(f"{name}{early(run)}" for name, run in named.items())
+    title = title_of(first) if len(named) == 1 else ", ".join(f"{name}{early(run)}" for name, run in named.items())
     made = Plot(title, overlaid(found))
     if file is not None:
         made.save(file)

@@ -113,7 +113,7 @@ def title_of(result: Result) -> str:
 
 def early(result: Result) -> str:
     """Words to put behind the title of a run that did not go on to its end."""
-    return f", stopped at {result.time[-1]:.4g} s" if "stopped" in result.about else ""
+    return f" (stopped at {result.time[-1]:.4g} s)" if "stopped" in result.about else ""
 
 
 def _error_rows(figures: Mapping[str, object]) -> list[tuple[str, str]]:
