@@ -145,7 +145,7 @@ def _place(result: Result) -> Path | str:
     file = result.about.get("file")
     if file is not None and Path(file).is_file():
         return Path(file)
-    own = name in (*names(), *example_names())
+    own = name in (*names(), *example_names()) or Path(name).exists()
     if file is not None and not (own and "fingerprint" in result.about):
         raise InputError(f"the result was made with '{name}' of {file}, which is not there; {MEND}")
     return name
