@@ -104,7 +104,9 @@ def _options() -> list[Parameter]:
     made = []
     for gain, laws in takers.items():
         what = "; ".join(f"{', '.join(names)}: {about.about}, {about.unit}" for about, names in laws.items())
-        shown = typer.Option(metavar="K", help=f"{what}.", rich_help_panel=f"Gains: {FORMS}; default the paper's, or for 20 rad/s")
+        shown = typer.Option(
+            metavar="K", help=f"{what}.", rich_help_panel=f"Gains: {FORMS}; default the paper's, or for 20 rad/s"
+        )
         made.append(
             Parameter(gain, Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=Annotated[str | None, shown])
         )
