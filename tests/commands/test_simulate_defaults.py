@@ -16,6 +16,7 @@ from kit.shipped import OTHERS, SHIPPED
 from typer.testing import CliRunner
 
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.massless import undetermined_motions
 from cutjoint.commands.simulate import command
 from cutjoint.description import catalogue
 from cutjoint.errors import ActuationError, DescriptionError, InputError
@@ -74,6 +75,9 @@ def checked(name: str | Path) -> None:
     if not determined and report.type2 < 1e-6:
         assert "is singular" in str(simulate(name).exception)
         return
+    if joints := undetermined_motions(chain, chain.home.q_full):  # iCub's head is a point, about which its neck spins
+        assert f"a motion of {', '.join(joints)} moves no mass" in str(simulate(name).exception)
+        return
     figures = ran(simulate(name, "--json"))
     if chain.description.name in PUBLISHED:
         assert figures["error_worst_m"] < 0.05
@@ -98,8 +102,6 @@ def test_every_robot_that_ships(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(catalogue.example_names(), key=lambda one: one[::-1]))
 def test_every_robot_of_example_robot_data(name: str) -> None:
-    if name == "icub":
-        pytest.xfail("the steps of its run get nowhere at 0.056 s: a link of its hips has no moments of inertia")
     checked(name)
 
 

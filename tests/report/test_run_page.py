@@ -78,8 +78,9 @@ def test_a_run_of_a_robot_has_reactions_limits_and_an_animation(swing, tmp_path)
 def test_a_run_with_a_payload_that_the_robot_has_not_gets_no_reactions(swing):
     _, chain = swing
     heavy = run(chain.with_payload(1.0), duration=0.1, every=0.01)
-    page = heavy.report()
+    page = run_report(heavy, robot=chain)
     assert "largest reactions" not in page.html
     assert "a run with a payload" in page.html
+    assert "masses, lengths" in heavy.report().html  # the robot of that name has no payload
     given = run_report(heavy, robot=chain.with_payload(1.0))
     assert "largest reactions" in given.html

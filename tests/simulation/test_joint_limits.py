@@ -194,3 +194,15 @@ def test_a_joint_that_rests_at_its_limit_or_beyond_is_let_be(beyond):
     assert not passed(0.01)
     assert passed(-1e-5)
     assert passed(0.005) == (beyond > 0.0)  # what has come back stays back
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_joint_that_creeps_over_its_limit_is_told(sign: float) -> None:
+    """From its limit at 2e-6 m/s, less than 1e-7 m a sample: it goes as far as errors of a run do, and no further."""
+    chain = slider()
+    start = chain.close([0.3 * sign], limits="ignore")
+    settings: Any = {"duration": 10.0, "every": 0.04, "start": start, "start_velocity": [sign * 2e-6]}
+    with pytest.raises(SimulationError, match="passes its") as caught:
+        run(ReducedPlant(chain), integrator=RungeKutta4(0.04), **settings)
+    assert caught.value.t == pytest.approx(chain.length * tolerances.RESTING.value / 2e-6, rel=1e-6)
+    assert abs(caught.value.q[0]) - 0.3 <= chain.length * tolerances.RESTING.value * (1.0 + 1e-6)

@@ -89,15 +89,21 @@ class Motions:
 
     @staticmethod
     def of(allowed: Array, mass: Array) -> Motions:
-        """From an orthonormal basis of the allowed motions and the mass matrix, both dimensionless in the motions."""
+        """From an orthonormal basis of the allowed motions and the mass matrix, both dimensionless in the motions.
+
+        Raises:
+            DynamicsError: a motion has less than no mass.
+        """
         basis = coordinates_of(allowed)
         energy = basis.T @ mass @ basis
         size = np.sqrt(np.maximum(np.diag(energy), 0.0))
         # a rod that carries others may spin while these stand still: what they move must be more than rounding
         terms = np.einsum("ik,ij,jk->k", np.abs(basis), np.abs(mass), np.abs(basis))
+        _refuse_negative(np.diag(energy), terms)
         moves = (size > MASSLESS * np.sqrt(np.abs(mass).max(initial=0.0))) & (size**2 > MASSLESS * terms)
         size = np.where(moves, size, float(size[moves].min(initial=np.inf)) if moves.any() else 1.0)
         values, vectors = np.linalg.eigh(np.where(np.outer(moves, moves), energy, 0.0) / size[:, None] / size)
+        _refuse_negative(values, np.ones(len(values)))
         heavy = values > MASSLESS
         factor = vectors[:, heavy] / size[:, None] / np.sqrt(values[heavy])
         return Motions(basis, factor, vectors[:, ~heavy], size)
@@ -106,6 +112,9 @@ class Motions:
 MASSLESS = 1e-12
 """Motions that move less than this part of the mass of the others (by each joint's own measure) move none: rounding of
 masses that cancel lies below, the spin of a wire above."""
+
+NEGATIVE = 1e-9
+"""Motions that move less than nothing by more than this part of the others are no rounding, but no body's either."""
 
 PUSHED = 1e-6
 """Part of the largest component of a motion that is pushed, below which messages do not name a joint."""
@@ -231,6 +240,16 @@ class FullDynamics:
                     residual=found,
                 )
         return float(left.max(initial=0.0))
+
+
+def _refuse_negative(moved: Array, terms: Array) -> None:
+    """Raises DynamicsError where what motions move, shape (k,), is truly below 0 beside the terms it is the sum of."""
+    if (moved < -NEGATIVE * terms).any():
+        raise DynamicsError(
+            "the kinetic energy of a motion is negative: links have moments of inertia below 0, as no body has; look "
+            "for wrong signs in their inertias (`cutjoint check` names them)",
+            residual=np.inf,
+        )
 
 
 def massless_motions(kinematics: Kinematics, q: Array, allowed: Array) -> Array:

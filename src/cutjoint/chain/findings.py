@@ -20,7 +20,7 @@ from cutjoint.chain.joints import joints_of
 from cutjoint.chain.mobility_report import MobilityReport
 from cutjoint.chain.rank import null_space
 from cutjoint.description.model import CutJoint, Place, RobotDescription
-from cutjoint.errors import ClosureError, InputError, Problem, RoundingWarning
+from cutjoint.errors import ClosureError, DynamicsError, InputError, Problem, RoundingWarning
 
 NEAR_SINGULAR = 1e-2
 """Distance to a singularity below which home is called near it."""
@@ -97,7 +97,11 @@ def _problems(chain: ClosedChain, report: MobilityReport) -> Iterator[Problem]:
         )
     yield from _task(chain, file)
     home = chain._postures.at_home
-    massless = joints_of(chain.model, massless_motions(chain._k, home.q, null_space(home.scaled)))
+    try:
+        massless = joints_of(chain.model, massless_motions(chain._k, home.q, null_space(home.scaled)))
+    except DynamicsError as one:
+        yield Problem(found=str(one), expected="moments of inertia >= 0", file=file)
+        return
     if massless:
         yield warning(
             found=f"these joints move no mass: {', '.join(massless)}; they rest, and a force on them has no answer",

@@ -87,7 +87,7 @@ def option(gain: str) -> str:
 
 def with_gains(command: Command) -> Command:
     """`command`, whose `**gains` become an option for every gain of every law, with a help that says whose it is."""
-    return with_options(command, _gain_helps(), "K", f"Gains: {FORMS}; default the paper's")
+    return with_options(command, _gain_helps(), "K", f"Gains: {FORMS}; default the paper's, or for 20 rad/s")
 
 
 def with_options(command: Command, helps: Mapping[str, str], metavar: str, panel: str) -> Command:
@@ -143,6 +143,12 @@ def as_argument(path: Path) -> str:
 
     text = str(path)
     return shlex.quote(f"./{text}" if text in catalogue.names() or text.startswith("-") else text)
+
+
+def made_with(variant: str | None, ideal: bool, lenient: bool, payload: float) -> dict[str, object]:
+    """What a result keeps of the options of its robot, so that other commands find the same one."""
+    given = {"variant": variant, "ideal": ideal, "lenient": lenient, "payload": payload}
+    return {name: one for name, one in given.items() if one}
 
 
 def named_gains(options: Mapping[str, str | None], named: Sequence[str]) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
@@ -21,7 +22,7 @@ from cutjoint.commands.simulated import check_loads, led_by, robots_of, unled
 from cutjoint.commands.stopping import stopped, stopped_name
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from cutjoint.control import Law
     from cutjoint.mechanism import JointLimits, Load, Mechanism
@@ -164,10 +165,12 @@ def command(
     else:
         led = led_by(robots, controller, trajectory, duration, given, joints)
     if duration is None and efforts is None:
-        duration = 1.0 if led.reference is None else led.reference.duration
+        duration = led.duration
     with interrupts.keeping():
+        made = options.made_with(variant, ideal, lenient, payload)
         result, early = _done(
             save,
+            made,
             lambda: _run(
                 (robots.moving, led.law, led.reference),
                 duration,
@@ -185,26 +188,32 @@ def command(
         _tell(result, saved, reactions, robots.robot, json=json, early=early, told=told)
 
 
-def _done(save: Path | None, go: Callable[[], Result], *, may_end: bool) -> tuple[Result, str]:
-    """The result of a run; where it was interrupted also the words for that, and the result goes until then.
+def _done(
+    save: Path | None, made: Mapping[str, object], go: Callable[[], Result], *, may_end: bool
+) -> tuple[Result, str]:
+    """The result of a run, which says how its robot was `made`; where it was interrupted also the words for that, and
+    the result goes until then.
 
     It `may_end` where a joint meets its limits, if the run was chosen so and nothing drives that joint.
     """
     from cutjoint.errors import Interrupted, LimitError, SimulationError
     from cutjoint.simulation import save as write
 
+    def said(result: object) -> Result:
+        found = cast("Result", result)
+        return replace(found, about={**found.about, "options": dict(made)})
+
     try:
-        return go(), ""
+        return said(go()), ""
     except SimulationError as error:
-        early = cast("Result", error.result)
+        early = said(error.result)
         if may_end and isinstance(error.__cause__, LimitError) and early.time[-1] > 0.0:
             return early, ""
         if save is not None:
-            beside = write(cast("Result", error.result), stopped_name(save))
-            complain(f"what was simulated until then: {beside}")
+            complain(f"what was simulated until then: {write(early, stopped_name(save))}")
         raise
     except Interrupted as error:
-        return cast("Result", error.result), str(error)
+        return said(error.result), str(error)
 
 
 def _afterwards(result: Result, law: Law, duration: float | None) -> list[str]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from cutjoint.commands.options import gains_of, trajectory_of
 from cutjoint.mechanism import is_mechanism
+from cutjoint.motion.catalogue import numbers_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -52,6 +53,15 @@ class Leader(NamedTuple):
     reference: Reference | None
     told: tuple[str, ...] = ()
     may_end: bool = False
+
+    @property
+    def duration(self) -> float:
+        """How long the run takes where nothing else is said [s]: as what is followed, the law's own way, or 1 s."""
+        if self.reference is not None:
+            return self.reference.duration
+        from cutjoint.control.led import LedActuators
+
+        return self.law.seconds if isinstance(self.law, LedActuators) else 1.0
 
 
 def robots_of(
@@ -124,25 +134,29 @@ def led_by(
     chain = robots.chain
     if chain.n == 0:
         raise InputError(_no_actuator(chain))
-    if controller is None and trajectory is None and not chain.mobility().determined:
-        return _undetermined(chain, gains)
-    law = law_of(robots, controller or "computed-torque", gains)
-    spec, told = trajectory, list(_beyond(chain) if trajectory is None else ())
+    is_about_home = trajectory is None or trajectory.partition(":")[0] == ABOUT_HOME
+    if controller is None and is_about_home and not chain.mobility().determined:
+        return _undetermined(chain, gains, numbers_of(trajectory or ABOUT_HOME))
+    spec = trajectory
     if spec is None:
         spec = "paper" if has_paper(chain) else ABOUT_HOME
     try:
+        law, told = _following(robots, controller or "computed-torque", gains)
+        if trajectory is None:
+            told += _beyond(chain)
         made = trajectory_of(chain, spec, robots.inside)
         reference = Reference(made, robots.inside, duration, limits=joints)
     except ActuationError as error:
         raise InputError(
-            f"{error}. Without --controller and --trajectory its actuators are led about home; with --free it falls"
+            f"{error}. Without --controller its actuators are led about home, with --trajectory about-home or none; "
+            "with --free it falls"
         ) from error
     told += getattr(made, "chosen", ())
     return Leader(law, reference, tuple(told))
 
 
-def _undetermined(chain: ClosedChain, gains: Mapping[str, str]) -> Leader:
-    """A robot whose actuators do not determine its motion."""
+def _undetermined(chain: ClosedChain, gains: Mapping[str, str], way: Sequence[float]) -> Leader:
+    """A robot whose actuators do not determine its motion; `way` is how far and how long [s] it goes about home."""
     from cutjoint.errors import InputError
     from cutjoint.simulation.leading import led
 
@@ -154,7 +168,8 @@ def _undetermined(chain: ClosedChain, gains: Mapping[str, str]) -> Leader:
     known = {name: np.asarray(one) for name, one in gains_of(chain.description.name, "computed-torque", gains).items()}
     if many := [name for name, one in known.items() if one.ndim]:
         raise InputError(f"gain {many[0]} must be one number where actuators are led about home")
-    law, told = led(chain, 1.0, float(known["kp"]), float(known["kd"]))
+    size, seconds = way
+    law, told = led(chain, seconds, float(known["kp"]), float(known["kd"]), size)
     return Leader(law, None, (*_beyond(chain), *told), may_end=True)
 
 
@@ -192,6 +207,27 @@ def law_of(robots: Robots, controller: str, gains: Mapping[str, str]) -> Law:
     from cutjoint.control import law
 
     return law(controller, robots.inside, gains_of(robots.chain.description.name, controller, gains))
+
+
+def _following(robots: Robots, controller: str, gains: Mapping[str, str]) -> tuple[Law, list[str]]:
+    """The law that follows a motion, and what of its gains was chosen: where none are given or known, usual ones.
+
+    Raises:
+        UnknownNameError: no such controller.
+        InputError: gains do not fit it.
+        ActuationError: actuators that do not determine the motion feel no inertia that tells usual ones.
+    """
+    from cutjoint.control import LAWS, law
+    from cutjoint.control.usual_gains import SPEED, usual_gains
+    from cutjoint.experiments.gains import GAINS
+
+    known = GAINS.get(robots.chain.description.name, {})
+    takes = list(LAWS[controller].gains) if controller in LAWS else []
+    if gains or not takes or controller in known or controller == "computed-torque":
+        return law_of(robots, controller, gains), []
+    found = usual_gains(robots.inside)
+    told = f"gains for {SPEED:g} rad/s with the inertia of every actuator at home"
+    return law(controller, robots.inside, {name: found[name] for name in takes}), [told]
 
 
 def unled(

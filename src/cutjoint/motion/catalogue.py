@@ -170,19 +170,30 @@ def trajectory(spec: str, mechanism: Mechanism) -> Trajectory:
     """
     if not hasattr(mechanism, "home"):
         of_type("mechanism of trajectory", mechanism, Mechanism)
-    name, _, rest = spec.partition(":")
+    name = spec.partition(":")[0]
     if name not in TRAJECTORIES and is_motion_file(spec):
         return motion_from_file(spec, mechanism)
     if name not in TRAJECTORIES:
         return outside_trajectory(spec, mechanism, list(TRAJECTORIES))
+    return TRAJECTORIES[name].make(mechanism, *numbers_of(spec))
+
+
+def numbers_of(spec: str) -> list[float]:
+    """The numbers behind the name in `spec`, the name of a row of `TRAJECTORIES`; defaults where they are left out.
+
+    Raises:
+        InputError: they are wrong, too few or too many.
+    """
+    name, _, rest = spec.partition(":")
     row = TRAJECTORIES[name]
     wrong = f"'{spec}' is no trajectory; write {describe(name)}"
     words = rest.split(",") if rest else []
     given = [_number(word, wrong) for word in words]
-    left = [one.default for one in row.arguments[len(given) :]]
-    if None in left or (len(given) > len(row.arguments)) != bool(row.repeated):
+    left = [one.default for one in row.arguments[len(given) :] if one.default is not None]
+    found = given + left
+    if len(found) < len(row.arguments) or (len(given) > len(row.arguments)) != bool(row.repeated):
         raise InputError(f"{wrong}. Found {len(given)} numbers")
-    return row.make(mechanism, *given, *left)
+    return found
 
 
 def _number(word: str, wrong: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -18,13 +19,15 @@ POINTS = 3000
 """Samples of a curve in a figure: more than it has pixels across."""
 WIDTH, HEIGHT = 7.6, 3.0
 """Inches of one frame with its legend."""
+TITLE = 85
+"""Characters of a title that one frame is broad."""
 FAR = 4.0
 """Limits so many times further away than the values reach are told in the legend, not drawn: they would press the
 curves flat.  curves.js does the same."""
 
 
-def chart_figure(charts: Sequence[Chart], columns: int | None = None) -> Drawing:
-    """The charts below each other, from four on in two columns.
+def chart_figure(charts: Sequence[Chart], columns: int | None = None, title: str = "") -> Drawing:
+    """The charts below each other, from four on in two columns, and a title above them.
 
     Raises:
         MissingPackageError: matplotlib is not installed.
@@ -41,6 +44,8 @@ def chart_figure(charts: Sequence[Chart], columns: int | None = None) -> Drawing
             _draw(ax, chart)
         for ax in frames[len(charts) :]:
             ax.set_visible(False)
+        if title:
+            drawn.suptitle("\n".join(textwrap.wrap(title, TITLE * across)), fontsize=12)
         return Drawing(drawn)
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 from cutjoint.errors import CutjointError, InputError, UnknownNameError
 from cutjoint.simulation.result import Result
@@ -76,55 +76,110 @@ def _check_same(named: Mapping[str, Result]) -> None:
             raise InputError(f"runs of different robots cannot be laid over each other: {', '.join(told)}")
 
 
+def robots_of(named: Mapping[str, Result], robot: ClosedChain | None) -> tuple[dict[str, ClosedChain | None], str]:
+    """The robots of runs by the names of these, and why there is none of those that have none: the given robot, else
+    each the one that it was made with.
+
+    Raises:
+        InputError: `robot` is another one.
+    """
+    if robot is not None:
+        for run in named.values():
+            check_robot(run, robot)
+        return dict.fromkeys(named, robot), ""
+    found: dict[str, ClosedChain | None] = {}
+    known: dict[str, ClosedChain] = {}
+    why = ""
+    for name, run in named.items():
+        words = repr([run.about.get(one) for one in ("robot", "file", "fingerprint", "options", "joints")])
+        try:
+            found[name] = known[words] if words in known else robot_of(run)
+            known[words] = found[name] or known[words]
+        except CutjointError as error:
+            found[name], why = None, why or str(error)
+    return found, why
+
+
 def robot_of(result: Result, variant: str | None = None, *, lenient: bool = False) -> ClosedChain:
-    """The robot that a result names, where it is one that is found by name.
+    """The robot that a result was made with: from the file that the result tells, else by its name.
 
     Args:
         result: the run.
-        variant: named set of inertias; default that which the result names.
-        lenient: as `robots.load` has it.
+        variant: named set of inertias; default that which the run was made with.
+        lenient: as `robots.load` has it; a run that was made so needs no telling.
 
     Raises:
-        InputError: it is not found, or the robot of that name is another one.
+        InputError: it is not found, or what is there is another one.
         UnknownNameError: it has no such variant.
+        DescriptionError: its files are wrong now.
     """
+    where = _place(result)
+    first = None
+    for chain in _as_made(result, where, variant, lenient):
+        first = first or chain
+        if variant is not None or _is_as_made(result, chain):
+            check_robot(result, chain)
+            return chain
+    assert first is not None
+    check_robot(result, first)
+    raise InputError(
+        f"the robot of this run is not the one that {where} is now: masses, lengths, limits or joint physics differ; "
+        f"simulate again, or take it as it is: {MEND}"
+    )
+
+
+MEND = "name it with --robot, or give robot= in Python"
+
+
+def _place(result: Result) -> Path | str:
+    """The file or the name of a result's robot.
+
+    Raises:
+        InputError: the result tells none, or what it tells is not there.
+    """
+    from cutjoint.description.catalogue import example_names, names
+
+    name = str(result.about.get("robot", "")).partition(" ")[0]
+    if not name:
+        raise InputError(f"the result does not tell its robot; {MEND}")
+    file = result.about.get("file")
+    if file is not None and Path(file).is_file():
+        return Path(file)
+    own = name in (*names(), *example_names()) or Path(name).exists()
+    if file is not None and not (own and "fingerprint" in result.about):
+        raise InputError(f"the result was made with '{name}' of {file}, which is not there; {MEND}")
+    return name
+
+
+def _as_made(result: Result, where: Path | str, variant: str | None, lenient: bool) -> Iterator[ClosedChain]:
+    """The robot as the run had it, as far as the result tells; else as it may have had it."""
     from cutjoint.robots import load
 
     named = str(result.about.get("robot", ""))
-    name, _, rest = named.partition(" ")
-    mend = "name it with --robot, or give robot= in Python"
-    if not name:
-        raise InputError(f"the result does not tell its robot; {mend}")
+    options = result.about.get("options")
+    told = options or {}
+    lenient = lenient or bool(told.get("lenient", False))
     try:
-        chain = load(name, variant, lenient=lenient)
+        chain = load(where, variant, lenient=lenient)
     except UnknownNameError as error:
         if error.kind == "variant":
             raise
-        raise InputError(f"the result was made with '{named}', which is no robot here; {mend}") from error
-    made_with = rest.strip("()")
+        raise InputError(f"the result was made with '{named}', which is no robot here; {MEND}") from error
+    made_with = str(told.get("variant", named.partition(" ")[2].strip("()")))
     if variant is None and made_with in {one.name for one in chain.description.variants}:
-        chain = load(name, made_with, lenient=lenient)
-    check_robot(result, chain)
-    return chain
+        chain = load(where, made_with, lenient=lenient)
+    payload = float(cast("float", told.get("payload", 0.0)))
+    for ideal in (False, True) if options is None else (bool(told.get("ideal", False)),):
+        made = chain.rebuilt(chain.description.ideal()) if ideal else chain
+        yield made.with_payload(payload) if payload else made
 
 
-def robot_of_runs(
-    named: Mapping[str, Result], robot: ClosedChain | None
-) -> tuple[ClosedChain | None, CutjointError | None]:
-    """The robot that runs were made with: `robot` where it is given, else the one that the first run names; where that
-    is not found, None and the error that says why.
+def _is_as_made(result: Result, chain: ClosedChain) -> bool:
+    """Whether a robot moves as that of a result; results of earlier versions do not tell."""
+    from cutjoint.description.fingerprint import fingerprint
 
-    Raises:
-        InputError: a run cannot be one of the robot that is given.
-    """
-    if robot is None:
-        try:
-            return robot_of(next(iter(named.values()))), None
-        except CutjointError as error:
-            return None, error
-    for run in named.values():
-        check_robot(run, robot)
-    return robot, None
+    own = fingerprint(chain.description)
+    return result.about.get("fingerprint", own) == own
 
 
 def check_robot(result: Result, chain: ClosedChain) -> None:

@@ -14,12 +14,12 @@ import numpy as np
 from cutjoint.errors import CutjointError
 from cutjoint.files import check_place, write_whole
 from cutjoint.report.curves_page import curves, page_of
-from cutjoint.report.named_runs import Runs, named_runs, robot_of_runs
+from cutjoint.report.named_runs import Runs, named_runs, robots_of
 from cutjoint.simulation.belief import Belief, Grade, verdict_of
 from cutjoint.simulation.charts import overlaid
 from cutjoint.simulation.panels import Panel, all_panels
 from cutjoint.simulation.result import Result
-from cutjoint.simulation.summary import figure_rows, figures_of, setting_rows, title_of
+from cutjoint.simulation.summary import early, figure_rows, figures_of, setting_rows, title_of
 from cutjoint.tables import TextTable
 from cutjoint.texts import Cell
 
@@ -90,18 +90,18 @@ def run_report(runs: Runs, *, robot: ClosedChain | None = None, file: str | os.P
     named = named_runs(runs)
     if file is not None:
         check_page_place(file)
-    robot, missing = robot_of_runs(named, robot)
-    made = _page(named, robot, str(missing or ""))
+    robots, why_none = robots_of(named, robot)
+    made = _page(named, robots, why_none)
     if file is not None:
         made.save(file)
     return made
 
 
-def _page(named: Mapping[str, Result], robot: ClosedChain | None, why_none: str) -> RunPage:
-    verdicts = {name: verdict_of(run, robot) for name, run in named.items()}
-    title = title_of(next(iter(named.values()))) if len(named) == 1 else f"{len(named)} runs: {', '.join(named)}"
-    panels = {name: all_panels(run, robot) for name, run in named.items()}
-    frame, moving = _animation(named, robot, why_none)
+def _page(named: Mapping[str, Result], robots: Mapping[str, ClosedChain | None], why_none: str) -> RunPage:
+    verdicts = {name: verdict_of(run, robots[name]) for name, run in named.items()}
+    title = title_of(next(iter(named.values()))) if len(named) == 1 else _several(named)
+    panels = {name: all_panels(run, robots[name]) for name, run in named.items()}
+    frame, moving = _animation(named, robots, why_none)
     parts = {
         "Can it be believed?": _believed(verdicts, why_none),
         "How it was made": _beside(named, setting_rows),
@@ -127,6 +127,10 @@ def _page(named: Mapping[str, Result], robot: ClosedChain | None, why_none: str)
         f"{sections}"
     )
     return RunPage(title, page_of(title, body, [frame] if frame else []), verdicts)
+
+
+def _several(named: Mapping[str, Result]) -> str:
+    return f"{len(named)} runs: {', '.join(f'{name}{early(run)}' for name, run in named.items())}"
 
 
 def _table(table: TextTable) -> str:
@@ -211,9 +215,10 @@ def _curves(panels: Mapping[str, tuple[Mapping[str, Sequence[Panel]], Mapping[st
     return curves(overlaid(drawn), "curves") + note
 
 
-def _animation(named: Mapping[str, Result], robot: ClosedChain | None, why_none: str) -> tuple[str, str]:
+def _animation(named: Mapping[str, Result], robots: Mapping[str, ClosedChain | None], why_none: str) -> tuple[str, str]:
     """The player's page of the first run, and the part of this page that holds it, or says why there is none."""
     name, run = next(iter(named.items()))
+    robot = robots[name]
     if robot is None:
         return "", f"<p>There is no animation: {html.escape(why_none)}.</p>"
     try:

@@ -13,10 +13,10 @@ from cutjoint.errors import InputError
 from cutjoint.files import check_place, write_whole
 from cutjoint.report.chart_figure import chart_figure
 from cutjoint.report.curves_page import curves, page_of
-from cutjoint.report.named_runs import Runs, named_runs, robot_of_runs
+from cutjoint.report.named_runs import Runs, named_runs, robots_of
 from cutjoint.simulation.charts import Chart, overlaid
 from cutjoint.simulation.panels import PANELS, USUAL, between, panels_of
-from cutjoint.simulation.summary import title_of
+from cutjoint.simulation.summary import early, title_of
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
@@ -47,7 +47,7 @@ class Plot:
         Raises:
             MissingPackageError: it is not installed.
         """
-        return chart_figure(self.charts)
+        return chart_figure(self.charts, title=self.title)
 
     @property
     def html(self) -> str:
@@ -112,13 +112,14 @@ def plot(
     if file is not None:
         check_plot_place(file)
     names = [one.strip() for one in what.split(",")] if isinstance(what, str) and what else list(what or ())
-    robot, missing = robot_of_runs(named, robot)
-    if missing is not None and "reactions" in names:
-        raise missing
-    found = {name: between(panels_of(run, names, robot), start, end) for name, run in named.items()}
+    first = next(iter(named.values()))
+    robots, missing = robots_of(named, robot)
+    if missing and "reactions" in names:
+        raise InputError(missing)
+    found = {name: between(panels_of(run, names, robots[name]), start, end) for name, run in named.items()}
     if not any(found.values()):
         raise InputError(f"these runs have none of {', '.join(USUAL)}; ask for others: {', '.join(PANELS)}")
-    title = title_of(next(iter(named.values()))) if len(named) == 1 else ", ".join(named)
+    title = title_of(first) if len(named) == 1 else ", ".join(f"{name}{early(run)}" for name, run in named.items())
     made = Plot(title, overlaid(found))
     if file is not None:
         made.save(file)

@@ -96,10 +96,21 @@ def _is_object(value: object) -> bool:
     return isinstance(value, dict)
 
 
+def _is_options(value: object) -> bool:
+    """As `cutjoint simulate` was given them: variant, ideal, lenient, payload."""
+    kinds = {"variant": _is_text, "ideal": _is_flag, "lenient": _is_flag, "payload": _is_number}
+    return isinstance(value, dict) and all(name in kinds and kinds[name](one) for name, one in value.items())
+
+
+def _is_flag(value: object) -> bool:
+    return isinstance(value, bool)
+
+
 _TEXT = (_is_text, "a text")
 _COUNT = (_is_count, "a count")
 _KINDS: Mapping[str, tuple[Callable[[object], bool], str]] = {
     **dict.fromkeys(("robot", "plant", "not_compiled", "law", "trajectory", "reference", "integrator"), _TEXT),
+    **dict.fromkeys(("stopped", "fingerprint", "file"), _TEXT),
     **dict.fromkeys(("run_number", "steps", "evaluations"), _COUNT),
     "gains": (_is_object, "gains by name"),
     "rate": (lambda value: value is None or _is_number(value), "a number or null"),
@@ -108,6 +119,7 @@ _KINDS: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "actuators": (_is_list(_is_actuator), "a name and a kind an actuator"),
     "joints": (_is_list(_is_actuator), "a name and a type a joint"),
     "locked": (_is_list(_is_text), "names of actuators"),
+    "options": (_is_options, "options of a robot"),
     "hardware": (_is_object, "the parts of the hardware"),
     "loads": (lambda value: isinstance(value, str | list), "loads"),
 }

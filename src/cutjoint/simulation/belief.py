@@ -80,7 +80,15 @@ def verdict_of(result: Result, robot: ClosedChain | None = None) -> Belief:
     """
     length = robot.length if robot is not None else float(np.linalg.norm(result.tool, axis=1).max())
     signs = [_gap(result, length), *_strayed(result, length), _energy(result), *_limits(result, robot)]
-    return Belief((*signs, *_saturation(result)))
+    return Belief((*_whole(result), *signs, *_saturation(result)))
+
+
+def _whole(result: Result) -> list[Sign]:
+    """Whether the run went on to its end; results of old files do not tell."""
+    if "stopped" not in result.about:
+        return []
+    found = f"stopped {result.about['stopped']}"
+    return [Sign("whole run", found, "until its end", "half", "what would have come then is not known")]
 
 
 def _graded(value: float, good: float, bad: float = np.inf) -> Grade:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from cutjoint import tolerances
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, positive
 from cutjoint.chain import ClosedChain
 from cutjoint.control.led import LedActuators
 from cutjoint.errors import ActuationError, CutjointError
@@ -37,13 +37,17 @@ class _Way(NamedTuple):
     words: str
 
 
-def led(chain: ClosedChain, seconds: float, kp: float, kd: float) -> Leading:
-    """What leads the actuators of `chain` about home, out and back in `seconds` [s].
+def led(chain: ClosedChain, seconds: float, kp: float, kd: float, size: float = SIZE) -> Leading:
+    """What leads the actuators of `chain` about home, out by `size` (lengths of the robot or radians) and back in
+    `seconds` [s].
 
     Raises:
+        InputError: `size` or `seconds` is not > 0.
         ActuationError: there is no actuator.
         DynamicsError: home is no regular posture.
     """
+    positive("size", size, "robot lengths or rad")
+    positive("seconds", seconds, "s")
     report = chain.mobility()
     freedoms = report.mobility - report.idle_mobility
     if chain.n == 0:
@@ -52,7 +56,7 @@ def led(chain: ClosedChain, seconds: float, kp: float, kd: float) -> Leading:
     inertia = np.asarray(np.linalg.pinv(answer, rcond=tolerances.RANK.value, hermitian=True), dtype=np.float64)
     driven = int(np.linalg.matrix_rank(answer, tol=tolerances.RANK.value * np.linalg.norm(answer, 2), hermitian=True))
     least = -inertia @ falling
-    found = _dependent(chain) if driven < chain.n else _independent(chain, least)
+    found = _dependent(chain, size) if driven < chain.n else _independent(chain, least, size)
     way = found or _Way(chain.home.q[None], least[None], "held at home")
     told = [f"actuators {way.words}"]
     if driven < freedoms:
@@ -77,7 +81,7 @@ def _answer(chain: ClosedChain) -> tuple[Array, Array]:
     return 0.5 * (answer + answer.T), falling
 
 
-def _independent(chain: ClosedChain, holding: Array) -> _Way | None:
+def _independent(chain: ClosedChain, holding: Array, size: float) -> _Way | None:
     """All actuators, which do not depend on each other, straight out, each to the side where its limits let it."""
     model, home = chain.model, chain.home.q
     units = np.array([1.0 if one.kind == "rotation" else chain.length for one in chain.actuators])
@@ -89,7 +93,7 @@ def _independent(chain: ClosedChain, holding: Array) -> _Way | None:
     )
     way = np.zeros(chain.n)
     for k in range(chain.n):
-        ways = (part * SIZE * units[k] for part in PARTS)
+        ways = (part * size * units[k] for part in PARTS)
         way[k] = next(
             (one for one in ways if lower[k] <= home[k] <= upper[k] and lower[k] <= home[k] + one <= upper[k]), 0.0
         )
@@ -98,14 +102,14 @@ def _independent(chain: ClosedChain, holding: Array) -> _Way | None:
     return _Way(np.array([home, way]), holding[None], _words(way, units))
 
 
-def _dependent(chain: ClosedChain) -> _Way | None:
+def _dependent(chain: ClosedChain, size: float) -> _Way | None:
     """Actuators that depend on each other: led by those of them that tell the rest; None where that cannot be."""
     try:
         minimal = chain.minimal()
         own = np.abs(minimal.effort_map(chain.home)).sum(axis=1) > 0.0
         units = np.array([1.0 if unit == "rad" else chain.length for unit in minimal.units])
         for part in PARTS:
-            end = own * part * SIZE * units
+            end = own * part * size * units
             parts = 0.5 - 0.5 * np.cos(np.pi * (np.arange(DEGREE + 3) + 0.5) / (DEGREE + 3))
             postures = _along(chain, [minimal.moved(chain.home, s * end) for s in parts])
             if postures is None:

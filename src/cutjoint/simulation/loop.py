@@ -17,7 +17,6 @@ from cutjoint.mechanism import JointLimits, Mechanism, Posture
 from cutjoint.motion import Reference
 from cutjoint.simulation.asking import Asking
 from cutjoint.simulation.choice import plant_of
-from cutjoint.simulation.coordinates import joints_of
 from cutjoint.simulation.coupled import Coupled
 from cutjoint.simulation.extent import check_extent
 from cutjoint.simulation.hardware import Hardware
@@ -31,6 +30,7 @@ from cutjoint.simulation.locks import Locks
 from cutjoint.simulation.plant import Advancing, Plant, State
 from cutjoint.simulation.pushing import Pushing, RunLoads
 from cutjoint.simulation.result import About, Result
+from cutjoint.simulation.robot_words import check_moves, robot_words
 from cutjoint.simulation.running import SAME, Running, Span
 
 
@@ -84,6 +84,7 @@ def run(
         InputError: an argument is out of its range, or the law asks for a desired motion where there is none.
         UnknownNameError: there is no such actuator to lock, or no such link to push.
         UnreachableError, ClosureError, SingularError: no start.
+        DynamicsError: actuators or joint physics act on a motion of several joints that moves no mass.
         SimulationError: the run diverged, met a singularity, or a joint passed its limits; it holds the state and the
             result until then.
         Interrupted: a `KeyboardInterrupt` (Ctrl-C) came; it is one, and holds the result until then.
@@ -103,6 +104,7 @@ def run(
     v = np.zeros(n) if start_velocity is None else as_vector("start_velocity", start_velocity, n)
     first = start if isinstance(start, State) else plant.start(_posture(plant, reference, start), v)
     locks.check_rest(first)
+    check_moves(plant.mechanism, first)
     method = Adaptive() if integrator is None else integrator
     check_extent(span, spacing, method)
     about: About = {
@@ -113,13 +115,10 @@ def run(
         "integrator": method.name,
         "rate": rate,
         "limits": None if bounds is None else bounds.tolist(),
-        "actuators": [[one.name, one.kind] for one in plant.mechanism.actuators],
+        **robot_words(plant.mechanism),
     }
     if reference is not None:
         about |= {"trajectory": reference.trajectory.name, "reference": reference.mechanism.name}
-    joints = joints_of(plant.mechanism)
-    if joints is not None:
-        about["joints"] = joints
     if not_compiled is not None:
         about["not_compiled"] = not_compiled
     if locks.names:

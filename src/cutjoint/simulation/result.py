@@ -59,6 +59,10 @@ class About(TypedDict, total=False):
     steps: int
     evaluations: int
     strayed: float
+    stopped: str
+    fingerprint: str
+    file: str
+    options: dict[str, object]
 
 
 # long: measures of a run, a line or two of code each

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import warnings
 from pathlib import Path
 
@@ -38,7 +39,7 @@ def save(result: Result, path: str | Path) -> Path:
         InputError: another suffix, or a folder that does not exist or cannot be written.
     """
     target = check_target(path)
-    return write_whole(target, _npz(result) if target.suffix == ".npz" else _csv(result))
+    return write_whole(target, _npz(result, target.parent) if target.suffix == ".npz" else _csv(result))
 
 
 def check_target(path: str | Path) -> Path:
@@ -73,9 +74,10 @@ def load(path: str | Path) -> Result:
                 raise refused(f" has result schema {schema}, this version reads {SCHEMA}; {mend}")
             words = json_words(archive.text("about"))
             names = _columns(archive, words.pop(COLUMNS, None))
-            return result_of(
-                {name: np.asarray(archive.array(name), dtype=np.float64) for name in names}, about_of(words)
-            )
+            about = about_of(words)
+            if "file" in about:
+                about["file"] = os.path.normpath(Path(path).absolute().parent / about["file"])
+            return result_of({name: np.asarray(archive.array(name), dtype=np.float64) for name in names}, about)
     except FileError as error:
         raise refused(f": {error.why}{error.mend and f' ({error.mend})'}") from error
     except ArchiveError as error:
@@ -113,12 +115,23 @@ def _columns(archive: ArrayArchive, listed: object) -> list[str]:
     return names
 
 
-def _npz(result: Result) -> bytes:
+def _npz(result: Result, folder: Path) -> bytes:
     buffer = io.BytesIO()
-    about = json.dumps({**result.about, COLUMNS: {name: one.shape for name, one in result.columns.items()}})
+    said = dict(result.about)
+    if "file" in result.about:
+        said["file"] = _seen_from(folder.absolute(), result.about["file"])
+    about = json.dumps({**said, COLUMNS: {name: one.shape for name, one in result.columns.items()}})
     # numpy's stubs take any array for its option allow_pickle.
     np.savez_compressed(buffer, schema=SCHEMA, about=about, **result.columns)  # type: ignore[arg-type]
     return buffer.getvalue()
+
+
+def _seen_from(folder: Path, file: str) -> str:
+    """The way to a robot's file from the result's folder: both may be moved together, and no more is told of a disk."""
+    try:
+        return Path(os.path.relpath(file, folder)).as_posix()
+    except ValueError:  # of another drive
+        return file
 
 
 def _csv(result: Result) -> str:

@@ -244,10 +244,12 @@ class Running:
         signals = self.sampling.signals(y) if "hardware" in self.about else None
         self.recorder.keep(Kept(t, state, desired, coupled.effort_at(t, state, y), coupled.works(y), signals))
 
-    def result(self) -> Result:
-        """Everything until now."""
+    def result(self, why: str = "") -> Result:
+        """Everything until now; `why` it ends there, if early."""
         coupled = self.coupled
         ending = About(steps=self.steps, evaluations=coupled.evaluations, strayed=coupled.strayed)
+        if why:
+            ending["stopped"] = f"at {self.recorded:.6g} s of {self.span:g} s: {why}"
         return result_of(self.recorder.columns(), {**self.about, **ending})
 
     def stopped(self, reason: str) -> SimulationError:
@@ -259,12 +261,12 @@ class Running:
             t=self.t,
             q=q,
             v=v,
-            result=self.result(),
+            result=self.result(reason.partition("; ")[0]),
         )
 
     def interrupted(self) -> Interrupted:
         """What is raised on an interrupt, which may come amid a step: everything until the last sample."""
-        result = self.result()
+        result = self.result("interrupted")
         end = float(result.time[-1])
         return Interrupted(
             f"the simulation was interrupted; its result goes to t = {end:.6g} s of {self.span:g} s",

@@ -13,7 +13,7 @@ from cutjoint.simulation.result import FREE, Result
 
 SETTINGS = (
     *("plant", "not_compiled", "law", "gains", "trajectory", "locked", "loads", "integrator"),
-    *("rate", "limits", "hardware"),
+    *("rate", "limits", "hardware", "stopped"),
 )
 
 
@@ -100,7 +100,8 @@ def setting_rows(result: Result) -> list[tuple[str, str]]:
 
 def figure_rows(result: Result, figures: Mapping[str, object]) -> list[tuple[str, str]]:
     """What a run came to, of its `figures_of`."""
-    rows = _error_rows(figures) if result.followed else []
+    rows = [("stopped early", result.about["stopped"])] if "stopped" in result.about else []
+    rows += _error_rows(figures) if result.followed else []
     if "load_work" in result.columns:
         rows.append(("work of loads", f"{result.load_work[-1]:.3g} J"))
     if peaks := peaks_of(result):
@@ -116,7 +117,12 @@ def title_of(result: Result) -> str:
     """Which robot under which law does what."""
     about = result.about
     robot = about.get("plant", about.get("robot", "a robot"))
-    return f"{robot}: {about.get('law', 'unknown law')}, {about.get('trajectory', FREE)}"
+    return f"{robot}: {about.get('law', 'unknown law')}, {about.get('trajectory', FREE)}{early(result)}"
+
+
+def early(result: Result) -> str:
+    """Words to put behind the title of a run that did not go on to its end."""
+    return f" (stopped at {result.time[-1]:.4g} s)" if "stopped" in result.about else ""
 
 
 def _error_rows(figures: Mapping[str, object]) -> list[tuple[str, str]]:
