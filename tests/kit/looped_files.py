@@ -1,14 +1,15 @@
 """Files of planar linkages as people have them, a loop told in each of the ways that files know.
 
-A linkage is the corners of its loop as it stands, in the x-y plane of the world: the first and the last are hinges of the
-frame, each pair of neighbours is a bar.  The bars of the left half hang on the first corner one after the other, those
-of the right half on the last, and both halves meet in a pin.
+A linkage is the corners of its loop as it stands, in the x-y plane of the world: the first and the last are hinges of
+the frame, each pair of neighbours is a bar.  The bars of the left half hang on the first corner one after the other,
+those of the right half on the last, and both halves meet in a pin.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -51,7 +52,7 @@ def bars(corners: tuple[tuple[float, float], ...]) -> list[Bar]:
     ways = (("left", list(range(meeting + 1))), ("right", list(range(len(points) - 1, meeting - 1, -1))))
     for side, way in ways:
         parent, last = "frame", np.zeros(2)
-        for number, (start, end) in enumerate(zip(way, way[1:], strict=False), start=1):
+        for number, (start, end) in enumerate(pairwise(way), start=1):
             name = f"{side}_{number}"
             made.append(Bar(name, parent, points[start] - last, points[end] - points[start]))
             parent, last = name, points[start]
@@ -66,7 +67,8 @@ def _ends(made: list[Bar]) -> tuple[Bar, Bar]:
 def urdf(corners: tuple[tuple[float, float], ...], closing: Callable[[Bar, Bar], str]) -> str:
     """The linkage as URDF, its loop told by `closing`, which is given the two bars that meet."""
     made = bars(corners)
-    return "\n".join(['<robot name="linkage">', '<link name="frame"/>', *_urdf(made), closing(*_ends(made)), "</robot>"])
+    inside = ['<link name="frame"/>', *_urdf(made), closing(*_ends(made))]
+    return "\n".join(['<robot name="linkage">', *inside, "</robot>"])
 
 
 def _urdf(made: list[Bar]) -> Iterator[str]:

@@ -1,5 +1,8 @@
-"""What the README's first lines promise to somebody who has just installed cutjoint: three commands to the plot of a run of a
-new robot, five to the same and a report for a file of one's own that has a loop.  The lines are taken from its text."""
+"""What the README's first lines promise to somebody who has just installed cutjoint: three commands to the plot of a
+run of a new robot, five to the same and a report for a file of one's own that has a loop.
+
+The lines are taken from the README's text.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,7 @@ def told(first: str) -> list[str]:
 
 
 def enter(lines: list[str], folder: Path) -> None:
-    """Run them one after the other in `folder` as a shell does, with nothing of this project in reach but the command."""
+    """Run them one after the other in `folder` as a shell does, with nothing in reach but the command."""
     (folder / ".bin").mkdir()
     command = folder / ".bin" / "cutjoint"
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m cutjoint "$@"\n')

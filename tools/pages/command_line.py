@@ -16,8 +16,8 @@ PROGRAM = "cutjoint"
 HEAD = f"""\
 # The commands
 
-`{PROGRAM} --help` lists the commands, `{PROGRAM} COMMAND --help` explains one; this page is made of the same texts. What
-holds for all of them is told in [the command line](command-line.md).
+`{PROGRAM} --help` lists the commands, `{PROGRAM} COMMAND --help` explains one; this page is made of the same texts.
+What holds for all of them is told in [the command line](command-line.md).
 """
 
 
