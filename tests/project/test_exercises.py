@@ -17,6 +17,7 @@ GUIDES = {
     "adding-an-output-column.md": (0, 1),
     "adding-a-paper.md": (3, 1),
     "adding-a-back-end.md": (1, 1),
+    "adding-a-command.md": (1, 1),
 }
 """Guide -> new files (all in one folder), and files that get a row."""
 

@@ -14,9 +14,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src"))
 
 PROGRAM = "cutjoint"
 HEAD = f"""\
-# The command line
+# The commands
 
 `{PROGRAM} --help` lists the commands, `{PROGRAM} COMMAND --help` explains one; this page is made of the same texts.
+What holds for all of them is told in [the command line](command-line.md).
 """
 
 

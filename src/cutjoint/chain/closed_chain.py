@@ -385,7 +385,7 @@ class ClosedChain(Sealed):
         return robot
 
     @door
-    def minimal(self, joints: Sequence[str] = ()) -> MinimalCoordinates:
+    def minimal(self, joints: str | Sequence[str] = ()) -> MinimalCoordinates:
         """This robot in as many velocities as it has freedoms, also where its actuators do not determine its motion.
 
         They are those of the actuators where these determine it.  Otherwise those of what flies from the base, of the

@@ -35,7 +35,7 @@ class Locks:
         InputError: one is named twice, or is not among the plant's velocities.
     """
 
-    def __init__(self, plant: Plant, names: Sequence[str]) -> None:
+    def __init__(self, plant: Plant, names: str | Sequence[str]) -> None:
         known = [one.name for one in plant.mechanism.actuators]
         given = (names,) if isinstance(names, str) else tuple(names)
         for name in given:

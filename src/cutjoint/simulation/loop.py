@@ -50,7 +50,7 @@ def run(
     every: float | None = None,
     start: Posture | State | None = None,
     start_velocity: npt.ArrayLike | None = None,
-    lock: Sequence[str] = (),
+    lock: str | Sequence[str] = (),
     loads: RunLoads | None = None,
     joint_limits: JointLimits = "respect",
     progress: Callable[[float], None] | None = None,

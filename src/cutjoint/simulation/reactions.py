@@ -126,7 +126,7 @@ def check_csv(path: str | Path) -> Path:
 def reactions_of(
     result: Result,
     chain: ClosedChain,
-    names: Sequence[str] | None = None,
+    names: str | Sequence[str] | None = None,
     *,
     axes: ReactionAxes = "world",
     stiffness: Stiffness | None = None,
@@ -170,7 +170,7 @@ def reactions_of(
     return ReactionHistory(chosen, axes, result.time, force, moment, kept)
 
 
-def _names(chain: ClosedChain, names: Sequence[str] | None) -> tuple[str, ...]:
+def _names(chain: ClosedChain, names: str | Sequence[str] | None) -> tuple[str, ...]:
     joints, cuts = chain.description.joints, chain.description.cuts
     known = [*(one.name for one in joints), *(one.name for one in cuts)]
     wanted = tuple(known) if names is None else (names,) if isinstance(names, str) else tuple(names)
