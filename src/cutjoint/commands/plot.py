@@ -46,8 +46,11 @@ def command(
     """
     from cutjoint.report import plot
     from cutjoint.report.named_runs import runs_of_files
+    from cutjoint.report.own_files import PLOT, check_own
     from cutjoint.report.run_plot import check_plot_place
 
     target = check_plot_place(runs[0].with_suffix(".svg") if output is None else output)
+    if output is None:
+        check_own(target, PLOT)
     made = plot(runs_of_files(runs), what, robot=robot_of_options(robot, variant, ideal, lenient), start=start, end=end)
     say(f"wrote {made.save(target)}")

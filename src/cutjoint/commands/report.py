@@ -33,9 +33,12 @@ def command(
     """
     from cutjoint.report import run_report
     from cutjoint.report.named_runs import runs_of_files
+    from cutjoint.report.own_files import REPORT, check_own
     from cutjoint.report.run_page import check_page_place
 
     target = check_page_place(runs[0].with_suffix(".html") if output is None else output)
+    if output is None:
+        check_own(target, REPORT)
     made = run_report(runs_of_files(runs), robot=robot_of_options(robot, variant, ideal, lenient))
     for name, verdict in made.verdicts.items():
         say(f"{name}: {verdict.sentence}")
