@@ -14,7 +14,8 @@ import cutjoint
 from cutjoint.errors import CutjointError, InputError, MissingPackageError, UnknownNameError
 from cutjoint.report import COLOURS, DASHES, plot
 from cutjoint.report.named_runs import runs_of_files
-from cutjoint.simulation import charts, save
+from cutjoint.robots import load
+from cutjoint.simulation import ConstrainedPlant, charts, reactions_of, run, save
 from cutjoint.simulation.charts import charts_json, look, overlaid, thinned
 from cutjoint.simulation.panels import PANELS, Panel, all_panels, between, panels_of
 
@@ -42,6 +43,34 @@ def test_effort_limits_are_drawn_where_the_run_had_them(limits):
     top = np.broadcast_to(limits, 3)
     np.testing.assert_array_equal(effort.limits, np.column_stack([-top, top]))
     assert panels_of(made(), ["effort"])[0].limits is None
+
+
+@pytest.fixture(scope="module")
+def swing():
+    """A five-bar under a law that changes smoothly, and the robot."""
+    chain = load("fivebar")
+    return run(ConstrainedPlant(chain), lambda t: [0.3 * np.sin(9.0 * t), -0.2], duration=0.1, every=0.002), chain
+
+
+def test_power_sums_up_to_the_work_and_energies_to_what_is_left(swing):
+    result, _ = swing
+    (power,), (parts, lost) = panels_of(result, ["power"]), panels_of(result, ["energy"])
+    done = np.trapezoid(power.values.sum(axis=1), power.time)
+    curves = dict(zip(parts.names, parts.values.T, strict=True))
+    assert curves["work of actuators"][-1] == pytest.approx(done, rel=1e-4)
+    stored = curves["kinetic"] + curves["change of potential"] - curves["kinetic"][0]
+    np.testing.assert_allclose(stored - curves["work of actuators"], lost.values[:, 0], atol=1e-12)
+    assert np.abs(lost.values).max() < 1e-6 * np.abs(stored).max()
+
+
+def test_reactions_are_the_sizes_of_those_of_the_run_sample_by_sample(swing):
+    result, chain = swing
+    force, moment = panels_of(result, ["reactions"], chain)
+    found = reactions_of(result, chain)
+    np.testing.assert_array_equal(force.time, result.time)
+    np.testing.assert_allclose(force.values, np.linalg.norm(found.force, axis=2), rtol=1e-9)
+    np.testing.assert_allclose(moment.values, np.linalg.norm(found.moment, axis=2), rtol=1e-9)
+    assert (force.unit, moment.unit, tuple(force.names)) == ("N", "N m", found.names)
 
 
 def test_passive_joints_are_read_from_the_configurations_by_their_types():

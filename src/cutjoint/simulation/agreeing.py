@@ -23,6 +23,8 @@ SPREADS = 4.0
 """Times that ways of integration may differ among themselves."""
 FEWEST = 5
 """Samples of which something can be said."""
+SMALL = 1e-6
+"""Parts of a radian or of the tool's distance from the origin below which a robot stands still."""
 LOOKED_AT = 200
 """Configurations of a run of which gaps are computed anew."""
 
@@ -40,13 +42,19 @@ def why_not(result: Result) -> str:
 def disagreements(result: Result) -> dict[str, float]:
     """How far columns are from each other beyond what the samples leave open, as parts of their sizes, by name."""
     time, q = result.time, np.array(result.q)
-    for i, (_, kind) in enumerate(actuators_of(result)):
-        if kind != "translation":
-            q[:, i] = np.unwrap(q[:, i])
-    found = {"tool and its velocity": _apart(result.tool - result.tool[:1], _integrals(time, result.tool_velocity))}
+    length = float(np.linalg.norm(result.tool, axis=1).max())
+    found = {
+        "tool and its velocity": _apart(
+            result.tool - result.tool[:1], _integrals(time, result.tool_velocity), SMALL * length
+        )
+    }
+    turning = np.array([kind != "translation" for _, kind in actuators_of(result)], dtype=bool)
+    for name, own, size in (("angles and speeds", turning, 1.0), ("ways and speeds", ~turning, length)):
+        if own.any():
+            moved = np.unwrap(q[:, own], axis=0) if own is turning else q[:, own]
+            found[name] = _apart(moved - moved[:1], _integrals(time, result.v[:, own]), SMALL * size)
     if q.shape[1]:
-        found["coordinates and speeds"] = _apart(q - q[:1], _integrals(time, result.v))
-        turned = max(result.kinetic.max(), np.ptp(result.potential), np.abs(result.work).max())
+        turned = max(result.kinetic.max(), np.ptp(result.potential), SMALL * np.abs(result.potential).max())
         found["efforts and work"] = _apart(result.work[:, None], _works(result), float(turned))
     return found
 
@@ -60,8 +68,9 @@ def gap_of(result: Result, robot: ClosedChain) -> tuple[float, float]:
     return float(gaps[:, 0].max()), float(gaps[:, 1].max())
 
 
-def _apart(values: Array, ways: list[Array], size: float = 0.0) -> float:
-    """How far values (m, n) are from the nearest of some ways to compute them, less what these differ, as a part."""
+def _apart(values: Array, ways: list[Array], size: float) -> float:
+    """How far values (m, n) are from the nearest of some ways to compute them, less what these differ, as a
+    part of them, or of `size` where that is more."""
     spread = float(np.ptp(np.array(ways), axis=0).max())
     least = min(float(np.abs(values - way).max()) for way in ways)
     whole = max(size, float(np.abs(values).max()), *(float(np.abs(way).max()) for way in ways))
@@ -77,10 +86,15 @@ def _integrals(time: Array, rates: Array) -> list[Array]:
 
 
 def _works(result: Result) -> list[Array]:
-    """Work of efforts on speeds, shape (m, 1): held from each sample on, held until it, and as power that changes."""
+    """Work of efforts on speeds, shape (m, 1): held from each sample on, as a clock has it, else also until it, and as
+    power that changes."""
+    clocked = result.about.get("rate") is not None and "hardware" not in result.about
     held = []
     for moved in (np.diff(one, axis=0) for one in _integrals(result.time, result.v)):
-        held += [_summed((effort * moved).sum(axis=1)[:, None]) for effort in (result.effort[:-1], result.effort[1:])]
+        for effort in (result.effort[:-1],) if clocked else (result.effort[:-1], result.effort[1:]):
+            held.append(_summed((effort * moved).sum(axis=1)[:, None]))
+    if clocked:
+        return held
     return [*held, *_integrals(result.time, (result.effort * result.v).sum(axis=1)[:, None])]
 
 
