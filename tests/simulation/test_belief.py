@@ -107,6 +107,15 @@ def test_columns_that_are_of_one_run_agree_and_spoiled_ones_do_not(pushed):
     assert grades(tampered(result, **energies))["columns agree"] == "bad"
 
 
+def test_energies_are_held_against_the_robot_and_a_payload_is_told_but_no_fault(pushed):
+    result, chain = pushed
+    for robot, grade in ((chain, "good"), (chain.with_payload(0.01), None)):
+        found = verdict_of(result, robot)
+        assert {one.name: one.grade for one in found.signs}["energies of the robot"] == grade
+        assert found.grade == "good"
+        assert ("not looked at: energies of the robot" in found.sentence) == (grade is None)
+
+
 def test_angles_that_start_again_at_a_turn_agree_with_their_speeds(pushed):
     result, _ = pushed
     jump = np.where(np.arange(len(result)) > 5, 2.0 * np.pi, 0.0)[:, None]

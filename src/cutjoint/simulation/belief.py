@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from cutjoint.errors import CutjointError
 from cutjoint.simulation.agreeing import disagreements, gap_of, why_not
 from cutjoint.simulation.coordinates import coordinates, joints_of
+from cutjoint.simulation.reaction_samples import check_same_robot
 from cutjoint.simulation.result import Result
 from cutjoint.tolerances import CLOSURE, RUN_AGREE, RUN_DRIFT, RUN_GAP, RUN_OPEN, RUN_SATURATED, RUN_STRAYED, RUN_WRONG
 
@@ -23,6 +25,9 @@ Grade = Literal["good", "half", "bad"]
 """Holds; look closer; does not hold."""
 AT_LIMIT = 1.0 - 1e-9
 """Part of a limit from which an effort is at it: what is clipped is there to the last digit but rounding."""
+
+AWAY = "the robot is not at hand"
+REDUCED = "the run has no configurations of this robot, as of a reduced model"
 
 
 @dataclass(frozen=True)
@@ -80,7 +85,7 @@ def verdict_of(result: Result, robot: ClosedChain | None = None) -> Belief:
     """
     length = robot.length if robot is not None else float(np.linalg.norm(result.tool, axis=1).max())
     signs = [_gap(result, length, robot), *_strayed(result, length), _energy(result), _agreement(result)]
-    return Belief((*signs, *_limits(result, robot), *_saturation(result)))
+    return Belief((*signs, _energies(result, robot), *_limits(result, robot), *_saturation(result)))
 
 
 def _graded(value: float, good: float, bad: float = np.inf) -> Grade:
@@ -146,14 +151,28 @@ def _agreement(result: Result) -> Sign:
     return Sign(name, found, good, grade, means)
 
 
+def _energies(result: Result, robot: ClosedChain | None) -> Sign:
+    """Whether the robot at hand has the energies of the run; a payload is no fault, so none is said to be there."""
+    name, good = "energies of the robot", "those of the run"
+    if robot is None:
+        return Sign(name, AWAY, good, None)
+    if result.q_full.shape[1] != robot.nq:
+        return Sign(name, REDUCED, good, None)
+    try:
+        check_same_robot(result, robot)
+    except CutjointError as error:
+        return Sign(name, str(error), good, None)
+    return Sign(name, "those of the run", good, "good")
+
+
 def _limits(result: Result, robot: ClosedChain | None) -> list[Sign]:
     """Joints beyond the limits that their files give."""
     name, good = "limits of the joints", "none passed"
     if robot is None:
-        return [Sign(name, "the robot is not at hand", good, None)]
+        return [Sign(name, AWAY, good, None)]
     joints = joints_of(robot) or []
     if result.q_full.shape[1] != robot.nq:
-        return [Sign(name, "the run has no configurations of this robot, as of a reduced model", good, None)]
+        return [Sign(name, REDUCED, good, None)]
     own = {one.joint: one for one in coordinates(result.q_full, joints)}
     passed = []
     for joint in robot.description.joints:
