@@ -229,6 +229,7 @@ def test_ends_of_a_stretch_count_whatever_their_sums_round_to():
     time = np.array([0.0, 0.1, 0.1 + 0.2, 0.7])  # 0.1 + 0.2 is more than 0.3
     panels = panels_of(made(4, time=time), ["tool"])
     assert between(panels, 0.1, 0.3)[0].time.tolist() == time[1:3].tolist()
+    assert between(panels_of(made(2, time=np.array([0.0, 0.3])), ["tool"]), 0.1 + 0.2, None)[0].time.tolist() == [0.3]
     assert between(panels, 0.7, None)[0].time.tolist() == between(panels, 0.7, 9.0)[0].time.tolist() == [0.7]
     assert between(panels, None, 0.0)[0].time.tolist() == [0.0]
 

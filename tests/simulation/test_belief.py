@@ -12,7 +12,7 @@ from cutjoint.simulation import Adaptive, ConstrainedPlant, Midpoint, RungeKutta
 from cutjoint.simulation.belief import verdict_of
 from cutjoint.simulation.reaction_samples import sampled_reactions
 from cutjoint.simulation.result import Result, result_of
-from cutjoint.simulation.summary import figures_of, setting_rows
+from cutjoint.simulation.summary import figure_rows, figures_of, peaks_of, setting_rows
 from cutjoint.tolerances import RUN_DRIFT, RUN_GAP, RUN_OPEN, RUN_SATURATED, RUN_STRAYED, RUN_WRONG
 
 LINE = np.linspace(0.0, 1.0, 60)
@@ -173,7 +173,13 @@ def test_what_long_steps_spoil_is_not_believed_and_short_ones_are(name):
     size = np.ptp(exact.q, axis=0).max()
     assert verdict_of(exact).grade == "good"
     assert exact.energy_drift() < 1e-8
-    for integrator in (Adaptive(1e-4, 1e-6), Adaptive(1e-2, 1e-3), RungeKutta4(1e-3), RungeKutta4(1e-2), Midpoint(1e-2)):
+    for integrator in (
+        Adaptive(1e-4, 1e-6),
+        Adaptive(1e-2, 1e-3),
+        RungeKutta4(1e-3),
+        RungeKutta4(1e-2),
+        Midpoint(1e-2),
+    ):
         found = moved(integrator)
         off = np.abs(found.q[-1] - exact.q[-1]).max() / size
         grade = verdict_of(found).grade
@@ -214,3 +220,9 @@ def test_a_result_that_tells_nothing_of_itself_is_still_summed_up():
     assert figures_of(bare)["samples"] == 60
     assert dict(setting_rows(bare))["gains"] == "none"
     assert list(figures_of(bare)["effort_peak"]) == ["q1", "q2", "q3"]
+
+
+def test_efforts_have_the_units_of_their_actuators_in_words_too():
+    result = made(effort=np.tile([3.0, -4.0, 5.0], (60, 1)))
+    assert peaks_of(result) == [("motor1", "N m", 3.0), ("motor2", "N", 4.0), ("motor3", "N m", 5.0)]
+    assert dict(figure_rows(result, figures_of(result)))["peak effort"] == "motor1 3 N m, motor2 4 N, motor3 5 N m"

@@ -82,7 +82,10 @@ def _integrals(time: Array, rates: Array) -> list[Array]:
     from scipy.interpolate import CubicSpline
 
     spline = CubicSpline(time, rates).antiderivative()
-    return [_summed(np.diff(time)[:, None] * (rates[1:] + rates[:-1]) / 2.0), np.asarray(spline(time) - spline(time[0]))]
+    return [
+        _summed(np.diff(time)[:, None] * (rates[1:] + rates[:-1]) / 2.0),
+        np.asarray(spline(time) - spline(time[0])),
+    ]
 
 
 def _works(result: Result) -> list[Array]:
