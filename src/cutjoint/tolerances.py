@@ -96,7 +96,7 @@ RUN_STRAYED = Tolerance(
 RUN_DRIFT = Tolerance(
     1e-5,
     "of the energy turned over",
-    "runs at default tolerances stay below 1e-8, close to singular postures 1e-6; what keeps to this ends right to 1e-3",
+    "runs at default tolerances stay below 1e-8, near singular postures 1e-6; what keeps to this is right to 1e-3",
 )
 RUN_WRONG = Tolerance(
     1e-2, "of the energy turned over", "a run that loses or makes so much energy shows another motion"
