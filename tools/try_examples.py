@@ -29,7 +29,9 @@ PINS = (ROOT / "constraints.txt", EXAMPLES / "constraints.txt")
 EXTRAS = "viewer,compile,engines,ros"
 SECONDS = 300
 """Of one example."""
-NO_WHEEL = re.compile(r"No matching distribution found for (.+)|Could not find a version that satisfies .*?: (.+)")
+NO_WHEEL = re.compile(r"No matching distribution found for (.+)|satisfies the requirement (.+?) \(from")
+NO_NETWORK = re.compile(r"connection broken|Failed to establish a new connection|Max retries exceeded")
+"""What pip says where it could not ask; that there is no wheel then means nothing."""
 BLOCK = re.compile(r"^# /// script\n(?P<content>(?:#(?: .*)?\n)+?)# ///$", re.MULTILINE)
 
 
@@ -127,7 +129,7 @@ def tried(file: Path, environment: Environment) -> Outcome:
     """Install what an example lists, and run it in an empty folder."""
     wanted = dependencies(file.read_text(encoding="utf-8"))
     failed = environment.install(*wanted) if wanted else ""
-    if missing := NO_WHEEL.search(failed):
+    if (missing := NO_WHEEL.search(failed)) and not NO_NETWORK.search(failed):
         return Outcome(file.stem, "skipped", 0.0, f"no wheel here: {(missing[1] or missing[2]).strip()}")
     if failed:
         return Outcome(file.stem, "FAILED", 0.0, failed)

@@ -361,7 +361,7 @@ def test_what_is_wrong_is_said() -> None:
         ({"crank": -1.0}, "'crank' must be one number or six > 0"),
         ({"crank": [1.0, 2.0]}, "must be one number or six"),
         ({"crank": [1.0] * 5 + [np.nan]}, "must be one number or six"),
-        ({"crank": "stiff"}, "must be numbers"),
+        ({"crank": "stiff"}, "must be a dict of numbers"),
     ):
         with pytest.raises(InputError, match=told):
             chain.reactions(chain.home, stiffness=stiffness)

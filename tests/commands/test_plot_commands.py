@@ -44,6 +44,22 @@ def test_a_report_says_on_the_terminal_too_whether_to_believe_it(saved: Path) ->
     assert saved.with_suffix(".html").exists()
 
 
+@pytest.mark.parametrize(("command", "suffix"), [("plot", ".svg"), ("report", ".html")])
+def test_files_of_others_are_not_replaced_unless_named(saved: Path, command: str, suffix: str) -> None:
+    beside = saved.with_suffix(suffix)
+    beside.write_text("<html>of somebody else</html>")
+    with pytest.raises(CutjointError, match=f"`cutjoint {command}` did not make it"):
+        call(command, saved)
+    assert beside.read_text() == "<html>of somebody else</html>"
+    tool = ["--what", "tool"] if command == "plot" else []
+    call(command, saved, *tool, "-o", beside)
+    call(command, saved, *tool)  # its own it replaces
+    if suffix == ".html":
+        call("plot", saved, "--what", "tool", "-o", beside)
+        with pytest.raises(CutjointError, match="did not make it"):
+            call(command, saved)
+
+
 WRONG = {
     "unknown": (["plot", "RUN", "--what", "efort"], "did you mean 'effort'"),
     "no error": (["plot", "RUN", "--what", "error"], "followed nothing"),

@@ -98,6 +98,20 @@ class Installed:
         ("print('all is well')", "", "ok", "all is well"),
         ("assert 1 == 2, 'they differ'", "", "FAILED", "they differ"),
         ("", "ERROR: No matching distribution found for thing>=2", "skipped", "thing>=2"),
+        (
+            "",
+            "ERROR: Could not find a version that satisfies the requirement thing>=2 (from versions: none)\n"
+            "ERROR: No matching distribution found for thing>=2",
+            "skipped",
+            "no wheel here: thing>=2",
+        ),
+        (
+            "",
+            "WARNING: Retrying after connection broken by 'NewConnectionError'\n"
+            "ERROR: No matching distribution found for thing>=2",
+            "FAILED",
+            "connection broken",
+        ),
         ("", "ERROR: could not connect", "FAILED", "could not connect"),
     ],
 )

@@ -14,7 +14,8 @@ import cutjoint
 from cutjoint.errors import CutjointError, InputError, MissingPackageError, UnknownNameError
 from cutjoint.report import COLOURS, DASHES, plot
 from cutjoint.report.named_runs import runs_of_files
-from cutjoint.simulation import charts, save
+from cutjoint.robots import load
+from cutjoint.simulation import ConstrainedPlant, charts, reactions_of, run, save
 from cutjoint.simulation.charts import charts_json, look, overlaid, thinned
 from cutjoint.simulation.panels import PANELS, Panel, all_panels, between, panels_of
 
@@ -42,6 +43,34 @@ def test_effort_limits_are_drawn_where_the_run_had_them(limits):
     top = np.broadcast_to(limits, 3)
     np.testing.assert_array_equal(effort.limits, np.column_stack([-top, top]))
     assert panels_of(made(), ["effort"])[0].limits is None
+
+
+@pytest.fixture(scope="module")
+def swing():
+    """A five-bar under a law that changes smoothly, and the robot."""
+    chain = load("fivebar")
+    return run(ConstrainedPlant(chain), lambda t: [0.3 * np.sin(9.0 * t), -0.2], duration=0.1, every=0.002), chain
+
+
+def test_power_sums_up_to_the_work_and_energies_to_what_is_left(swing):
+    result, _ = swing
+    (power,), (parts, lost) = panels_of(result, ["power"]), panels_of(result, ["energy"])
+    done = np.trapezoid(power.values.sum(axis=1), power.time)
+    curves = dict(zip(parts.names, parts.values.T, strict=True))
+    assert curves["work of actuators"][-1] == pytest.approx(done, rel=1e-4)
+    stored = curves["kinetic"] + curves["change of potential"] - curves["kinetic"][0]
+    np.testing.assert_allclose(stored - curves["work of actuators"], lost.values[:, 0], atol=1e-12)
+    assert np.abs(lost.values).max() < 1e-6 * np.abs(stored).max()
+
+
+def test_reactions_are_the_sizes_of_those_of_the_run_sample_by_sample(swing):
+    result, chain = swing
+    force, moment = panels_of(result, ["reactions"], chain)
+    found = reactions_of(result, chain)
+    np.testing.assert_array_equal(force.time, result.time)
+    np.testing.assert_allclose(force.values, np.linalg.norm(found.force, axis=2), rtol=1e-9)
+    np.testing.assert_allclose(moment.values, np.linalg.norm(found.moment, axis=2), rtol=1e-9)
+    assert (force.unit, moment.unit, tuple(force.names)) == ("N", "N m", found.names)
 
 
 def test_passive_joints_are_read_from_the_configurations_by_their_types():
@@ -194,6 +223,15 @@ def test_a_short_run_is_shown_sample_for_sample_in_a_handy_unit():
 def test_a_stretch_of_time_is_cut_from_all_runs():
     found = plot([made(), made(31)], "tool", start=0.5, end=1.0).charts[0]
     assert all(curve.time[0] >= 0.5 and curve.time[-1] <= 1.0 for curve in found.curves)
+
+
+def test_ends_of_a_stretch_count_whatever_their_sums_round_to():
+    time = np.array([0.0, 0.1, 0.1 + 0.2, 0.7])  # 0.1 + 0.2 is more than 0.3
+    panels = panels_of(made(4, time=time), ["tool"])
+    assert between(panels, 0.1, 0.3)[0].time.tolist() == time[1:3].tolist()
+    assert between(panels_of(made(2, time=np.array([0.0, 0.3])), ["tool"]), 0.1 + 0.2, None)[0].time.tolist() == [0.3]
+    assert between(panels, 0.7, None)[0].time.tolist() == between(panels, 0.7, 9.0)[0].time.tolist() == [0.7]
+    assert between(panels, None, 0.0)[0].time.tolist() == [0.0]
 
 
 @pytest.mark.parametrize(

@@ -164,7 +164,7 @@ def test_what_is_wrong_is_said(chain: ClosedChain, tmp_path: Path) -> None:
     result = go(ConstrainedPlant(chain))
     with pytest.raises(UnknownNameError, match="did you mean 'crank'"):
         reactions_of(result, chain, ["crnk"])
-    with pytest.raises(InputError, match='"world" or "own"'):
+    with pytest.raises(InputError, match="'world' or 'own'"):
         reactions_of(result, chain, axes="joint")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="give it again"):
         reactions_of(go(ConstrainedPlant(chain), loads=pushing), chain)

@@ -40,7 +40,8 @@ class Split:
         m, n = matrix.shape
         if not (m and n):
             return Split(0, np.zeros(0), np.zeros((m, 0)), np.zeros((n, 0)), np.eye(n))
-        left, values, right = np.linalg.svd(matrix)
+        # all of `right` is needed for the null space, never all of `left`: of tall matrices that is most of the work
+        left, values, right = np.linalg.svd(matrix, full_matrices=m < n)
         rank = int(np.count_nonzero(values > threshold(values)))
         return Split(rank, values[:rank], left[:, :rank], right[:rank].T, right[rank:].T)
 

@@ -9,6 +9,7 @@ import typer
 
 from cutjoint.commands import options
 from cutjoint.commands.output import say
+from cutjoint.commands.progress import progress
 from cutjoint.commands.run_robot import Robot, robot_of_options
 
 WHAT = (
@@ -46,8 +47,13 @@ def command(
     """
     from cutjoint.report import plot
     from cutjoint.report.named_runs import runs_of_files
+    from cutjoint.report.own_files import PLOT, check_own
     from cutjoint.report.run_plot import check_plot_place
 
     target = check_plot_place(runs[0].with_suffix(".svg") if output is None else output)
-    made = plot(runs_of_files(runs), what, robot=robot_of_options(robot, variant, ideal, lenient), start=start, end=end)
-    say(f"wrote {made.save(target)}")
+    if output is None:
+        check_own(target, PLOT)
+    named, chain = runs_of_files(runs), robot_of_options(robot, variant, ideal, lenient)
+    with progress(f"plot of {', '.join(named)}"):
+        written = plot(named, what, robot=chain, start=start, end=end).save(target)
+    say(f"wrote {written}")

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cutjoint.commands.output import show
+from cutjoint.commands.progress import progress
 from cutjoint.tables import TextTable
 
 if TYPE_CHECKING:
@@ -34,7 +35,8 @@ def save_reactions(file: Path, result: Result, robot: Mechanism) -> ReactionHist
     from cutjoint.simulation import reactions_of
 
     assert isinstance(robot, ClosedChain)
-    found = reactions_of(result, robot)
+    with progress(f"{robot.name}: reactions", len(result), "samples") as told:
+        found = reactions_of(result, robot, progress=told)
     found.save(file)
     return found
 

@@ -9,6 +9,7 @@ import typer
 
 from cutjoint.commands import options
 from cutjoint.commands.output import say
+from cutjoint.commands.progress import progress
 from cutjoint.commands.run_robot import Robot, robot_of_options
 
 
@@ -33,10 +34,15 @@ def command(
     """
     from cutjoint.report import run_report
     from cutjoint.report.named_runs import runs_of_files
+    from cutjoint.report.own_files import REPORT, check_own
     from cutjoint.report.run_page import check_page_place
 
     target = check_page_place(runs[0].with_suffix(".html") if output is None else output)
-    made = run_report(runs_of_files(runs), robot=robot_of_options(robot, variant, ideal, lenient))
+    if output is None:
+        check_own(target, REPORT)
+    named, chain = runs_of_files(runs), robot_of_options(robot, variant, ideal, lenient)
+    with progress(f"report of {', '.join(named)}"):
+        made = run_report(named, robot=chain)
     for name, verdict in made.verdicts.items():
         say(f"{name}: {verdict.sentence}")
     say(f"wrote {made.save(target)}")

@@ -5,7 +5,6 @@ Written by the library rosbags, in version 8 of the format.
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -53,7 +52,7 @@ def write_bag(states: JointStates, path: Path) -> None:
                     bag.write(
                         ways[one.topic], one.time, types.serialize_cdr(_made(types, one.type, one.fields), one.type)
                     )
-            shutil.move(fresh, path)
+            fresh.rename(path)  # beside it, so at once; never into a folder that came meanwhile
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from error
 

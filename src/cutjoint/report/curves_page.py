@@ -33,8 +33,9 @@ def curves(charts: Sequence[Chart], key: str) -> str:
     )
 
 
-def page_of(title: str, body: str, frames: Sequence[str] = ()) -> str:
-    """A whole page around `body`, HTML that may hold `curves`, and pages in frames, which `frames` are."""
+def page_of(title: str, body: str, mark: str, frames: Sequence[str] = ()) -> str:
+    """A whole page around `body`, HTML that may hold `curves`, and pages in frames, which `frames` are; `mark` says
+    what made it."""
     scripts = [_file("viewer/page/curves.js"), START]
     hashes = [f"'sha256-{base64.b64encode(hashlib.sha256(one.encode()).digest()).decode()}'" for one in scripts]
     # a page in a frame is under the policy of the one around it too
@@ -44,7 +45,7 @@ def page_of(title: str, body: str, frames: Sequence[str] = ()) -> str:
         "base-uri 'none'; form-action 'none'"
     )
     return (
-        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="generator" content="{mark}">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{html.escape(title)}</title>\n<style>{_file('report/run_page.css')}</style>\n</head>\n"

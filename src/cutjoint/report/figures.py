@@ -113,11 +113,11 @@ class Drawing:
             r'<svg ([^>]*?)width="([^"]*)" height="[^"]*"', r'<svg role="img" style="width: \2" \1', text, count=1
         )
 
-    def svg_file(self) -> str:
-        """As a file of its own."""
+    def svg_file(self, creator: str | None = None) -> str:
+        """As a file of its own, which names its creator where there is one."""
         buffer = io.StringIO()
         with plotting().rc_context(SETTINGS):
-            self._figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+            self._figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": creator})
         return buffer.getvalue()
 
     def png(self, dpi: int = 110) -> bytes:

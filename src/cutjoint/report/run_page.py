@@ -15,6 +15,7 @@ from cutjoint.errors import CutjointError
 from cutjoint.files import check_place, write_whole
 from cutjoint.report.curves_page import curves, page_of
 from cutjoint.report.named_runs import Runs, named_runs, robots_of
+from cutjoint.report.own_files import REPORT
 from cutjoint.simulation.belief import Belief, Grade, verdict_of
 from cutjoint.simulation.charts import overlaid
 from cutjoint.simulation.panels import Panel, all_panels
@@ -126,7 +127,7 @@ def _page(named: Mapping[str, Result], robots: Mapping[str, ClosedChain | None],
         f'<h1>{html.escape(title)}</h1>\n<p class="lead">{html.escape(lead)}</p>\n<nav>{links}</nav>\n{overall}\n'
         f"{sections}"
     )
-    return RunPage(title, page_of(title, body, [frame] if frame else []), verdicts)
+    return RunPage(title, page_of(title, body, REPORT, [frame] if frame else []), verdicts)
 
 
 def _several(named: Mapping[str, Result]) -> str:

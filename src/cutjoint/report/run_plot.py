@@ -14,6 +14,7 @@ from cutjoint.files import check_place, write_whole
 from cutjoint.report.chart_figure import chart_figure
 from cutjoint.report.curves_page import curves, page_of
 from cutjoint.report.named_runs import Runs, named_runs, robots_of
+from cutjoint.report.own_files import PLOT
 from cutjoint.simulation.charts import Chart, overlaid
 from cutjoint.simulation.panels import PANELS, USUAL, between, panels_of
 from cutjoint.simulation.summary import early, title_of
@@ -52,7 +53,7 @@ class Plot:
     @property
     def html(self) -> str:
         """As a page that needs nothing else, with curves to read off and to enlarge; it needs no matplotlib."""
-        return page_of(self.title, f"<h1>{html.escape(self.title)}</h1>\n{curves(self.charts, 'charts')}")
+        return page_of(self.title, f"<h1>{html.escape(self.title)}</h1>\n{curves(self.charts, 'charts')}", PLOT)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write it; the suffix picks the format: .svg, .png or .html.
@@ -65,7 +66,7 @@ class Plot:
         if target.suffix == ".html":
             return write_whole(target, self.html)
         drawn = self.drawing
-        return write_whole(target, drawn.png(DPI) if target.suffix == ".png" else drawn.svg_file())
+        return write_whole(target, drawn.png(DPI) if target.suffix == ".png" else drawn.svg_file(PLOT))
 
     def _repr_svg_(self) -> str:
         return self.drawing.svg("plot")

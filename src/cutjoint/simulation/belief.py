@@ -11,10 +11,13 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from cutjoint.errors import CutjointError
+from cutjoint.simulation.agreeing import disagreements, gap_of, why_not
 from cutjoint.simulation.coordinates import coordinates, joints_of
+from cutjoint.simulation.reaction_samples import check_same_robot
 from cutjoint.simulation.result import Result
 from cutjoint.simulation.summary import effort_tops
-from cutjoint.tolerances import RUN_DRIFT, RUN_GAP, RUN_OPEN, RUN_SATURATED, RUN_STRAYED, RUN_WRONG
+from cutjoint.tolerances import CLOSURE, RUN_AGREE, RUN_DRIFT, RUN_GAP, RUN_OPEN, RUN_SATURATED, RUN_STRAYED, RUN_WRONG
 
 if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
@@ -23,6 +26,9 @@ Grade = Literal["good", "half", "bad"]
 """Holds; look closer; does not hold."""
 AT_LIMIT = 1.0 - 1e-9
 """Part of a limit from which an effort is at it: what is clipped is there to the last digit but rounding."""
+
+AWAY = "the robot is not at hand"
+REDUCED = "the run has no configurations of this robot, as of a reduced model"
 
 
 @dataclass(frozen=True)
@@ -79,8 +85,10 @@ def verdict_of(result: Result, robot: ClosedChain | None = None) -> Belief:
             else how far the tool is from the origin of the world.
     """
     length = robot.length if robot is not None else float(np.linalg.norm(result.tool, axis=1).max())
-    signs = [_gap(result, length), *_strayed(result, length), _energy(result), *_limits(result, robot)]
-    return Belief((*_whole(result), *signs, *_saturation(result)))
+    signs = [_gap(result, length, robot), *_strayed(result, length), _energy(result), _agreement(result)]
+    return Belief(
+        (*_whole(result), *signs, _energies(result, robot), *_limits(result, robot), *_saturation(result))
+    )
 
 
 def _whole(result: Result) -> list[Sign]:
@@ -95,8 +103,10 @@ def _graded(value: float, good: float, bad: float = np.inf) -> Grade:
     return "good" if value <= good else "half" if value <= bad else "bad"
 
 
-def _gap(result: Result, length: float) -> Sign:
+def _gap(result: Result, length: float, robot: ClosedChain | None) -> Sign:
     gap, angle = result.loop_gap()
+    if robot is not None:
+        gap, angle = (max(two) for two in zip((gap, angle), gap_of(result, robot), strict=True))
     measure = length if length > 0.0 else 1.0
     return Sign(
         "loop gap",
@@ -123,24 +133,57 @@ def _strayed(result: Result, length: float) -> list[Sign]:
 
 
 def _energy(result: Result) -> Sign:
-    drift = result.energy_drift()
+    name, good = "energy balance", f"at most {RUN_DRIFT.value:g}"
+    if len(result) == 1:
+        return Sign(name, "one sample, so nothing changed", good, None)
+    if np.abs(result.unaccounted).max() <= CLOSURE.value * np.abs(result.potential).max():
+        drift = 0.0  # states are put back onto the loops to that, and so is how high everything is
+    else:
+        drift = result.energy_drift()
     return Sign(
-        "energy balance",
+        name,
         f"off by {drift:.1e} of the energy turned over",
-        f"at most {RUN_DRIFT.value:g}",
+        good,
         _graded(drift, RUN_DRIFT.value, RUN_WRONG.value),
         "energy came from nowhere; take smaller steps or tighter tolerances",
     )
+
+
+def _agreement(result: Result) -> Sign:
+    """Whether the columns say the same."""
+    name, good = "columns agree", f"up to {RUN_AGREE.value:g} of their sizes"
+    if why := why_not(result):
+        return Sign(name, why, good, None)
+    apart = disagreements(result)
+    worst = max(apart, key=apart.__getitem__)
+    grade = _graded(apart[worst], RUN_AGREE.value, RUN_WRONG.value)
+    found = "they do" if grade == "good" else f"{worst} differ by {apart[worst]:.1e} of their sizes"
+    means = "the columns are not those of one run, or there is motion between the samples that they do not show"
+    return Sign(name, found, good, grade, means)
+
+
+def _energies(result: Result, robot: ClosedChain | None) -> Sign:
+    """Whether the robot at hand has the energies of the run; a payload is no fault, so none is said to be there."""
+    name, good = "energies of the robot", "those of the run"
+    if robot is None:
+        return Sign(name, AWAY, good, None)
+    if result.q_full.shape[1] != robot.nq:
+        return Sign(name, REDUCED, good, None)
+    try:
+        check_same_robot(result, robot)
+    except CutjointError as error:
+        return Sign(name, str(error), good, None)
+    return Sign(name, "those of the run", good, "good")
 
 
 def _limits(result: Result, robot: ClosedChain | None) -> list[Sign]:
     """Joints beyond the limits that their files give."""
     name, good = "limits of the joints", "none passed"
     if robot is None:
-        return [Sign(name, "the robot is not at hand", good, None)]
+        return [Sign(name, AWAY, good, None)]
     joints = joints_of(robot) or []
     if result.q_full.shape[1] != robot.nq:
-        return [Sign(name, "the run has no configurations of this robot, as of a reduced model", good, None)]
+        return [Sign(name, REDUCED, good, None)]
     own = {one.joint: one for one in coordinates(result.q_full, joints)}
     passed = []
     for joint in robot.description.joints:

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from cutjoint.chain import ClosedChain
 
 
+SAME_TIME = 1e-12
+"""Part of the time at which samples and the ends of a stretch are the same: sums of steps round."""
+
+
 @dataclass(frozen=True, eq=False)
 class Panel(Values):
     """Quantities over time.
@@ -95,10 +99,11 @@ def between(panels: Sequence[Panel], start: float | None, end: float | None) -> 
     found = []
     for panel in panels:
         kept = np.ones(len(panel.time), dtype=bool)
+        slack = SAME_TIME * float(np.abs(panel.time).max())
         if start is not None:
-            kept &= panel.time >= start
+            kept &= panel.time >= start - slack
         if end is not None:
-            kept &= panel.time <= end
+            kept &= panel.time <= end + slack
         if not kept.any():
             raise InputError(
                 f"there are no samples from {panel.time[0] if start is None else start:g} s to "

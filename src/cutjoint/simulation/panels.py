@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 __all__ = ["PANELS", "USUAL", "Panel", "PanelRow", "Shown", "all_panels", "between", "panels_of", "scaled"]
 
-REACTION_SAMPLES = 200
-"""Samples of a run of which reactions are computed: a few milliseconds each."""
+REACTION_SAMPLES = 1000
+"""Samples of a run of which reactions are computed: one to three milliseconds each."""
 
 
 PLACE, SPEED, EFFORT, POWER = ("m", "rad"), ("m/s", "rad/s"), ("N", "N m"), ("W", "W")

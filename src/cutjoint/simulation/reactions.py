@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -131,16 +131,18 @@ def reactions_of(
     axes: ReactionAxes = "world",
     stiffness: Stiffness | None = None,
     loads: RunLoads | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> ReactionHistory:
     """Reactions at every sample of a run.
 
     Args:
         result: of a plant of this chain.
         chain: the robot that moved, payload included.
-        names: of joints and cuts; default all of them.
+        names: of joints and cuts, or of one; default all of them.
         axes: along which to tell them.
         stiffness: that splits loads where loops are redundant; default the least reactions.
         loads: those of the run, where they were a function; constant ones the result tells.
+        progress: called with the number of samples that are done, after each.
 
     Raises:
         InputError: the run is not one of this chain, or its loads were a function that is not given.
@@ -148,8 +150,6 @@ def reactions_of(
         ActuationError: the actuators do not tell how all joints move.
         ClosureError: the loops of the result are open, as of a run that was not put back onto them.
     """
-    if axes not in get_args(ReactionAxes):
-        raise InputError(f'axes of reactions must be "world" or "own", found {axes!r}')
     chosen = _names(chain, names)
     pushed = _loads_of(result, loads)
     force, moment = np.zeros((2, len(result), len(chosen), 3))
@@ -166,6 +166,8 @@ def reactions_of(
             one = one.in_axes(one.own_axes) if axes == "own" else one
             force[i, k], moment[i, k] = one.force, one.moment
             unique[k] &= one.unique
+        if progress is not None:
+            progress(i + 1)
     kept = tuple(tuple(map(bool, row)) for row in unique)
     return ReactionHistory(chosen, axes, result.time, force, moment, kept)
 

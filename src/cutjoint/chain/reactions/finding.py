@@ -212,14 +212,19 @@ def _passing(about_origin: Array, free: Array, frame: Array) -> _Carried:
     """What passes a joint, from its columns about the model's origin, the twists (6, dof) that it leaves free there,
     and the child's frame.  These twists are orthonormal at the child's origin."""
     wrench, point = _about(about_origin, frame), frame[:3, 3]
-    own = np.concatenate([free[:3] + np.cross(free[3:].T, point).T, free[3:]])
+    own = np.concatenate([free[:3] - _crossing(point) @ free[3:], free[3:]])
     return _Carried(wrench, wrench - own @ (own.T @ wrench), point, frame[:3, :3])
 
 
 def _about(wrenches: Array, frame: Array) -> Array:
     """Wrenches about the model's origin as about that of a frame, shape (6, c)."""
-    moments = wrenches[3:] - np.cross(frame[:3, 3], wrenches[:3].T).T
-    return np.concatenate([wrenches[:3], moments])
+    return np.concatenate([wrenches[:3], wrenches[3:] - _crossing(frame[:3, 3]) @ wrenches[:3]])
+
+
+def _crossing(vector: Array) -> Array:
+    """The matrix (3, 3) whose product with x is the vector cross x."""
+    x, y, z = vector.tolist()
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _inwards(description: RobotDescription) -> tuple[Joint, ...]:

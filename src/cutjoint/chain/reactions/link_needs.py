@@ -33,10 +33,20 @@ class LinkNeeds:
         frames = [model.frames[model.getFrameId(name, pin.FrameType.BODY)] for name in self.names]
         self.joint = [int(frame.parentJoint) for frame in frames]
         self._place = [np.array(pin.SE3(frame.placement).homogeneous) for frame in frames]
-        self._links = kinematics.description.links
         self.support = np.array([support(model, joint) for joint in range(model.njoints)])
         gravity = np.array(model.gravity.linear)
-        self._pulls = [(1.0 - link.gravity_compensation) * gravity for link in self._links]
+        heavy = [
+            (index, link, link.inertial)
+            for index, link in enumerate(kinematics.description.links)
+            if link.inertial is not None and link.inertial.mass > 0.0
+        ]
+        count = len(heavy)
+        self._heavy = np.array([index for index, _, _ in heavy], dtype=int)
+        self._heavy_joint = np.array(self.joint, dtype=int)[self._heavy]
+        self._mass = np.array([inertial.mass for _, _, inertial in heavy])
+        self._com = np.array([inertial.com for _, _, inertial in heavy]).reshape(count, 3)
+        self._inertia = np.array([inertial.inertia for _, _, inertial in heavy]).reshape(count, 3, 3)
+        self._pulls = np.array([(1.0 - link.gravity_compensation) * gravity for _, link, _ in heavy]).reshape(count, 3)
 
     def placements(self, q: Array) -> Array:
         """Of all links in the model, shape (links, 4, 4)."""
@@ -50,15 +60,15 @@ class LinkNeeds:
         moving = self.support * placed.v
         twists = moving @ placed.twists.T
         rates = (self.support * a) @ placed.twists.T + moving @ placed.rates.T
+        (u, w), (du, dw) = (one[self._heavy_joint].reshape(-1, 2, 3).swapaxes(0, 1) for one in (twists, rates))
+        axes, origin = placements[self._heavy, :3, :3], placements[self._heavy, :3, 3]
+        c = origin + np.einsum("kij,kj->ki", axes, self._com)
+        change = du + np.cross(dw, c) + np.cross(w, u + np.cross(w, c)) - self._pulls
+        force = self._mass[:, None] * change
+        own_w, own_dw = (np.einsum("kji,kj->ki", axes, one) for one in (w, dw))
+        turned = np.einsum("kij,kj->ki", self._inertia, own_dw)
+        turned += np.cross(own_w, np.einsum("kij,kj->ki", self._inertia, own_w))
         found = np.zeros((len(self.names), 6))
-        for index, (joint, link) in enumerate(zip(self.joint, self._links, strict=True)):
-            inertial = link.inertial
-            if inertial is None or not inertial.mass > 0.0:
-                continue
-            axes, origin = placements[index, :3, :3], placements[index, :3, 3]
-            c, inertia = origin + axes @ inertial.com, axes @ inertial.inertia @ axes.T
-            (u, w), (du, dw) = twists[joint].reshape(2, 3), rates[joint].reshape(2, 3)
-            change = du + np.cross(dw, c) + np.cross(w, u + np.cross(w, c)) - self._pulls[index]
-            force = inertial.mass * change
-            found[index] = *force, *(inertia @ dw + np.cross(w, inertia @ w) + np.cross(c, force))
+        found[self._heavy, :3] = force
+        found[self._heavy, 3:] = np.einsum("kij,kj->ki", axes, turned) + np.cross(c, force)
         return found
