@@ -103,6 +103,11 @@ def attacks(seed: int, count: int, folder: Path) -> Iterator[Attack]:
 
 def outcome(arguments: list[str], folder: Path) -> str:
     """What a command line came to; raises `Wrong` or what escaped."""
+    return outcome_and_output(arguments, folder)[0]
+
+
+def outcome_and_output(arguments: list[str], folder: Path) -> tuple[str, str]:
+    """What a command line came to, and what it wrote to standard output; raises `Wrong` or what escaped."""
     out, err = io.StringIO(), io.StringIO()
     before, status = (sys.argv, os.getcwd()), 0
     try:
@@ -126,7 +131,10 @@ def outcome(arguments: list[str], folder: Path) -> str:
         raise Wrong("refused without a word")
     if len(words) > 20_000:
         raise Wrong(f"an error of {len(words)} characters: {words[:200]}")
-    return {0: "done", 1: "did not hold", 2: "refused"}[status]
+    for text in (out.getvalue(), words):
+        if moving := next((one for one in text if one != "\n" and not one.isprintable()), ""):
+            raise Wrong(f"prints {moving!a}: {text[:300]!a}")
+    return {0: "done", 1: "did not hold", 2: "refused"}[status], out.getvalue()
 
 
 def _pipe(folder: Path) -> None:
