@@ -21,7 +21,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from attacks.judging import Tally, judge
 
-COUNTS = {"results": 1000, "meshes": 300, "robots": 10_000, "typos": 3000, "arguments": 400, "names": 300, "methods": 2000}
+COUNTS = {
+    "results": 1000,
+    "meshes": 300,
+    "robots": 10_000,
+    "typos": 3000,
+    "arguments": 400,
+    "names": 300,
+    "methods": 2000,
+}
 STUCK = 120.0
 """Seconds after which the process is given up: code that is not Python's cannot be interrupted."""
 

@@ -21,10 +21,42 @@ from attacks.judging import Attack, Wrong
 from cutjoint.description import catalogue
 
 PARTS = (
-    *("</script>", "<script>alert(1)</script>", "<!--", "-->", "--!>", "]]>", "&amp;", "&lt", "<b>", '"', "'", "`", "\\"),
+    *(
+        "</script>",
+        "<script>alert(1)</script>",
+        "<!--",
+        "-->",
+        "--!>",
+        "]]>",
+        "&amp;",
+        "&lt",
+        "<b>",
+        '"',
+        "'",
+        "`",
+        "\\",
+    ),
     *("</title>", "</style>", "</svg>", "\" onload='x'", "${x}", "{0}", "%s", "$x^2$", "$\\frac{", "_", "[red]", "[/]"),
     *("\n", "\t", "\r", "\x1b[31m", "\x1b]0;x\x07", "\x7f", "\x85", "\u2028", "\u202e", "\u2066", "\u200b", "\ufeff"),
-    *("漢字", "é\u0301", "🦾", "عربي", "\ud7ff\ue000", "../", "/", ".", "#", ";", ",", "=", " ", "  ", "a", "crank", "nan"),
+    *(
+        "漢字",
+        "é\u0301",
+        "🦾",
+        "عربي",
+        "\ud7ff\ue000",
+        "../",
+        "/",
+        ".",
+        "#",
+        ";",
+        ",",
+        "=",
+        " ",
+        "  ",
+        "a",
+        "crank",
+        "nan",
+    ),
 )
 """What names are put together of."""
 WHERE = ("robot", "title", "joint", "link", "cut", "home", "source")
@@ -70,7 +102,9 @@ def attacks(seed: int, count: int, folder: Path) -> Iterator[Attack]:
         name, where = _name(rng), WHERE[int(rng.integers(len(WHERE)))]
         what = [*COMMANDS][number % len(COMMANDS)]
         place = folder / f"{seed}-{number}"
-        yield Attack(f"names {seed}:{number} ({what}, {where} {name[:60]!a})", partial(_tried, rng, what, where, name, place))
+        yield Attack(
+            f"names {seed}:{number} ({what}, {where} {name[:60]!a})", partial(_tried, rng, what, where, name, place)
+        )
 
 
 def _name(rng: np.random.Generator) -> str:

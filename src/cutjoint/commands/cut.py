@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.output import print_json
+from cutjoint.commands.failing import complain
+from cutjoint.commands.output import print_json, say, show
 from cutjoint.tables import TextTable
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def command(
     else:
         _show(file, found)
         for one in files:
-            typer.echo(f"wrote {one}")
+            say(f"wrote {one}")
         if files:
             typer.echo(f"next: cutjoint check {out}")
     if found.robot is None:
@@ -104,23 +105,25 @@ def _data(file: str, found: Proposal, files: tuple[Path, ...]) -> dict[str, obje
 
 
 def _show(file: str, found: Proposal) -> None:
+    from cutjoint.errors import shown
+
     if found.robot is None or found.report is None:
-        typer.echo(f"{file}: nothing to close: no loop in the file, and no two frames that belong together")
+        say(f"{shown(file)}: nothing to close: no loop in the file, and no two frames that belong together")
         if found.ends:
-            typer.echo(f"bodies that carry no other end at: {', '.join(found.ends)}")
-        typer.echo("put a link without mass on a fixed joint at either end of a cut, such as loop_a and loop_b")
+            say(f"bodies that carry no other end at: {', '.join(found.ends)}")
+        say("put a link without mass on a fixed joint at either end of a cut, such as loop_a and loop_b")
     else:
         for table in _tables(found):
-            typer.echo(f"{str(table).rstrip()}\n")
+            show(table)
         report = found.report
-        typer.echo(
+        say(
             f"mobility {report.mobility}, {report.rows} rows, {len(report.redundant_rows)} of them redundant; closed "
             f"to {report.gap[0]:.1e} m, {report.gap[1]:.1e} rad"
         )
         whose = "chosen here, the file names none that move it" if found.chose_motors else "as the file says"
-        typer.echo(f"actuators ({whose}): {', '.join(found.robot.actuators) or 'none'}")
+        say(f"actuators ({whose}): {', '.join(found.robot.actuators) or 'none'}")
     for one in found.told:
-        typer.echo(f"note: {one}", err=True)
+        complain(f"note: {one}")
 
 
 def _tables(found: Proposal) -> Iterator[TextTable]:

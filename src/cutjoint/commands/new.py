@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 import typer
 
 from cutjoint.commands import options
-from cutjoint.commands.output import print_json
+from cutjoint.commands.failing import complain
+from cutjoint.commands.output import print_json, say, width, write
 from cutjoint.drafting.folder import ALUMINIUM
 from cutjoint.drafting.templates import DEFAULT, TEMPLATES
+from cutjoint.texts import broad, harmless
 
 if TYPE_CHECKING:
     from cutjoint.drafting import NewRobot
@@ -104,17 +106,20 @@ def _show(made: NewRobot, folder: Path) -> None:
 
     report = made.report
     ways, motors = ("way", "ways")[report.mobility > 1], ("motor", "motors")[report.actuators > 1]
-    typer.echo(f"made {folder}: {made.title}, moves in {report.mobility} {ways}, {report.actuators} {motors}")
+    say(f"made {folder}: {made.title}, moves in {report.mobility} {ways}, {report.actuators} {motors}")
     if made.sizes:
-        typer.echo("  " + ", ".join(f"{name} {value:g} m" for name, value in made.sizes.items()))
+        say(", ".join(f"{name} {value:g} m" for name, value in made.sizes.items()), first="  ")
     for one in made.told:
-        typer.echo(f"warning: {one}", err=True)
+        complain(f"warning: {one}")
     path = str(folder)
     path = shlex.quote(f"./{path}" if path in catalogue.names() or path.startswith("-") else path)
-    typer.echo("\nnext:")
+    say()
+    say("next:")
     for action, about in (
         ("check", "what is wrong after a change, and the mobility"),
         ("view", "in the browser, with a slider per motor"),
         ("simulate", "under a controller"),
     ):
-        typer.echo(f"  {f'cutjoint {action} {path}':<{len(path) + 20}}  # {about}")
+        line = harmless(f"cutjoint {action} {path}")
+        beside = f"  {line:<{len(path) + 20}}  # {about}"
+        write(beside if broad(beside) <= width() else f"  # {about}\n  {line}")

@@ -9,7 +9,7 @@ import typer
 
 from cutjoint.commands import options
 from cutjoint.commands.output import say
-from cutjoint.commands.run_robot import Robot, robot_of_options
+from cutjoint.commands.run_robot import Robot, beside, robot_of_options
 
 WHAT = (
     "error, orientation, tool, tool_velocity, joints, velocity, effort, power, command, measured, passive, energy, gap"
@@ -48,6 +48,6 @@ def command(
     from cutjoint.report.named_runs import runs_of_files
     from cutjoint.report.run_plot import check_plot_place
 
-    target = check_plot_place(runs[0].with_suffix(".svg") if output is None else output)
+    target = check_plot_place(beside(runs[0], ".svg") if output is None else output)
     made = plot(runs_of_files(runs), what, robot=robot_of_options(robot, variant, ideal, lenient), start=start, end=end)
     say(f"wrote {made.save(target)}")

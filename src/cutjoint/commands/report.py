@@ -9,7 +9,7 @@ import typer
 
 from cutjoint.commands import options
 from cutjoint.commands.output import say
-from cutjoint.commands.run_robot import Robot, robot_of_options
+from cutjoint.commands.run_robot import Robot, beside, robot_of_options
 
 
 def command(
@@ -35,7 +35,7 @@ def command(
     from cutjoint.report.named_runs import runs_of_files
     from cutjoint.report.run_page import check_page_place
 
-    target = check_page_place(runs[0].with_suffix(".html") if output is None else output)
+    target = check_page_place(beside(runs[0], ".html") if output is None else output)
     made = run_report(runs_of_files(runs), robot=robot_of_options(robot, variant, ideal, lenient))
     for name, verdict in made.verdicts.items():
         say(f"{name}: {verdict.sentence}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -15,6 +16,17 @@ Robot = Annotated[
     str | None,
     typer.Option(metavar="ROBOT", help="The robot of the runs, where it is not found by the name that they tell."),
 ]
+
+
+def beside(run: Path, suffix: str) -> Path:
+    """The file of another kind beside a run.
+
+    Raises:
+        InputError: it is no name of a file.
+    """
+    if not run.name:
+        raise InputError(f"'{run}' is no result file; give a .npz that `cutjoint simulate --save` wrote")
+    return run.with_suffix(suffix)
 
 
 def robot_of_options(robot: str | None, variant: str | None, ideal: bool, lenient: bool) -> ClosedChain | None:

@@ -9,6 +9,8 @@ import typer
 
 from cutjoint import interrupts
 from cutjoint.commands import options
+from cutjoint.commands.failing import complain
+from cutjoint.commands.output import say
 from cutjoint.commands.robot_of_run import robot_of_run
 
 
@@ -41,8 +43,8 @@ def command(
     states = joint_states(result, chain)
     with interrupts.keeping():
         written = write(states, out)
-    typer.echo(f"{written}: {len(states.time)} samples of {len(states.names)} joints")
+    say(f"{written}: {len(states.time)} samples of {len(states.names)} joints")
     if states.carried:
-        typer.echo(f"on /tf, having several coordinates: {', '.join(one.joint for one in states.carried)}")
+        say(f"on /tf, having several coordinates: {', '.join(one.joint for one in states.carried)}")
     if not states.velocity.shape[1]:
-        typer.echo("warning: no velocities: those of the actuators do not tell those of all joints", err=True)
+        complain("warning: no velocities: those of the actuators do not tell those of all joints")
