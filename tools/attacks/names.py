@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import shutil
 import sqlite3
 import tomllib
@@ -132,9 +131,9 @@ def _tried(rng: np.random.Generator, what: str, where: str, name: str, folder: P
             json.loads(out)
         for file in sorted({one for one in folder.rglob("*") if one.is_file()} - before):
             _judge_file(file)
-        if left := [file.name for file in folder.rglob(".*")]:
-            if stem[:1] != ".":
-                raise Wrong(f"left over: {left}")
+        left = [file.name for file in folder.rglob(".*")]
+        if left and not stem.startswith("."):
+            raise Wrong(f"left over: {left}")
         return came
     finally:
         shutil.rmtree(folder)

@@ -15,12 +15,18 @@ from cutjoint.commands.failing import complain
 from cutjoint.commands.output import print_json, say, width, write
 from cutjoint.drafting.folder import ALUMINIUM
 from cutjoint.drafting.templates import DEFAULT, TEMPLATES
-from cutjoint.texts import broad, harmless
+from cutjoint.texts import broad, harmless, padded
 
 if TYPE_CHECKING:
     from cutjoint.drafting import NewRobot
 
 Command = TypeVar("Command", bound=Callable[..., None])
+NEXT = (
+    ("check", "what is wrong after a change, and the mobility"),
+    ("view", "in the browser, with a slider per motor"),
+    ("simulate", "under a controller"),
+)
+"""What one does with a new robot, and why."""
 KINDS = "; ".join(f"{name} ({row.about})" for name, row in TEMPLATES.items())
 
 
@@ -115,11 +121,8 @@ def _show(made: NewRobot, folder: Path) -> None:
     path = shlex.quote(f"./{path}" if path in catalogue.names() or path.startswith("-") else path)
     say()
     say("next:")
-    for action, about in (
-        ("check", "what is wrong after a change, and the mobility"),
-        ("view", "in the browser, with a slider per motor"),
-        ("simulate", "under a controller"),
-    ):
-        line = harmless(f"cutjoint {action} {path}")
-        beside = f"  {line:<{len(path) + 20}}  # {about}"
-        write(beside if broad(beside) <= width() else f"  # {about}\n  {line}")
+    lines = [(harmless(f"cutjoint {action} {path}"), about) for action, about in NEXT]
+    room = max(broad(line) for line, _ in lines)
+    beside = 2 + room + max(len(about) for _, about in lines) + len("  # ") <= width()
+    for line, about in lines:
+        write(f"  {padded(line, room)}  # {about}" if beside else f"  # {about}\n  {line}")
