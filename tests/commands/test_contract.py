@@ -6,14 +6,18 @@ A new command needs rows here.
 
 from __future__ import annotations
 
+import fcntl
 import gc
 import json
 import os
 import pty
+import re
+import struct
 import subprocess
 import sys
+import termios
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -418,12 +422,13 @@ def test_output_that_cannot_be_written_is_an_error() -> None:
     assert (done.returncode, done.stderr) == (2, "OSError: standard output: No space left on device\n")
 
 
-@pytest.mark.slow
-def test_a_terminal_has_colours_and_its_width() -> None:
+def on_a_terminal(words: Sequence[str], columns: int, folder: Path, **settings: str) -> tuple[int, str]:
+    """Exit status of a command on a terminal so many columns wide, and all that it shows there."""
     ours, theirs = pty.openpty()
-    settings = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "COLUMNS")}
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    others = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "COLUMNS", "TERM")}
     with subprocess.Popen(
-        [*PROGRAM, "info", "cpm", "--no-modes"], stdout=theirs, stderr=theirs, env=settings | {"TERM": "xterm"}
+        [*PROGRAM, *words], cwd=folder, stdout=theirs, stderr=theirs, env=others | settings
     ) as process:
         os.close(theirs)
         found = b""
@@ -433,5 +438,40 @@ def test_a_terminal_has_colours_and_its_width() -> None:
         except OSError:  # the other end is closed
             pass
     os.close(ours)
-    assert process.returncode == 0
-    assert b"\x1b[32m\xe2\x9c\x93 they determine the motion\x1b[0m" in found
+    return process.returncode, found.decode().replace("\r\n", "\n")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("columns", "settings"),
+    [
+        (80, {"TERM": "xterm"}),
+        (60, {"TERM": "xterm"}),
+        (80, {"TERM": "dumb"}),
+        (60, {"TERM": "xterm", "NO_COLOR": "1"}),
+    ],
+)
+def test_no_line_is_folded_on_a_terminal(columns: int, settings: dict[str, str], folder: Path) -> None:
+    for table in (USUAL, {"report": [("run.npz", 0)]}):
+        for command, arguments, wanted in rows(table):
+            status, shown = on_a_terminal(words_of(command, arguments, folder), columns, folder, **settings)
+            assert status == wanted, shown
+            assert "Traceback" not in shown
+            # a line that is told while one waits begins anew, and is taken back
+            plain = [
+                re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", part) for line in shown.split("\n") for part in line.split("\r")
+            ]
+            if "--json" not in arguments:
+                assert [one for one in plain if broad(one) > columns and len(one.split()) > 1] == [], (
+                    command,
+                    arguments,
+                )
+            if settings != {"TERM": "xterm"}:
+                assert "\x1b[3" not in shown, (command, arguments)
+
+
+@pytest.mark.slow
+def test_a_terminal_has_colours(tmp_path: Path) -> None:
+    status, shown = on_a_terminal(["info", "cpm", "--no-modes"], 80, tmp_path, TERM="xterm")
+    assert status == 0
+    assert "\x1b[32m✓ they determine the motion\x1b[0m" in shown

@@ -62,9 +62,25 @@ TEXTS = (
         "-1x5",
         "1e3x2",
     ),
+    *(
+        "error,effort",
+        "tool",
+        "reactions",
+        "run.npz",
+        "revolute",
+        "coupler_to_rocker=spherical",
+        "crank",
+        "delta",
+        "leg",
+    ),
     *("all", "cpm,", "omega3/", "fourbar ", "٣", "0.0.0.0:99", "256.1.1.1", "http://x", "\n", "\x1b[31m"),
 )
 BASES = {
+    "new": ["robot", "--out", "{folder}/{number}"],
+    "cut": ["fourbar"],
+    "plot": ["{folder}/run.npz", "-o", "{folder}/plot.html"],
+    "report": ["{folder}/run.npz", "-o", "{folder}/report.html"],
+    "states": ["{folder}/run.npz", "-o", "{folder}/states.jsonl"],
     "list": [],
     "info": ["fourbar"],
     "check": ["fourbar"],
@@ -82,7 +98,8 @@ RUNS = (
     ["cpm", "--duration", "0.01", "--rate", "1000"],
     ["omega3", "--duration", "0.01", "--plant", "chain", "--step", "0.001"],
     ["fourbar", "--trajectory", "home", "--controller", "pd", "--kp", "10", "--kd", "1", "--duration", "0.01"],
-    ["stewart", "--free", "--duration", "0.005", "--save", "{folder}/run.npz"],
+    ["stewart", "--free", "--duration", "0.005", "--save", "{folder}/free.npz"],
+    ["fourbar", "--trajectory", "hold", "--duration", "0.01", "--plant", "chain", "--save", "{folder}/run.npz"],
 )
 """Of `simulate`, which has most options."""
 LONG = {"--help", "-h", "--png", "--open", "--no-open", "--measure"}
@@ -153,7 +170,7 @@ def _line(rng: np.random.Generator, number: int, folder: Path) -> list[str]:
     """A sound command line with one to three options of any value, or with its words spoiled."""
     names = [*BASES, *["simulate"] * 8, "play", "crosscheck"]  # those with most options more often
     name = names[number % len(names)]
-    line = [one.format(folder=folder) for one in BASES[name]]
+    line = [one.format(folder=folder, number=number) for one in BASES[name]]
     if name == "simulate":
         line = [one.format(folder=folder) for one in RUNS[int(rng.integers(len(RUNS)))]]
     if name == "reproduce":
