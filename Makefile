@@ -40,6 +40,9 @@ demo: setup
 	  '$(BIN)/cutjoint view omega3' 'a robot in the browser, moved by hand' \
 	  '$(BIN)/cutjoint simulate omega3 --save out/run.npz' 'a controller leads it along a curve' \
 	  '$(BIN)/cutjoint play out/run.npz' 'that simulation in the browser' \
+	  '$(BIN)/cutjoint plot out/run.npz' 'its curves as a picture, out/run.svg' \
+	  '$(BIN)/cutjoint report out/run.npz' 'all about it as a page, out/run.html' \
+	  '$(BIN)/cutjoint new my_robot -o out/my_robot' 'a robot of your own, from a template' \
 	  '. $(BIN)/activate' 'puts cutjoint on the path of this shell' \
 	  '$(BIN)/cutjoint --install-completion' 'the Tab key completes commands and robots'
 

@@ -2,8 +2,9 @@
 
     python tools/fuzz.py [KIND=COUNT ...] [--seed N] [--show N]
 
-KIND is one of results, meshes, robots, typos, arguments, methods; default all of them with the counts of a release:
-1000 results, 300 meshes, 10 000 robots, 3000 slips of the keyboard, 400 command lines, 2000 calls of methods.
+KIND is one of results, meshes, robots, typos, arguments, names, methods; default all of them with the counts of a
+release: 1000 results, 300 meshes, 10 000 robots, 3000 slips of the keyboard, 400 command lines, 300 hostile names,
+2000 calls of methods.
 `typos=ALL` is every slip, some 30 000.  Exit status 1 where anything is at fault;
 each fault is told with a name that finds it again (kind, seed and number).
 """
@@ -21,7 +22,17 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from attacks.judging import Tally, judge
 
-COUNTS = {"results": 1000, "meshes": 300, "robots": 10_000, "typos": 3000, "arguments": 400, "methods": 2000}
+COUNTS = {
+    "results": 1000,
+    "meshes": 300,
+    "robots": 10_000,
+    "typos": 3000,
+    "arguments": 400,
+    "names": 300,
+    "methods": 2000,
+}
+STUCK = 120.0
+"""Seconds after which the process is given up: code that is not Python's cannot be interrupted."""
 
 
 def attack(kind: str, seed: int, count: int) -> Tally:

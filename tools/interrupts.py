@@ -15,6 +15,7 @@ import os
 import random
 import re
 import signal
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -23,12 +24,18 @@ import tomllib
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 PATIENCE = 5.0
 PROGRAM = (sys.executable, "-m", "cutjoint")
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
+
+
+PLACE = "{runs}"
+"""In the words of a command: a folder with the run that some read, circle.npz."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +73,13 @@ COMMANDS: Mapping[str, Long] = {
     "play": Long(("play", "cpm", "--trajectory", "circle:0.05,1", "--html", "play.html", "--png", "play.png")),
     "view": Long(("view", "omega3", "--html", "view.html")),
     "served": Long(("view", "cpm", "--port", "0", "--no-open"), serves=True),
+    "plot": Long(("plot", f"{PLACE}/circle.npz", "--what", "joints,reactions", "-o", "plot.svg")),
+    "plot-page": Long(("plot", f"{PLACE}/circle.npz", "-o", "plot.html")),
+    "report": Long(("report", f"{PLACE}/circle.npz", "-o", "report.html")),
+    "states": Long(("states", f"{PLACE}/circle.npz", "-o", "states.jsonl")),
+    "states-bag": Long(("states", f"{PLACE}/circle.npz", "-o", "bag")),
+    "new": Long(("new", "walker", "-t", "stewart")),
+    "cut": Long(("cut", "stewart", "-o", "cut")),
     "info": Long(("info", "omega3")),
     "check": Long(("check", "omega3")),
     "export": Long(("export", "omega3", "--to", "loops")),
@@ -93,7 +107,7 @@ def start(command: Long, folder: Path, cache: Path) -> subprocess.Popen[str]:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
     return subprocess.Popen(
-        [*PROGRAM, *command.words],
+        [*PROGRAM, *(one.replace(PLACE, str(_runs())) for one in command.words)],
         cwd=folder,
         env=os.environ | {"CUTJOINT_CACHE": str(cache), "NO_COLOR": "1"},
         stdout=subprocess.PIPE,
@@ -138,12 +152,17 @@ def spoiled(file: Path) -> str:
             return "is half a page"
         if file.suffix == ".png" and not data.endswith(b"IEND\xaeB`\x82"):
             return "is half a picture"
-        ends = {".urdf": b"</robot>", ".xml": b"</mujoco>"}.get(file.suffix, b"")
+        if file.suffix == ".jsonl":
+            [json.loads(line) for line in data.splitlines()]
+        if file.suffix == ".db3":
+            with closing(sqlite3.connect(file)) as store:
+                store.execute("select count(*) from messages").fetchone()
+        ends = {".urdf": b"</robot>", ".xml": b"</mujoco>", ".svg": b"</svg>"}.get(file.suffix, b"")
         if not data.rstrip().endswith(ends):
             return "is half a robot"
         if file.suffix == ".toml":
             tomllib.loads(data.decode())
-    except (ValueError, zipfile.BadZipFile) as error:
+    except (ValueError, zipfile.BadZipFile, sqlite3.Error) as error:
         return f"is not whole: {error}"
     return "" if data else "is empty"
 
@@ -230,6 +249,16 @@ def _answer(command: Long, number: signal.Signals, end: Ended, faults: list[str]
 
 def _cache() -> Path:
     return Path(tempfile.gettempdir()) / f"cutjoint-interrupts-{os.getuid()}"
+
+
+@cache
+def _runs() -> Path:
+    """A folder with a run of some length."""
+    folder = _cache() / "runs"
+    folder.mkdir(parents=True, exist_ok=True)
+    words = ("simulate", "cpm", "--duration", "1", "--rate", "1000", "--trajectory", "hold", "--save", "circle.npz")
+    subprocess.run([*PROGRAM, *words], cwd=folder, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return folder
 
 
 def length(command: Long) -> tuple[float, set[str]]:

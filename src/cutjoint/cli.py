@@ -7,6 +7,7 @@ import gc
 import sys
 import warnings
 from importlib import import_module
+from inspect import cleandoc
 from typing import Annotated
 
 import typer
@@ -15,10 +16,15 @@ from cutjoint import interrupts
 from cutjoint.commands.failing import complain, failed
 from cutjoint.commands.stopping import told
 
-COMMANDS = (
-    *("new", "cut", "list", "info", "check", "crosscheck", "simulate", "plot", "report", "reproduce"),
-    *("view", "play", "export", "states", "compile"),
-)
+PANELS = {
+    "Begin": ("new", "cut", "list"),
+    "Look at a robot": ("info", "check", "view"),
+    "Run it and look at the run": ("simulate", "plot", "report", "play"),
+    "Hand it to other programs": ("export", "states", "compile"),
+    "Compare with papers and engines": ("crosscheck", "reproduce"),
+}
+"""Headings of `cutjoint --help` -> the commands below them."""
+COMMANDS = tuple(name for names in PANELS.values() for name in names)
 
 RARELY = 50_000
 """New objects until Python looks for circles among them: a command makes many that stay, and ends soon."""
@@ -28,14 +34,22 @@ STATUS = (
     "(SIGINT, SIGTERM). Messages go to stderr; CUTJOINT_TRACEBACK=1 shows where in the code an error came from."
 )
 
+
+def _flowing(text: str) -> str:
+    """A docstring whose paragraphs are a line each, to be wrapped for the width there is."""
+    return "\n\n".join(" ".join(part.split()) for part in cleandoc(text).split("\n\n"))
+
+
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=STATUS,
 )
-for _name in COMMANDS:
-    app.command(_name)(told(import_module(f"cutjoint.commands.{_name}").command))
+for _panel, _names in PANELS.items():
+    for _name in _names:
+        _command = import_module(f"cutjoint.commands.{_name}").command
+        app.command(_name, help=_flowing(_command.__doc__ or ""), rich_help_panel=_panel)(told(_command))
 
 
 def _version(wanted: bool) -> None:

@@ -23,6 +23,7 @@ from attacks.judging import Attack, Wrong, judge
         ("meshes", 180, ("refused", "accepted")),
         ("robots", 600, ("refused", "accepted")),
         ("arguments", 200, ("refused", "done")),
+        ("names", 81, ("refused", "done")),
         ("methods", 400, ("refused", "done")),
     ],
 )

@@ -6,23 +6,31 @@ A new command needs rows here.
 
 from __future__ import annotations
 
+import fcntl
 import gc
 import json
 import os
 import pty
+import re
+import struct
 import subprocess
 import sys
+import termios
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
 
 from cutjoint.cli import COMMANDS, main
 from cutjoint.commands import progress
+from cutjoint.control import law
 from cutjoint.description import catalogue
+from cutjoint.robots import load
+from cutjoint.simulation import ConstrainedPlant, run, save
 from cutjoint.texts import broad
 
 WIDTH = 80
@@ -32,6 +40,11 @@ HERE = "{here}"
 ODD = "[red]漢 crank[/]"
 
 USUAL: dict[str, list[tuple[str, int]]] = {
+    "new": [("crank1 --crank 0.05", 0), ("robot2 -t blank --json", 0)],
+    "cut": [("fourbar", 0), (f"fourbar --json -o {HERE}/cut", 0), (f"{HERE}/open.urdf", 1)],
+    "plot": [("run.npz -o run.html", 0)],
+    "report": [],
+    "states": [("run.npz -o run.jsonl", 0)],
     "list": [("", 0), ("--json", 0)],
     "info": [("underactuated --no-modes", 0), ("redundant --no-modes --json", 0)],
     "check": [("redundant", 0), (f"{HERE}/wrong.urdf", 1), (f"{HERE}/wrong.urdf --json", 1), ("nothing", 1)],
@@ -47,6 +60,15 @@ USUAL: dict[str, list[tuple[str, int]]] = {
     "compile": [("fourbar --functions tool --no-cache", 0)],
 }
 SLOW: dict[str, list[tuple[str, int]]] = {
+    "plot": [
+        ("run.npz", 0),
+        ("run.npz --what reactions,joints,gap --from 0.002 --to 0.009 -o some.png", 0),
+        ("run.npz other.npz -o two.svg", 0),
+    ],
+    "report": [("run.npz", 0), ("run.npz other.npz -o two.html --robot fourbar", 0)],
+    "states": [("run.npz --out bag --robot fourbar", 0)],
+    "cut": [("stewart", 0), ("stewart --cut leg1_tilt --json", 0), (f"{HERE}/hostile -o {HERE}/cut", 0)],
+    "new": [(f"{one}_1 -t {one}", 0) for one in ("fivebar", "delta", "stewart", "leg")],
     "list": [("--examples", 0)],
     "info": [
         *((one, 0) for one in ("omega3", "stewart", "cpm", "redundant", "talos", "stewart --json")),
@@ -72,6 +94,57 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     ],
 }
 WRONG: dict[str, list[str]] = {
+    "new": [
+        "",
+        "cpm",
+        "1abc",
+        "name --crank nan",
+        "name --crank long",
+        "name --crank 100",
+        "name -t delta --crank 1",
+        "name -t none",
+        "name --density 0",
+        f"name -o {HERE}/hostile",
+        f"name -o {HERE}/text.npz",
+        "[red]x[/]",
+    ],
+    "cut": [
+        "",
+        "none",
+        f"{HERE}",
+        f"{HERE}/wrong.urdf",
+        "fourbar --cut none",
+        "fourbar --type revolute",
+        "fourbar --type coupler_to_rocker=none",
+        f"fourbar -o {HERE}/hostile",
+    ],
+    "plot": [
+        "",
+        ".",
+        "run.csv",
+        "no.npz",
+        "text.npz",
+        "run.npz run.npz",
+        "run.npz -o run.txt",
+        f"run.npz -o {HERE}/no/run.svg",
+        "run.npz --what non",
+        "run.npz --what orientation",
+        "run.npz --from nan",
+        "run.npz --from 2 -o run.html",
+        "run.npz --from 0.009 --to 0.001 -o run.html",
+        "run.npz --robot cpm -o run.html",
+        "run.npz --variant lumped",
+    ],
+    "report": ["", ".", "no.npz", "text.npz", "run.npz -o run.txt", f"run.npz -o {HERE}", "run.npz --robot cpm"],
+    "states": [
+        "",
+        "run.npz",
+        ". -o x.jsonl",
+        "text.npz -o x.jsonl",
+        "run.npz -o x.txt",
+        f"run.npz -o {HERE}/hostile",
+        "run.npz -o x.jsonl --robot cpm",
+    ],
     "list": ["omega3", "--exmaples", "--json=1"],
     "info": [
         "",
@@ -117,9 +190,18 @@ class Ended:
 Cutjoint = Callable[..., Ended]
 
 
+@pytest.fixture(scope="module")
+def result() -> bytes:
+    """A file of a short run."""
+    robot = load("fourbar")
+    found = run(ConstrainedPlant(robot), law("none", robot, {}), duration=0.01)
+    with TemporaryDirectory() as place:
+        return save(found, Path(place) / "run.npz").read_bytes()
+
+
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """Files of robots and of nonsense."""
+def folder(tmp_path: Path, result: bytes) -> Path:
+    """Files of robots, of runs and of nonsense."""
     source, hostile = catalogue.path("fourbar").parent, tmp_path / "hostile"
     hostile.mkdir()
     for file in source.iterdir():
@@ -128,6 +210,9 @@ def folder(tmp_path: Path) -> Path:
             text = text.replace("{ crank =", f'{{ "{ODD}" =')
             (hostile / file.name).write_text(text, encoding="utf-8")
     (tmp_path / "wrong.urdf").write_text("<robot name='x'><link name='[b]a&#10;&#9;'/><link nme='b'/></robot>")
+    (tmp_path / "open.urdf").write_text("<robot name='x'><link name='a'/></robot>")
+    for name in ("run", "other"):
+        (tmp_path / f"{name}.npz").write_bytes(result)
     (tmp_path / "text.npz").write_text("this is no result")
     return tmp_path
 
@@ -337,12 +422,13 @@ def test_output_that_cannot_be_written_is_an_error() -> None:
     assert (done.returncode, done.stderr) == (2, "OSError: standard output: No space left on device\n")
 
 
-@pytest.mark.slow
-def test_a_terminal_has_colours_and_its_width() -> None:
+def on_a_terminal(words: Sequence[str], columns: int, folder: Path, **settings: str) -> tuple[int, str]:
+    """Exit status of a command on a terminal so many columns wide, and all that it shows there."""
     ours, theirs = pty.openpty()
-    settings = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "COLUMNS")}
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    others = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "COLUMNS", "TERM")}
     with subprocess.Popen(
-        [*PROGRAM, "info", "cpm", "--no-modes"], stdout=theirs, stderr=theirs, env=settings | {"TERM": "xterm"}
+        [*PROGRAM, *words], cwd=folder, stdout=theirs, stderr=theirs, env=others | settings
     ) as process:
         os.close(theirs)
         found = b""
@@ -352,5 +438,40 @@ def test_a_terminal_has_colours_and_its_width() -> None:
         except OSError:  # the other end is closed
             pass
     os.close(ours)
-    assert process.returncode == 0
-    assert b"\x1b[32m\xe2\x9c\x93 they determine the motion\x1b[0m" in found
+    return process.returncode, found.decode().replace("\r\n", "\n")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("columns", "settings"),
+    [
+        (80, {"TERM": "xterm"}),
+        (60, {"TERM": "xterm"}),
+        (80, {"TERM": "dumb"}),
+        (60, {"TERM": "xterm", "NO_COLOR": "1"}),
+    ],
+)
+def test_no_line_is_folded_on_a_terminal(columns: int, settings: dict[str, str], folder: Path) -> None:
+    for table in (USUAL, {"report": [("run.npz", 0)]}):
+        for command, arguments, wanted in rows(table):
+            status, shown = on_a_terminal(words_of(command, arguments, folder), columns, folder, **settings)
+            assert status == wanted, shown
+            assert "Traceback" not in shown
+            # a line that is told while one waits begins anew, and is taken back
+            plain = [
+                re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", part) for line in shown.split("\n") for part in line.split("\r")
+            ]
+            if "--json" not in arguments:
+                assert [one for one in plain if broad(one) > columns and len(one.split()) > 1] == [], (
+                    command,
+                    arguments,
+                )
+            if settings != {"TERM": "xterm"}:
+                assert "\x1b[3" not in shown, (command, arguments)
+
+
+@pytest.mark.slow
+def test_a_terminal_has_colours(tmp_path: Path) -> None:
+    status, shown = on_a_terminal(["info", "cpm", "--no-modes"], 80, tmp_path, TERM="xterm")
+    assert status == 0
+    assert "\x1b[32m✓ they determine the motion\x1b[0m" in shown

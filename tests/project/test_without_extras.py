@@ -60,7 +60,10 @@ class World:
         (folder / "robot.urdf").write_text('<robot name="r"><link name="base"/></robot>')
 
     def run(self, hidden: Sequence[str], *words: str) -> subprocess.CompletedProcess[str]:
-        """`cutjoint WORDS` where the packages `hidden` are not installed."""
+        """`cutjoint WORDS` where the packages `hidden` are not installed; run.npz is there for those who read it."""
+        if "run.npz" in words[:2] and not (self.folder / "run.npz").exists():
+            made = self.run((), "simulate", "fourbar", "--duration", "0.02", "--plant", "chain", "--save", "run.npz")
+            assert made.returncode == 0, made.stderr
         paths = [str(self.folder / "site"), str(ROOT / "src")]
         return subprocess.run(
             [sys.executable, "-m", "cutjoint", *words],
@@ -134,7 +137,8 @@ NEEDS: dict[str, tuple[tuple[str, ...], ...]] = {
     "umsgpack": (("view", "fourbar", "--html", "x.html"),),
     "zmq": (("view", "fourbar", "--html", "x.html"),),
     "llvmlite": (("compile", "fourbar"),),
-    "matplotlib": (("reproduce", "cpm", "--output", "page"),),
+    "matplotlib": (("reproduce", "cpm", "--output", "page"), ("plot", "run.npz", "-o", "run.svg")),
+    "rosbags": (("states", "run.npz", "-o", "bag"),),
     "yaml": (("info", "robot.yaml"), ("simulate", "robot.yaml")),
     "example_robot_data": (("info", "ur5"), ("simulate", "ur5"), ("view", "ur5")),
     "xacro": (("info", "arm.urdf"),),
@@ -150,6 +154,11 @@ WITHOUT_ANY: tuple[tuple[str, ...], ...] = (
     ("simulate", "fourbar", "--rate", "500"),
     ("crosscheck", "cpm", "--samples", "3"),
     ("export", "fourbar", "--to", "urdf"),
+    ("new", "walker", "-t", "leg"),
+    ("cut", "stewart"),
+    ("plot", "run.npz", "-o", "run.html"),
+    ("report", "run.npz"),
+    ("states", "run.npz", "-o", "run.jsonl"),
 )
 """Commands that need none."""
 

@@ -174,3 +174,18 @@ def test_no_worker_is_left(tmp_path: Path, number: signal.Signals) -> None:
         time.sleep(0.05)
     assert living(process.pid) == []
     assert [one.name for one in tmp_path.iterdir()] == (["page.stopped.html"] if number is signal.SIGINT else [])
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+@pytest.mark.parametrize("name", ["new", "cut", "plot", "plot-page", "report", "states", "states-bag"])
+def test_files_are_whole_or_not_there(name: str) -> None:
+    """SIGINT, SIGTERM and SIGKILL at moments drawn by lot, as `tools/interrupts.py` has it."""
+    sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
+    try:
+        from interrupts import tried
+    finally:
+        sys.path.pop(0)
+    told: list[str] = []
+    assert tried(name, 3, told.append, seed=1) == []
+    assert "; 0 faults" in told[-1]

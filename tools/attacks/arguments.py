@@ -62,9 +62,25 @@ TEXTS = (
         "-1x5",
         "1e3x2",
     ),
+    *(
+        "error,effort",
+        "tool",
+        "reactions",
+        "run.npz",
+        "revolute",
+        "coupler_to_rocker=spherical",
+        "crank",
+        "delta",
+        "leg",
+    ),
     *("all", "cpm,", "omega3/", "fourbar ", "٣", "0.0.0.0:99", "256.1.1.1", "http://x", "\n", "\x1b[31m"),
 )
 BASES = {
+    "new": ["robot", "--out", "{folder}/{number}"],
+    "cut": ["fourbar"],
+    "plot": ["{folder}/run.npz", "-o", "{folder}/plot.html"],
+    "report": ["{folder}/run.npz", "-o", "{folder}/report.html"],
+    "states": ["{folder}/run.npz", "-o", "{folder}/states.jsonl"],
     "list": [],
     "info": ["fourbar"],
     "check": ["fourbar"],
@@ -82,7 +98,8 @@ RUNS = (
     ["cpm", "--duration", "0.01", "--rate", "1000"],
     ["omega3", "--duration", "0.01", "--plant", "chain", "--step", "0.001"],
     ["fourbar", "--trajectory", "home", "--controller", "pd", "--kp", "10", "--kd", "1", "--duration", "0.01"],
-    ["stewart", "--free", "--duration", "0.005", "--save", "{folder}/run.npz"],
+    ["stewart", "--free", "--duration", "0.005", "--save", "{folder}/free.npz"],
+    ["fourbar", "--trajectory", "hold", "--duration", "0.01", "--plant", "chain", "--save", "{folder}/run.npz"],
 )
 """Of `simulate`, which has most options."""
 LONG = {"--help", "-h", "--png", "--open", "--no-open", "--measure"}
@@ -103,6 +120,11 @@ def attacks(seed: int, count: int, folder: Path) -> Iterator[Attack]:
 
 def outcome(arguments: list[str], folder: Path) -> str:
     """What a command line came to; raises `Wrong` or what escaped."""
+    return outcome_and_output(arguments, folder)[0]
+
+
+def outcome_and_output(arguments: list[str], folder: Path) -> tuple[str, str]:
+    """What a command line came to, and what it wrote to standard output; raises `Wrong` or what escaped."""
     out, err = io.StringIO(), io.StringIO()
     before, status = (sys.argv, os.getcwd()), 0
     try:
@@ -126,7 +148,11 @@ def outcome(arguments: list[str], folder: Path) -> str:
         raise Wrong("refused without a word")
     if len(words) > 20_000:
         raise Wrong(f"an error of {len(words)} characters: {words[:200]}")
-    return {0: "done", 1: "did not hold", 2: "refused"}[status]
+    # `export` prints paths for programs, as they are
+    for text in (words,) if arguments[:1] == ["export"] else (out.getvalue(), words):
+        if moving := next((one for one in text if one != "\n" and not one.isprintable()), ""):
+            raise Wrong(f"prints {moving!a}: {text[:300]!a}")
+    return {0: "done", 1: "did not hold", 2: "refused"}[status], out.getvalue()
 
 
 def _pipe(folder: Path) -> None:
@@ -145,7 +171,7 @@ def _line(rng: np.random.Generator, number: int, folder: Path) -> list[str]:
     """A sound command line with one to three options of any value, or with its words spoiled."""
     names = [*BASES, *["simulate"] * 8, "play", "crosscheck"]  # those with most options more often
     name = names[number % len(names)]
-    line = [one.format(folder=folder) for one in BASES[name]]
+    line = [one.format(folder=folder, number=number) for one in BASES[name]]
     if name == "simulate":
         line = [one.format(folder=folder) for one in RUNS[int(rng.integers(len(RUNS)))]]
     if name == "reproduce":

@@ -91,8 +91,10 @@ def _data(file: str, found: Proposal, files: tuple[Path, ...]) -> dict[str, obje
 
 
 def _show(file: str, found: Proposal) -> None:
+    from cutjoint.errors import shown
+
     if found.robot is None or found.report is None:
-        say(f"{file}: nothing to close: no loop in the file, and no two frames that belong together")
+        say(f"{shown(file)}: nothing to close: no loop in the file, and no two frames that belong together")
         if found.ends:
             say(f"bodies that carry no other end at: {', '.join(found.ends)}")
         say("put a link without mass on a fixed joint at either end of a cut, such as loop_a and loop_b")

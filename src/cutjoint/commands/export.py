@@ -50,7 +50,7 @@ def command(
         except OSError as error:
             raise InputError(f"cannot write {shown(str(path))}: {error.strerror or error}") from error
         for written in files:
-            output.write(str(written))
+            output.write_path(written)
     for lost in unsaid(description, to):
         complain(f"warning: {WRITERS[to].name} has no word for {lost}; only cutjoint reads it back")
     for lost in left_out(description, to):

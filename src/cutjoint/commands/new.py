@@ -9,13 +9,20 @@ import typer
 
 from cutjoint.commands import options
 from cutjoint.commands.failing import complain
-from cutjoint.commands.output import print_json, say, write
+from cutjoint.commands.output import print_json, say, width, write
 from cutjoint.drafting.folder import ALUMINIUM
 from cutjoint.drafting.templates import DEFAULT, TEMPLATES
+from cutjoint.texts import broad, harmless, padded
 
 if TYPE_CHECKING:
     from cutjoint.drafting import NewRobot
 
+NEXT = (
+    ("check", "what is wrong after a change, and the mobility"),
+    ("view", "in the browser, with a slider per motor"),
+    ("simulate", "under a controller"),
+)
+"""What one does with a new robot, and why."""
 KINDS = "; ".join(f"{name} ({row.about})" for name, row in TEMPLATES.items())
 
 
@@ -94,10 +101,10 @@ def _show(made: NewRobot, folder: Path) -> None:
     for one in made.told:
         complain(f"warning: {one}")
     path = options.as_argument(folder)
-    write("\nnext:")
-    for action, about in (
-        ("check", "what is wrong after a change, and the mobility"),
-        ("view", "in the browser, with a slider per motor"),
-        ("simulate", "under a controller"),
-    ):
-        write(f"  {f'cutjoint {action} {path}':<{len(path) + 20}}  # {about}")
+    say()
+    say("next:")
+    lines = [(harmless(f"cutjoint {action} {path}"), about) for action, about in NEXT]
+    room = max(broad(line) for line, _ in lines)
+    beside = 2 + room + max(len(about) for _, about in lines) + len("  # ") <= width()
+    for line, about in lines:
+        write(f"  {padded(line, room)}  # {about}" if beside else f"  # {about}\n  {line}")

@@ -69,6 +69,12 @@ def write(text: str) -> None:
         raise OSError(error.errno, error.strerror, "standard output") from error
 
 
+def write_path(path: os.PathLike[str]) -> None:
+    """Write a path on a line: as it is for programs, on a terminal with nothing in it that moves the cursor."""
+    text = os.fspath(path)
+    write(harmless(text) if is_terminal(sys.stdout) else text)
+
+
 def say(*parts: str, first: str = "") -> None:
     """Print a line, wrapped at words; parts of it may be a `Cell` with a style.  `first` stands before it, and
     as many blanks before further lines; nothing in it moves the cursor."""

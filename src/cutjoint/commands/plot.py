@@ -10,7 +10,7 @@ import typer
 from cutjoint.commands import options
 from cutjoint.commands.output import say
 from cutjoint.commands.progress import progress
-from cutjoint.commands.run_robot import Robot, robot_of_options
+from cutjoint.commands.run_robot import Robot, beside, robot_of_options
 
 WHAT = (
     "error, orientation, tool, tool_velocity, joints, velocity, effort, power, command, measured, passive, energy, gap"
@@ -50,7 +50,7 @@ def command(
     from cutjoint.report.own_files import PLOT, check_own
     from cutjoint.report.run_plot import check_plot_place
 
-    target = check_plot_place(runs[0].with_suffix(".svg") if output is None else output)
+    target = check_plot_place(beside(runs[0], ".svg") if output is None else output)
     if output is None:
         check_own(target, PLOT)
     named, chain = runs_of_files(runs), robot_of_options(robot, variant, ideal, lenient)

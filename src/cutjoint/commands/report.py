@@ -10,7 +10,7 @@ import typer
 from cutjoint.commands import options
 from cutjoint.commands.output import say
 from cutjoint.commands.progress import progress
-from cutjoint.commands.run_robot import Robot, robot_of_options
+from cutjoint.commands.run_robot import Robot, beside, robot_of_options
 
 
 def command(
@@ -37,7 +37,7 @@ def command(
     from cutjoint.report.own_files import REPORT, check_own
     from cutjoint.report.run_page import check_page_place
 
-    target = check_page_place(runs[0].with_suffix(".html") if output is None else output)
+    target = check_page_place(beside(runs[0], ".html") if output is None else output)
     if output is None:
         check_own(target, REPORT)
     named, chain = runs_of_files(runs), robot_of_options(robot, variant, ideal, lenient)

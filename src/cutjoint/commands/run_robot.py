@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -31,6 +32,17 @@ def robot_of_run(result: Result, robot: str | None, variant: str | None, lenient
     if robot is not None:
         return load(robot, variant, lenient=lenient)
     return robot_of(result, variant, lenient=lenient)
+
+
+def beside(run: Path, suffix: str) -> Path:
+    """The file of another kind beside a run.
+
+    Raises:
+        InputError: it is no name of a file.
+    """
+    if not run.name:
+        raise InputError(f"'{run}' is no result file; give a .npz that `cutjoint simulate --save` wrote")
+    return run.with_suffix(suffix)
 
 
 def robot_of_options(robot: str | None, variant: str | None, ideal: bool, lenient: bool) -> ClosedChain | None:

@@ -86,7 +86,7 @@ def draft(
     files = {
         "loops.toml": loops_text(name, sketch),
         "robot.urdf": urdf_text(name, sketch, density),
-        "README.md": readme_text(name, template, row, sketch, lengths),
+        "README.md": readme_text(name, template, row, sketch, lengths, density),
     }
     report, told = _tried(template, files, sketch.mobility)
     return NewRobot(name, template, sketch.title, lengths, density, files, report, told)

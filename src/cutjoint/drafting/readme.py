@@ -8,16 +8,18 @@ from cutjoint.drafting.sketch import Sketch
 from cutjoint.drafting.template import Template
 
 
-def readme_text(name: str, template: str, row: Template, sketch: Sketch, sizes: Mapping[str, float]) -> str:
+def readme_text(
+    name: str, template: str, row: Template, sketch: Sketch, sizes: Mapping[str, float], density: float
+) -> str:
     """What the files are, how the robot was made, and what to do next."""
-    options = "".join(f" --{one} {value:.6g}" for one, value in sizes.items())
+    options = "".join(f" --{one} {value:.15g}" for one, value in sizes.items())
     lines = [
         f"# {name}",
         "",
         f"{sketch.title}: {row.about}. Made by",
         "",
         "```sh",
-        f"cutjoint new {name} --template {template}{options}",
+        f"cutjoint new {name} --template {template}{options} --density {density:.15g}",
         "```",
         "",
         "| file | what it says |",
@@ -28,7 +30,7 @@ def readme_text(name: str, template: str, row: Template, sketch: Sketch, sizes: 
     ]
     if sizes:
         lines += ["| size | m | what it measures |", "|---|---|---|"]
-        lines += [f"| {one} | {value:.6g} | {row.sizes[one].about} |" for one, value in sizes.items()]
+        lines += [f"| {one} | {value:.15g} | {row.sizes[one].about} |" for one, value in sizes.items()]
         lines.append("")
     lines += [
         f"Motors: {', '.join(f'`{one}`' for one in sketch.driven)}. It can move in {sketch.mobility} "

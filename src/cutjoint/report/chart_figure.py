@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cutjoint.report.figures import COLOURS, DASHES, INK, SETTINGS, Drawing, plotting
+from cutjoint.report.figures import COLOURS, DASHES, INK, SETTINGS, Drawing, drawable, plotting
 from cutjoint.simulation.charts import Chart, ChartCurve, scale_of, thinned
 
 if TYPE_CHECKING:
@@ -60,14 +60,14 @@ def _draw(ax: Axes, chart: Chart) -> None:
             factor * values,
             color=colour,
             linestyle=DASHES[curve.dash],
-            label=curve.name,
+            label=drawable(curve.name),
             marker="o" if len(time) == 1 else "",
         )
     start, end = (pick(c.time[i] for c in chart.curves) for pick, i in ((min, 0), (max, -1)))
     if end > start:
         ax.set_xlim(start, end)
     far = _limits(ax, chart, factor)
-    ax.set_title(chart.title)
+    ax.set_title(drawable(chart.title))
     ax.set_xlabel("time [s]")
     ax.set_ylabel(f"{chart.quantity} [{unit}]")
     if far:

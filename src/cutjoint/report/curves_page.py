@@ -24,7 +24,7 @@ document.documentElement.dataset.ready = "yes";
 
 def curves(charts: Sequence[Chart], key: str) -> str:
     """A part of a page that shows charts; `key` is told apart from those of other parts."""
-    data = json.dumps(charts_json(charts), allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    data = json.dumps(charts_json(charts), allow_nan=False, separators=(",", ":"))
     data = data.replace("<", "\\u003c")
     return (
         f'<div class="charts" data-curves="{key}"></div>\n'
@@ -44,7 +44,7 @@ def page_of(title: str, body: str, mark: str, frames: Sequence[str] = ()) -> str
         f"default-src 'none'; script-src {' '.join(hashes)}; style-src 'unsafe-inline'; img-src data: blob:; "
         "base-uri 'none'; form-action 'none'"
     )
-    return (
+    text = (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="generator" content="{mark}">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -53,6 +53,7 @@ def page_of(title: str, body: str, mark: str, frames: Sequence[str] = ()) -> str
         + "\n".join(f"<script>{one}</script>" for one in scripts)
         + "\n</body>\n</html>\n"
     )
+    return text.encode("utf-8", "backslashreplace").decode()  # a file's name may have bytes that are no character
 
 
 def _file(name: str) -> str:

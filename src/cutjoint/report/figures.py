@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cutjoint.arrays import Array
+from cutjoint.errors import shown
 from cutjoint.extras import needed
 from cutjoint.reprs import line
 from cutjoint.simulation.charts import look
@@ -48,6 +49,7 @@ DESIRED, ACTUAL = GREY, PURPLE
 
 SETTINGS = {
     "font.family": "DejaVu Sans",
+    "text.parse_math": False,
     "font.size": 9,
     "axes.titlesize": 9.5,
     "axes.titleweight": "bold",
@@ -70,6 +72,8 @@ SETTINGS = {
 }
 
 
+LONGEST = 60
+"""Most characters of a name in a figure."""
 HEIGHT = 2.9
 WIDTHS = {1: 4.6, 2: 7.8, 3: 11.2}
 
@@ -164,11 +168,16 @@ def plotting() -> ModuleType:
     return needed("matplotlib", "a plot")
 
 
+def drawable(text: str) -> str:
+    """A text that can be drawn, whatever it is: printable, and no broader than a legend can be."""
+    return shown(text, LONGEST)
+
+
 def _over_time(ax: Axes, panel: Panel) -> None:
     reach = panel.values if panel.bound is None else np.append(panel.values.ravel(), panel.bound)
     factor, unit = scaled(reach, panel.unit)
     _curves(ax, panel, factor)
-    ax.set_title(panel.title)
+    ax.set_title(drawable(panel.title))
     ax.set_xlabel("time [s]")
     ax.set_ylabel(f"{panel.quantity} [{unit}]")
     ax.set_xlim(panel.time[0], panel.time[-1])
@@ -179,7 +188,7 @@ def _over_time(ax: Axes, panel: Panel) -> None:
 def _curves(ax: Axes, panel: Panel, factor: float) -> None:
     for i, name in enumerate(panel.names):
         colour, dash = (COLOURS[look(i)[0]], DASHES[look(i)[1]]) if len(panel.names) > 1 else (INK, "-")
-        ax.plot(panel.time, factor * panel.values[:, i], color=colour, linestyle=dash, label=name)
+        ax.plot(panel.time, factor * panel.values[:, i], color=colour, linestyle=dash, label=drawable(name))
     if panel.bound is not None:
         from_to = [panel.since, panel.time[-1]]
         for sign in (1.0, -1.0) if (panel.values < 0.0).any() else (1.0,):

@@ -86,9 +86,7 @@ def verdict_of(result: Result, robot: ClosedChain | None = None) -> Belief:
     """
     length = robot.length if robot is not None else float(np.linalg.norm(result.tool, axis=1).max())
     signs = [_gap(result, length, robot), *_strayed(result, length), _energy(result), _agreement(result)]
-    return Belief(
-        (*_whole(result), *signs, _energies(result, robot), *_limits(result, robot), *_saturation(result))
-    )
+    return Belief((*_whole(result), *signs, _energies(result, robot), *_limits(result, robot), *_saturation(result)))
 
 
 def _whole(result: Result) -> list[Sign]:

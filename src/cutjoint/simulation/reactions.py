@@ -6,8 +6,6 @@ more, so a run of any plant of the chain will do, and reactions cost nothing whi
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +22,7 @@ from cutjoint.files import check_place, write_whole
 from cutjoint.mechanism import Load, Posture
 from cutjoint.mechanism.loads import as_loads
 from cutjoint.reprs import line, told
+from cutjoint.simulation.csv_text import csv_text
 from cutjoint.simulation.held import HeldJoints
 from cutjoint.simulation.plant import Observation
 from cutjoint.simulation.pushing import RunLoads
@@ -103,11 +102,8 @@ class ReactionHistory(Frozen):
         Raises:
             InputError: the name does not end in .csv, or nothing can be written there.
         """
-        buffer, columns = io.StringIO(), self.columns
-        writer = csv.writer(buffer, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(np.column_stack(list(columns.values())).tolist())
-        return write_whole(check_csv(path), buffer.getvalue())
+        columns = self.columns
+        return write_whole(check_csv(path), csv_text(list(columns), list(columns.values())))
 
 
 def check_csv(path: str | Path) -> Path:

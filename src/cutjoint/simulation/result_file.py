@@ -6,7 +6,6 @@ what does not fit together is refused before anything is unpacked.
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import os
@@ -20,6 +19,7 @@ from cutjoint.errors import FileError, InputError, ResultFileError
 from cutjoint.files import check_place, read_file, write_whole
 from cutjoint.simulation.about_run import about_of, json_words
 from cutjoint.simulation.array_archive import ArchiveError, ArrayArchive
+from cutjoint.simulation.csv_text import csv_text
 from cutjoint.simulation.observables import OBSERVABLES
 from cutjoint.simulation.result import ARRAYS, Result, result_of
 
@@ -137,8 +137,5 @@ def _seen_from(folder: Path, file: str) -> str:
 def _csv(result: Result) -> str:
     actuators = result.about.get("actuators") or [[f"q{i + 1}", "rotation"] for i in range(result.q.shape[1])]
     shown = {name: column for name, column in result.columns.items() if OBSERVABLES[name].size != "nq"}
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow([title for name in shown for title in OBSERVABLES[name].titles(actuators)])
-    writer.writerows(np.column_stack(list(shown.values())).tolist())
-    return buffer.getvalue()
+    titles = [title for name in shown for title in OBSERVABLES[name].titles(actuators)]
+    return csv_text(titles, list(shown.values()))
