@@ -112,7 +112,9 @@ def of_papers() -> str:
     over_time = Panel("Over time", TIME, round_, "m", "place", ["limb 1", "limb 2", "limb 3"])
     drawn = figure(over_time, ToolPath("In a plane", "xy", round_, 0.98 * round_))
     grades = [(grade, "a claim of a paper, in words", Cell(grade, grade)) for grade in ("good", "half", "bad")]
-    wide = TextTable("Numbers", ("name", *(f"column {i}" for i in range(12))), [("a", *["1.2345e-06"] * 12)], ("column 1",))
+    wide = TextTable(
+        "Numbers", ("name", *(f"column {i}" for i in range(12))), [("a", *["1.2345e-06"] * 12)], ("column 1",)
+    )
     return page(
         "Of the papers",
         "What this page shows.",

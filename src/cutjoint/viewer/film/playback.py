@@ -65,7 +65,9 @@ def playback(chain: ClosedChain, recording: Recording, title: str = "") -> Docum
             for i, a in enumerate(chain.actuators)
         ]
         if longest:
-            legend.append({"text": f"effort, full size = {longest.replace(' ', KEPT)}", "colour": css(EFFORT), "over": True})
+            legend.append(
+                {"text": f"effort, full size = {longest.replace(' ', KEPT)}", "colour": css(EFFORT), "over": True}
+            )
         _animate(figure, recording)
     data["toggles"] = [{"title": t, "paths": p, "shown": s} for t, (p, s) in figure.toggles.items()]
     return Document(figure.scene, data)
