@@ -127,6 +127,16 @@
     if (!(found >= contrast)) say("hard to read", element, `contrast ${found.toFixed(2)}`);
   }
 
+  // ---- without a name, for who hears the page
+
+  const named = (element) => [
+    element.getAttribute("aria-label"), element.title, element.textContent,
+    ...[...(element.labels || [])].map((label) => label.textContent),
+  ].some((words) => words && /\p{L}|\p{N}/u.test(words));
+  for (const element of everything.filter((one) => one.matches(CONTROL) || one.tabIndex >= 0)) {
+    if (!scrolls(element, "Y") && !scrolls(element, "X") && !named(element)) say("has no name", element, "");
+  }
+
   // ---- too small for a finger, on a phone
 
   if (innerWidth <= 760 || innerHeight <= 500) {

@@ -13,6 +13,7 @@ from kit.runs import made
 import cutjoint
 from cutjoint.errors import CutjointError, InputError, MissingPackageError, UnknownNameError
 from cutjoint.report import COLOURS, DASHES, plot
+from cutjoint.report.figures import ON_DARK
 from cutjoint.report.named_runs import runs_of_files
 from cutjoint.robots import load
 from cutjoint.simulation import ConstrainedPlant, charts, reactions_of, run, save
@@ -144,6 +145,8 @@ def test_python_and_pages_have_the_same_tables_of_looks():
     script = (resources.files("cutjoint") / "viewer/page/curves.js").read_text()
     light = re.search(r"colours: \[(.*?)\]", script).group(1)
     assert tuple(re.findall(r'"(#\w+)"', light)) == COLOURS
+    dark = re.findall(r"colours: \[(.*?)\]", script)[1]
+    assert re.findall(r'"(#\w+)"', dark) == [ON_DARK[colour] for colour in COLOURS]
     dashes = re.search(r"const DASHES = (\[.*?\]);", script).group(1)
     assert len(json.loads(dashes)) == len(DASHES) == charts.DASHES
     assert len(COLOURS) == charts.COLOURS
@@ -207,6 +210,10 @@ def test_no_peak_of_a_long_run_is_lost_and_pages_stay_small():
     assert "1234.5" in page
     assert "-987.25" in page
     assert len(page) < 300_000
+
+
+def test_a_page_of_many_curves_stays_small():
+    assert len(plot(made(4000, n=80), "effort,joints,velocity,power").html) < 6_000_000
 
 
 def test_a_short_run_is_shown_sample_for_sample_in_a_handy_unit():

@@ -88,6 +88,7 @@ BAD = {
     "cut off": "<div style='height: 30px; overflow: hidden'><p style='margin: 40px'>below</p></div>",
     "lies over another": "<p style='position: absolute; top: 0'>one</p><p style='position: absolute; top: 4px'>two</p>",
     "hard to read": "<p style='color: #888'>grey</p>",
+    "has no name": "<button aria-hidden=true>✕</button>",
     "too small to touch": "<button style='min-height: 0; height: 20px'>small</button>",
 }
 
@@ -233,3 +234,74 @@ def test_a_curve_seeks_the_film_and_shows_where_it_is(written: Callable[[Documen
         box.uncheck()
     assert tab.page.locator(CURVE).count() == 0
     assert tab.errors == []
+
+
+LISTENERS = "DOMDebugger.getEventListeners"
+
+
+def heard(tab: Any, on: str) -> int:
+    """How many listeners an object of the page has."""
+    session = tab.page.context.new_cdp_session(tab.page)
+    found = session.send("Runtime.evaluate", {"expression": on})["result"]["objectId"]
+    return len(session.send(LISTENERS, {"objectId": found})["listeners"])
+
+
+@pytest.mark.slow
+def test_curves_that_are_gone_listen_to_nothing(written: Callable[[Document], Any]) -> None:
+    tab = written(simulated("fourbar"))
+    box = tab.page.locator("#choose input").first
+    before = heard(tab, "window")
+    for _ in range(4):
+        box.click()
+    assert heard(tab, "window") == before
+    for box in tab.page.locator("#choose input").all():
+        box.uncheck()
+    assert heard(tab, "window") == before - 2, "curves listen to the printing"
+    assert tab.errors == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", ["reduce", "no-preference"])
+def test_nothing_moves_unasked_where_motion_is_not_wanted(
+    motion: str, open_tab: Callable[..., Any], tmp_path: Path
+) -> None:
+    simulated("fourbar").save(tmp_path / "page.html")
+    tab = open_tab(offline=True)
+    tab.page.emulate_media(reduced_motion=motion)
+    tab.go((tmp_path / "page.html").as_uri())
+    assert tab.page.evaluate("cutjoint.player.playing") == (motion == "no-preference")
+    tab.page.get_by_role("button", name="Play" if motion == "reduce" else "Pause").click()
+    assert tab.page.evaluate("cutjoint.player.playing") == (motion == "reduce")
+
+
+FOCUS = """
+() => {
+  const { activeElement: at } = document, look = getComputedStyle(at), box = at.getBoundingClientRect();
+  const again = "reached" in at.dataset, seen = box.width > 0 && box.bottom > 0 && box.top < innerHeight;
+  at.dataset.reached = "";
+  return [again, seen && look.outlineStyle !== "none" && parseFloat(look.outlineWidth) > 0, at.outerHTML.slice(0, 80)];
+}
+"""
+REACHED = "button, input, select, canvas[tabindex], summary"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", ["written", "live"])
+def test_the_tab_key_reaches_every_control_and_shows_where_it_is(
+    page: str, written: Callable[[Document], Any], live: Callable[[ClosedChain], Any]
+) -> None:
+    tab = written(exact("omega3")) if page == "written" else live(load("omega3"))
+    tab.page.set_viewport_size({"width": 1280, "height": 800})
+    hidden = []
+    for _ in range(100):
+        tab.page.keyboard.press("Tab")
+        again, seen, what = tab.page.evaluate(FOCUS)
+        if again:
+            break
+        if not seen and not what.startswith("<body"):  # after the last one the page itself is
+            hidden.append(what)
+    assert hidden == []
+    controls = [one for one in tab.page.locator(REACHED).all() if one.is_visible()]
+    assert len(controls) > 15
+    missed = [one for one in controls if one.get_attribute("data-reached") is None]
+    assert [one.evaluate("(one) => one.outerHTML") for one in missed] == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,12 @@ import pytest
 from kit.looks import assert_laid_out
 from kit.runs import made
 
-from cutjoint.report import plot, run_report
+from cutjoint.report import Panel, Section, ToolPath, figure, page, plot, run_report
+from cutjoint.report.page import Picture
 from cutjoint.robots import load
 from cutjoint.simulation import run
+from cutjoint.tables import TextTable
+from cutjoint.texts import Cell
 
 pytestmark = pytest.mark.browser
 TIME = np.linspace(0.0, 2.0, 60)
@@ -100,3 +104,42 @@ def test_a_page_of_a_run_moves_its_robot(opened: Callable[..., Any]) -> None:
     assert_laid_out(tab.page)
     assert tab.errors == []
     assert [one for one in tab.requests if one.startswith("http")] == []
+
+
+def of_papers() -> str:
+    """A page as `cutjoint reproduce` writes it, with one of everything."""
+    round_ = np.column_stack([np.cos(3 * TIME), np.sin(3 * TIME), TIME])
+    over_time = Panel("Over time", TIME, round_, "m", "place", ["limb 1", "limb 2", "limb 3"])
+    drawn = figure(over_time, ToolPath("In a plane", "xy", round_, 0.98 * round_))
+    grades = [(grade, "a claim of a paper, in words", Cell(grade, grade)) for grade in ("good", "half", "bad")]
+    wide = TextTable(
+        "Numbers", ("name", *(f"column {i}" for i in range(12))), [("a", *["1.2345e-06"] * 12)], ("column 1",)
+    )
+    return page(
+        "Of the papers",
+        "What this page shows.",
+        [
+            Section("First", ["A paragraph.", TextTable("Claims", ("no", "claim", "verdict"), grades), wide], 2),
+            Section("Second, of the first", [Picture(drawn, "Figure 1: what was drawn.")]),
+        ],
+    )
+
+
+def test_a_page_about_papers_is_laid_out_and_its_figures_suit_the_dark(
+    open_tab: Callable[..., Any], tmp_path: Path
+) -> None:
+    tab = open_tab(offline=True)
+    (tmp_path / "page.html").write_text(of_papers(), encoding="utf-8")
+    tab.page.goto((tmp_path / "page.html").as_uri())
+    assert_laid_out(tab.page)
+    for theme, plate, ink in (("light", "#ffffff", "#222222"), ("dark", "#16191d", "#e8eaed")):
+        tab.page.emulate_media(color_scheme=theme)
+        fills = tab.page.evaluate(
+            "[...document.querySelectorAll('figure svg *')].map((one) => getComputedStyle(one).fill)"
+        )
+        numbers = [[int(one) for one in re.findall(r"\d+", fill)[:3]] for fill in fills if fill.startswith("rgb")]
+        used = {f"#{bytes(one).hex()}" for one in numbers}
+        assert plate in used
+        assert ink in used
+        assert theme == "light" or not used & {"#ffffff", "#222222"}, "colours of a light page"
+    assert tab.errors == []

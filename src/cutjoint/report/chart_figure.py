@@ -71,7 +71,7 @@ def _draw(ax: Axes, chart: Chart) -> None:
     ax.set_xlabel("time [s]")
     ax.set_ylabel(f"{chart.quantity} [{unit}]")
     if far:
-        ax.plot([], [], color=INK, linewidth=1.0, linestyle=(0, (1, 1.5)), label=f"limit: {far}")
+        ax.plot([], [], color=INK, linewidth=1.0, linestyle=(0, (1, 1.5)), label=far)
     if not alone or far:
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), handlelength=3.2, borderaxespad=0.0)
 
@@ -90,7 +90,7 @@ def _limits(ax: Axes, chart: Chart, factor: float) -> str:
     if not far:
         return ""
     ends = sorted(set(np.round(far, 12).tolist()))
-    return " and ".join(f"{one:.4g}" for one in ends) if len(ends) < 3 else "outside"
+    return f"limit: {' and '.join(f'{one:.4g}' for one in ends)}" if len(ends) < 3 else "limits: outside"
 
 
 def _lines(chart: Chart, low: float) -> list[tuple[float, str, float]]:

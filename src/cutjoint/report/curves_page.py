@@ -11,7 +11,10 @@ import re
 from collections.abc import Sequence
 from importlib import resources
 
-from cutjoint.simulation.charts import Chart, charts_json
+from cutjoint.simulation.charts import POINTS, Chart, charts_json
+
+SAMPLES, FEWEST = 200_000, 200
+"""Samples of all curves of a page together, so that it stays small, and of one curve at least."""
 
 START = """"use strict";
 for (const element of document.querySelectorAll("[data-curves]")) {
@@ -24,7 +27,8 @@ document.documentElement.dataset.ready = "yes";
 
 def curves(charts: Sequence[Chart], key: str) -> str:
     """A part of a page that shows charts; `key` is told apart from those of other parts."""
-    data = json.dumps(charts_json(charts), allow_nan=False, separators=(",", ":"))
+    points = min(max(SAMPLES // max(sum(len(chart.curves) for chart in charts), 1), FEWEST), POINTS)
+    data = json.dumps(charts_json(charts, points), allow_nan=False, separators=(",", ":"))
     data = data.replace("<", "\\u003c")
     return (
         f'<div class="charts" data-curves="{key}"></div>\n'

@@ -46,6 +46,22 @@ LIMBS = tuple(zip(COLOURS[:3], DASHES[:3], strict=True))
 """Colour and dash of limb 1, 2 and 3 (and of the axes x, y and z); the robots under urdf/ wear the same colours."""
 
 DESIRED, ACTUAL = GREY, PURPLE
+GRID, PLATE = "#e4e4e4", "#ffffff"
+
+ON_DARK = {
+    BLUE: "#4AA3DF",
+    ORANGE: "#F2B134",
+    GREEN: "#3ECFA3",
+    "#D55E00": "#F07F3C",
+    PURPLE: "#E7A3C8",
+    "#56B4E9": "#9AD4FF",
+    INK: "#E8EAED",
+    "#8A6D00": "#D8C25A",
+    GREY: "#a5adb8",
+    GRID: "#363c45",
+    PLATE: "#16191d",
+}
+"""Every colour of a figure, and what a dark page has in its place; curves.js has the same."""
 
 SETTINGS = {
     "font.family": "DejaVu Sans",
@@ -59,7 +75,11 @@ SETTINGS = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
-    "grid.color": "#e4e4e4",
+    "axes.formatter.use_mathtext": True,
+    "grid.color": GRID,
+    "text.color": INK,
+    "figure.facecolor": PLATE,
+    "axes.facecolor": PLATE,
     "grid.linewidth": 0.6,
     "lines.linewidth": 1.5,
     "xtick.color": INK,
@@ -112,6 +132,8 @@ class Drawing:
         text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
         text = re.sub(r'\bid="', f'id="{key}-', text)
         text = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{key}-", text)
+        for colour in ON_DARK:  # where a page says nothing else they are as they are
+            text = re.sub(rf"(?i)(?<=[: ]){colour}\b", f"var({_variable(colour)}, {colour})", text)
         # Its natural width, less where the page is narrower; the height follows.
         return re.sub(
             r'<svg ([^>]*?)width="([^"]*)" height="[^"]*"', r'<svg role="img" style="width: \2" \1', text, count=1
@@ -130,6 +152,16 @@ class Drawing:
         with plotting().rc_context(SETTINGS):
             self._figure.savefig(buffer, format="png", dpi=dpi)
         return buffer.getvalue()
+
+
+def _variable(colour: str) -> str:
+    """The CSS variable that a colour of a figure is replaced by."""
+    return f"--figure-{colour[1:].lower()}"
+
+
+def dark_variables() -> str:
+    """CSS declarations with which the figures of a page suit a dark one."""
+    return " ".join(f"{_variable(light)}: {dark};" for light, dark in ON_DARK.items())
 
 
 def figure(*panels: Panel | ToolPath) -> Drawing:

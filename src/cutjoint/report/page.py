@@ -6,14 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from cutjoint.report.figures import Drawing
+from cutjoint.report.figures import Drawing, dark_variables
 from cutjoint.reprs import line
 from cutjoint.tables import TextTable
 
 STYLE = """
-:root { color-scheme: light; --ink: #222; --soft: #5a5a5a; --line: #dcdcdc; --link: #0b5a8a; }
+:root { color-scheme: light; --ink: #222; --soft: #5a5a5a; --line: #dcdcdc; --link: #0b5a8a; --back: #fff;
+  --good: #00694c; --half: #8a5a00; --bad: #a33f00; }
+@media screen and (prefers-color-scheme: dark) {
+  :root { color-scheme: dark; --ink: #e8eaed; --soft: #a5adb8; --line: #363c45; --link: #7cc4f0; --back: #16191d;
+    --good: #4fd3a5; --half: #f0c060; --bad: #ff9a6b; FIGURES }
+}
 * { box-sizing: border-box; }
-body { margin: 0; color: var(--ink); background: #fff; }
+body { margin: 0; color: var(--ink); background: var(--back); }
 body { font: 16px/1.5 system-ui, "Segoe UI", Helvetica, Arial, sans-serif; }
 main { max-width: 1120px; margin: 0 auto; padding: 28px 20px 80px; }
 h1 { font-size: 1.75rem; line-height: 1.2; margin: 0 0 .4rem; }
@@ -36,14 +41,14 @@ td.n { white-space: nowrap; }
 .verdict { font-weight: 600; }
 @media (min-width: 700px) { .verdict { white-space: nowrap; } }
 .verdict::before { display: inline-block; width: 1.2em; }
-.good { color: #00694c; } .good::before { content: "✓"; }
-.half { color: #8a5a00; } .half::before { content: "◐"; }
-.bad { color: #a33f00; } .bad::before { content: "✗"; }
+.good { color: var(--good); } .good::before { content: "✓"; }
+.half { color: var(--half); } .half::before { content: "◐"; }
+.bad { color: var(--bad); } .bad::before { content: "✗"; }
 figure { margin: 1.4rem 0; overflow-x: auto; }
 figure svg { display: block; max-width: 100%; height: auto; }
 figcaption { color: var(--soft); font-size: .9rem; max-width: 60rem; margin-top: .3rem; }
 @media print { nav { display: none; } h2 { break-before: page; } figure, table { break-inside: avoid; } }
-"""
+""".replace("FIGURES", dark_variables())
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ def scaled(values: Array, unit: str) -> tuple[float, str]:
     largest = float(np.abs(values).max(initial=0.0))
     if unit.startswith("m") and unit != "m2":
         rest = unit[1:]
-        for limit, factor, prefix in ((1e-4, 1e6, "µm"), (0.09, 1e3, "mm")):
+        for limit, factor, prefix in ((1e-10, 1e12, "pm"), (1e-7, 1e9, "nm"), (1e-4, 1e6, "µm"), (0.09, 1e3, "mm")):
             if 0.0 < largest < limit:
                 return factor, prefix + rest
     return 1.0, unit

@@ -29,13 +29,16 @@ SAMPLES = 12
 MANY_NAMES = 12
 """Names of more actuators hide the robot, so they are off at first."""
 
+KEPT = "\u00a0"
+"""A space at which no line breaks."""
+NAMED = 2
+"""Actuators of one colour that the legend names; of more it names the first."""
+
 
 def playback(chain: ClosedChain, recording: Recording, title: str = "") -> Document:
     """The recording as a page that plays it."""
     figure = Figure(chain, recording.postures[0], recording.postures[:: max(1, len(recording.postures) // SAMPLES)])
-    legend: list[dict[str, str | bool]] = [
-        {"text": name, "colour": css(colour)} for name, colour in figure.colours.items()
-    ]
+    legend = _limbs(figure)
     data: dict[str, object] = {
         "title": title or chain.description.title or chain.name,
         "about": list(recording.about),
@@ -62,10 +65,26 @@ def playback(chain: ClosedChain, recording: Recording, title: str = "") -> Docum
             for i, a in enumerate(chain.actuators)
         ]
         if longest:
-            legend.append({"text": f"effort, full size = {longest}", "colour": css(EFFORT), "over": True})
+            legend.append(
+                {"text": f"effort, full size = {longest.replace(' ', KEPT)}", "colour": css(EFFORT), "over": True}
+            )
         _animate(figure, recording)
     data["toggles"] = [{"title": t, "paths": p, "shown": s} for t, (p, s) in figure.toggles.items()]
     return Document(figure.scene, data)
+
+
+def _limbs(figure: Figure) -> list[dict[str, str | bool]]:
+    """What the colours of limbs mean: a row a colour, with the actuators that share it."""
+    sharing: dict[str, list[str]] = {}
+    for name, colour in figure.colours.items():
+        sharing.setdefault(css(colour), []).append(name)
+    return [
+        {
+            "text": ", ".join(names) if len(names) <= NAMED else f"{names[0]} and {len(names) - 1} others",
+            "colour": colour,
+        }
+        for colour, names in sharing.items()
+    ]
 
 
 def _trails(figure: Figure, recording: Recording, legend: list[dict[str, str | bool]]) -> dict[str, object]:

@@ -4,6 +4,7 @@
 //   curves.cursor(t)      moves the cursor to t [s]; null hides it
 //   curves.show(from, to) shows that stretch of time; without arguments the whole
 //   curves.redraw()       after the element was hidden or its size changed unseen
+//   curves.remove()       empties the element and listens to nothing any more; drawing into it again does so too
 //
 // A panel is {title, unit, quantity, curves, time, bound, since}; a curve {name, values, time, dash, colour, low, high},
 // where `time` is the panel's unless it is its own, `dash` and `colour` are numbers of the tables below, and `low` and
@@ -44,8 +45,10 @@ const STYLE = `
 @media print { .curves-tools { display: none; } }
 `;
 const FAR = 4; // limits that far beyond the values would press them flat
+const removers = new WeakMap(); // of elements with curves
 
 function drawCurves(element, panels, options = {}) {
+  removers.get(element)?.();
   if (!document.getElementById("curve-style")) {
     const style = document.createElement("style");
     style.id = "curve-style";
@@ -91,6 +94,7 @@ function drawCurves(element, panels, options = {}) {
     tools.smaller.onclick = () => zoom(2);
   }
   for (const one of drawn) {
+    for (const [name, t] of [["min", whole[0]], ["max", whole[1]], ["now", whole[0]]]) one.canvas.setAttribute(`aria-value${name}`, t);
     handlePointer(one, view, { cursor, show, redraw, onSeek: options.onSeek });
     one.canvas.addEventListener("keydown", (event) => {
       const step = (view.to - view.from) / (event.shiftKey ? 20 : 200), at = view.at === null ? view.from : view.at;
@@ -99,6 +103,7 @@ function drawCurves(element, panels, options = {}) {
         const t = Math.min(Math.max(moved, whole[0]), whole[1]);
         cursor(t);
         if (options.onSeek) options.onSeek(t);
+        sayTime(one, t, (view.to - view.from) / 1000);
       } else if (event.key === "+") zoom(0.5);
       else if (event.key === "-") zoom(2);
       else if (event.key === "Escape") show();
@@ -107,12 +112,20 @@ function drawCurves(element, panels, options = {}) {
     });
     for (const key of one.keys) key.button.addEventListener("click", () => { key.shown = !key.shown; redraw(); });
   }
-  dark.addEventListener("change", redraw);
-  addEventListener("beforeprint", () => { printing = true; redraw(); });
-  addEventListener("afterprint", () => { printing = false; redraw(); });
-  new ResizeObserver(redraw).observe(element);
+  const listening = new AbortController(), { signal } = listening, sized = new ResizeObserver(redraw);
+  dark.addEventListener("change", redraw, { signal });
+  addEventListener("beforeprint", () => { printing = true; redraw(); }, { signal });
+  addEventListener("afterprint", () => { printing = false; redraw(); }, { signal });
+  sized.observe(element);
   redraw();
-  return { cursor, show, redraw, view };
+  const remove = () => {
+    listening.abort();
+    sized.disconnect();
+    element.replaceChildren();
+    removers.delete(element);
+  };
+  removers.set(element, remove);
+  return { cursor, show, redraw, remove, view };
 }
 
 function curveTools(element) {
@@ -142,7 +155,7 @@ function curvePanel(element, panel, options) {
   const canvas = document.createElement("canvas"), legend = document.createElement("div");
   canvas.style.height = `${options.height || 220}px`;
   canvas.tabIndex = 0;
-  canvas.setAttribute("role", "img");
+  canvas.setAttribute("role", "slider"); // of time
   canvas.setAttribute("aria-label", `${panel.title}: ${panel.quantity} in ${panel.unit} over time in s, ` +
     `${panel.curves.map((one) => one.name).join(", ")}; arrow keys move the cursor`);
   legend.className = panel.curves.length > 12 ? "curve-legend many" : "curve-legend";
@@ -157,6 +170,7 @@ function curvePanel(element, panel, options) {
     swatch.append(line);
     button.type = "button";
     button.title = "show or hide this curve";
+    value.setAttribute("aria-live", "off"); // sixty times a second is too much to hear
     button.append(swatch, curve.name, value);
     legend.append(button);
     return { curve, time: curve.time || panel.time, button, value, line, shown: true };
@@ -166,6 +180,13 @@ function curvePanel(element, panel, options) {
   section.append(title, canvas, legend);
   element.append(section);
   return { panel, canvas, keys, limits, box: null };
+}
+
+// What the cursor reads off, for who hears the page.
+function sayTime({ canvas, panel, keys }, t, step) {
+  const read = keys.filter((key) => key.shown).map((key) => `${key.curve.name} ${key.value.textContent}`);
+  canvas.setAttribute("aria-valuenow", t);
+  canvas.setAttribute("aria-valuetext", `${figureOf(t, step)} s: ${read.join(", ")} ${panel.unit}`);
 }
 
 function handlePointer(one, view, { cursor, show, redraw, onSeek }) {
@@ -226,7 +247,7 @@ function paintPanel(one, view, look) {
   const x = (t) => box.x + (t - view.from) / (view.to - view.from) * box.width;
   const y = (value) => box.y + (range.high - value) / (range.high - range.low) * box.height;
 
-  const exponent = ten === 1 ? "" : ` ×10${[...String(Math.round(Math.log10(ten)))].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("")}`;
+  const exponent = ten === 1 ? "" : ` ×${powerOf(ten)}`;
   pen.lineWidth = 1;
   pen.textBaseline = "middle";
   pen.fillStyle = look.soft;
@@ -241,9 +262,12 @@ function paintPanel(one, view, look) {
   });
   const instants = ticksOf(view.from, view.to, Math.max(2, Math.floor(box.width / 75)));
   pen.textAlign = "center";
+  const plate = timePlate(pen, box, view, x);
   for (const t of instants) {
     rule(pen, x(t), box.y, x(t), box.y + box.height);
-    pen.fillText(figureOf(t, instants[1] - instants[0] || 1), x(t), box.y + box.height + 10);
+    const word = figureOf(t, instants[1] - instants[0] || 1), half = pen.measureText(word).width / 2 + 2;
+    if (plate && x(t) + half > plate.left && x(t) - half < plate.left + plate.width) continue; // the cursor's time is there
+    pen.fillText(word, x(t), box.y + box.height + 10);
   }
   pen.fillStyle = look.soft;
   pen.fillText("time [s]", box.x + box.width / 2, box.y + box.height + 26);
@@ -272,12 +296,12 @@ function paintPanel(one, view, look) {
   }
   paintCursor(pen, one, view, look, x, y);
   pen.restore();
-  paintTime(pen, box, view, look, x);
+  paintTime(pen, box, plate, look);
   one.limits.textContent = limitWords(range, panel.unit);
   const digits = (range.high - range.low) / 1000;
   for (const key of keys) {
     const value = view.at === null || !key.shown ? null : valueAt(key, view.at);
-    key.value.textContent = value === null ? "" : ten === 1 ? figureOf(value, digits) : value.toPrecision(4);
+    key.value.textContent = value === null ? "" : ten === 1 ? figureOf(value, digits) : longOf(value);
   }
 }
 
@@ -297,11 +321,16 @@ function paintCursor(pen, { keys, box }, view, look, x, y) {
   }
 }
 
-// Where the cursor is, on the axis of time.
-function paintTime(pen, box, view, look, x) {
-  if (view.at === null || view.at < view.from || view.at > view.to) return;
+// Where the cursor's time is written on the axis; null where it is not in view.
+function timePlate(pen, box, view, x) {
+  if (view.at === null || view.at < view.from || view.at > view.to) return null;
   const words = `${figureOf(view.at, (view.to - view.from) / 1000)} s`, width = pen.measureText(words).width + 8;
-  const left = Math.min(Math.max(x(view.at) - width / 2, box.x), box.x + box.width - width), top = box.y + box.height + 3;
+  return { words, width, left: Math.min(Math.max(x(view.at) - width / 2, box.x), box.x + box.width - width) };
+}
+
+function paintTime(pen, box, plate, look) {
+  if (!plate) return;
+  const { words, width, left } = plate, top = box.y + box.height + 3;
   pen.fillStyle = look.ink;
   pen.fillRect(left, top, width, 15);
   pen.fillStyle = look.back;
@@ -392,15 +421,29 @@ function valueAt({ curve, time }, t) {
 
 function ticksOf(low, high, most) {
   const raw = (high - low) / most, ten = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((one) => one * ten).find((one) => one >= raw * (1 - 1e-9)), found = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
-  return found;
+  const steps = [0.2, 0.5, 1, 2, 5, 10].map((one) => one * ten), first = steps.findIndex((one) => one >= raw * (1 - 1e-9));
+  for (const step of [steps[first], steps[first - 1], steps[first - 2]]) {
+    const found = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
+    if (found.length > 1) return found; // one alone tells no scale
+  }
+  return [low, high];
 }
 
 // The power of ten that is taken out of the axis, where numbers would be long.
 function tenOf(size) {
   const power = size > 0 ? Math.floor(Math.log10(size)) : 0;
   return power < -3 || power > 4 ? 10 ** power : 1;
+}
+
+function powerOf(ten) {
+  return `10${[...String(Math.round(Math.log10(ten)))].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("")}`;
+}
+
+// A number that is very large or small, in four digits.
+function longOf(value) {
+  const [digits, power] = value.toExponential(3).split("e");
+  return value === 0 ? "0" : `${digits.replace("-", "−")}·${powerOf(10 ** Number(power))}`;
 }
 
 // A number with as many digits as tell differences of `step`.

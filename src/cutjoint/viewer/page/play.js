@@ -31,6 +31,7 @@ function seek(time) {
     animator.seek(player.time);
     byId("time").value = player.time;
     byId("clock").textContent = `${player.time.toFixed(DIGITS)} / ${data.duration.toFixed(DIGITS)} s`;
+    byId("time").setAttribute("aria-valuetext", byId("clock").textContent.replace("/", "of"));
   }
   if (data.trail) {
     const past = data.trail.times.filter((one) => one <= player.time + 1e-9).length;
@@ -95,9 +96,9 @@ look.placeLegend(byId("legend"), byId("scene"), byId("legend-section"));
 
 function drawChosen() {
   const panels = data.curves.filter((group) => byId(`curve-${group.name}`).checked).flatMap((group) => group.panels);
+  if (curves) curves.remove();
   curves = panels.length ? drawCurves(byId("curves"), panels, { onSeek: hold, height: 150, compact: true }) : null;
   if (curves) curves.cursor(player.time);
-  else byId("curves").replaceChildren();
 }
 
 function hold(time) {
@@ -123,7 +124,8 @@ look.follow(() => curves && curves.redraw());
 
 const wish = new URLSearchParams(location.hash.slice(1));
 if (wish.has("picture")) document.documentElement.classList.add("picture");
-setPlaying(data.duration > 0 && !wish.has("picture"));
+const calm = matchMedia("(prefers-reduced-motion: reduce)").matches; // then nothing moves unasked
+setPlaying(data.duration > 0 && !wish.has("picture") && !calm);
 seek(+wish.get("time") || 0);
 requestAnimationFrame(() => requestAnimationFrame(() => {
   stage.viewer.set_3d_pane_size();

@@ -217,19 +217,21 @@ function swatch(colour, over = false) {
   return box;
 }
 
+// Boxes that are there already stay, with their state and the focus.
 function fillToggles(parent, toggles, stage, extra) {
-  const before = new Map([...parent.querySelectorAll("input")].map((box) => [box.name, box.checked]));
-  parent.replaceChildren(...toggles.map(({ title, paths, shown }) => {
-    const label = document.createElement("label"), box = document.createElement("input");
-    box.type = "checkbox";
-    box.name = title;
-    box.checked = before.has(title) ? before.get(title) : shown;
-    const apply = () => paths ? stage.show(paths, box.checked) : extra(title, box.checked);
-    box.addEventListener("change", apply);
-    apply();
-    label.append(box, title);
-    return label;
-  }));
+  const before = new Map([...parent.querySelectorAll("input")].map((box) => [box.name, box]));
+  const labels = toggles.map(({ title, paths, shown }) => {
+    let box = before.get(title);
+    if (!box) {
+      box = document.createElement("input");
+      Object.assign(box, { type: "checkbox", name: title, checked: shown });
+      document.createElement("label").append(box, title);
+    }
+    box.onchange = () => paths ? stage.show(paths, box.checked) : extra(title, box.checked);
+    box.onchange();
+    return box.parentElement;
+  });
+  if (labels.length !== before.size || labels.some((label, i) => label !== parent.children[i])) parent.replaceChildren(...labels);
 }
 
 function figure(value, digits = 4) {
