@@ -223,7 +223,8 @@ def _following(robots: Robots, controller: str, gains: Mapping[str, str]) -> tup
 
     known = GAINS.get(robots.chain.description.name, {})
     takes = list(LAWS[controller].gains) if controller in LAWS else []
-    if gains or not takes or controller in known or controller == "computed-torque":
+    usual = takes and set(takes) <= {"kp", "ki", "kd"} and controller != "computed-torque"
+    if gains or controller in known or not usual:
         return law_of(robots, controller, gains), []
     found = usual_gains(robots.inside)
     told = f"gains for {SPEED:g} rad/s with the inertia of every actuator at home"
