@@ -79,7 +79,7 @@ class TextTable:
         """The table as HTML; numbers are of class `n`, verdicts of class `verdict`, the note is a paragraph behind."""
         numbers = [column in self.right for column in self.columns]
         head = "".join(
-            f'<th scope="col"{_class(number)}>{escape(column)}</th>'
+            f'<th scope="col"{_class(number)}>{_escaped(column)}</th>'
             for column, number in zip(self.columns, numbers, strict=True)
         )
         rows = "".join(
@@ -87,11 +87,16 @@ class TextTable:
             for row in self.rows
         )
         heads = f"<thead><tr>{head}</tr></thead>\n" if any(self.columns) else ""
-        note = f'<p class="note">{escape(self.note)}</p>' if self.note else ""
-        return f"<table><caption>{escape(self.title)}</caption>\n{heads}<tbody>\n{rows}</tbody></table>{note}"
+        note = f'<p class="note">{_escaped(self.note)}</p>' if self.note else ""
+        return f"<table><caption>{_escaped(self.title)}</caption>\n{heads}<tbody>\n{rows}</tbody></table>{note}"
 
     def _repr_html_(self) -> str:
         return self.html()
+
+
+def _escaped(text: str) -> str:
+    """A text as HTML, on one line: a page shows the end of a line as a blank anyway."""
+    return escape(" ".join(text.splitlines()))
 
 
 def _class(number: bool) -> str:
@@ -101,8 +106,8 @@ def _class(number: bool) -> str:
 def _html_cell(cell: str, number: bool) -> str:
     style = getattr(cell, "style", "")
     if style in MARKS:
-        return f'<td><span class="verdict {style}">{escape(cell)}</span></td>'
-    return f"<td{_class(number)}>{escape(cell)}</td>"
+        return f'<td><span class="verdict {style}">{_escaped(cell)}</span></td>'
+    return f"<td{_class(number)}>{_escaped(cell)}</td>"
 
 
 def _shown(table: TextTable) -> TextTable:

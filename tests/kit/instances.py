@@ -19,7 +19,7 @@ from cutjoint.description.catalogue import resolve
 from cutjoint.description.formats import FORMATS, read
 from cutjoint.errors import Problem
 from cutjoint.papers.cpm.model import InferredCpmModel
-from cutjoint.report import ReportTable, Section, ToolPath
+from cutjoint.report import Section, ToolPath
 from cutjoint.report.figures import Drawing
 from cutjoint.simulation import hardware, integrators, reactions_of
 from cutjoint.simulation.panels import panels_of
@@ -167,7 +167,7 @@ def _of_runs(robot: cutjoint.ClosedChain, reference: motion.Reference) -> Iterat
     yield crosscheck.hypothesis_cost(robot, robot, path)
     yield from (
         ToolPath("path", "xy", result.tool),
-        ReportTable("title", ("a",), [("1",)]),
+        TextTable("title", ("a",), [("1",)]),
         Section("section", ("words",)),
     )
     yield from_result(robot, result)

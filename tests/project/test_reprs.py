@@ -27,7 +27,7 @@ NO_UNITS = (
     *("Stored", "Place", "CpmState", "Branch", "MobilityReport", "Kernel", "Program", "CompiledFunction", "Frame"),
     *("Panel", "Link", "DormandPrince", "Adaptive", "Differences", "RobotDescription", "CpmModel"),
     *("InferredCpmModel", "CpmRotaryModel", "JointPhysics", "Elastic", "ClosedLoop", "Batch", "Section"),
-    *("ReportTable", "Drawing", "Format", "Made", "Problem", "LiveView", "Bridge", "ChainBatch", "PaperBatch"),
+    *("TextTable", "Drawing", "Format", "Made", "Problem", "LiveView", "Bridge", "ChainBatch", "PaperBatch"),
     *("Coupling", "CutJoint", "Joint", "Variant", "Document"),
 )
 """Classes whose numbers are counts, or without a unit."""
