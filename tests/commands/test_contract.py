@@ -171,7 +171,7 @@ WRONG: dict[str, list[str]] = {
     ],
     "reproduce": ["delta", f"cpm --output {HERE}/no/page.html", f"cpm --output {HERE}"],
     "view": ["", "cpm --port -1", "cpm --size 3 --html x.html", f"cpm --html {HERE}/no/page.html"],
-    "play": ["", "cpm", "run.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
+    "play": ["", "cpm", "none.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
     "export": ["cpm --to none", f"cpm -o {HERE}"],
     "compile": ["fourbar --functions none", "fourbar --arguments none", "cpm --variant none"],
 }
@@ -222,6 +222,7 @@ def cutjoint(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
     """Runs the command line in this process, as it is piped."""
     monkeypatch.setattr("cutjoint.interrupts.watch", lambda: None)  # this process lives on
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+    monkeypatch.setattr("cutjoint.viewer.server.bridge.Bridge.wait", lambda _: pytest.fail("a page is served"))
     monkeypatch.chdir(folder)
     for name, value in {"COLUMNS": str(WIDTH), "NO_COLOR": "1", "TERM": "dumb"}.items():
         monkeypatch.setenv(name, value)
