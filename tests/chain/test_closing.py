@@ -389,7 +389,7 @@ def test_postures_of_other_robots_are_refused(kit: Any) -> None:
     links = replace(description.cuts[0], b=Frame("right_distal", placement((0.25001, 0.0, 0.0))))
     with pytest.raises(InputError, match="'tip'"):
         chain.terms(ClosedChain(replace(description, cuts=(links,))).home)
-    with pytest.raises(InputError, match="posture is wanted"):
+    with pytest.raises(InputError, match="must be a Posture, found an array"):
         chain.terms(chain.home.q_full)
 
 

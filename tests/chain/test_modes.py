@@ -194,7 +194,7 @@ def test_the_pose_is_held_on_demand(kit: Any) -> None:
         np.testing.assert_allclose(tool(chain, mode), tool(chain, chain.home), atol=1e-11)
     delta = kit.robot("omega3")
     assert same_set(delta, delta.working_modes(hold="pose"), modes_at_home("omega3", kit)[0])
-    with pytest.raises(InputError, match="'point', 'pose'"):
+    with pytest.raises(InputError, match="'point' or 'pose'"):
         chain.working_modes(hold="axis")
 
 
@@ -394,7 +394,7 @@ def test_modes_that_are_not_discrete_are_refused(kit: Any) -> None:
 @pytest.mark.parametrize("starts", [0, -3, 1.5, True, "many", None])
 def test_starts_are_a_whole_number(starts: object, kit: Any) -> None:
     for search in (kit.robot("fivebar").working_modes, kit.robot("fivebar").assembly_modes):
-        with pytest.raises(InputError, match="starts must be a whole number above 0"):
+        with pytest.raises(InputError, match=r"starts.* must be a whole number"):
             search(starts=starts)
 
 

@@ -77,11 +77,11 @@ def test_unknown_names_suggest_the_nearest(kit: Any) -> None:
     home = kit.robot("stewart").home
     with pytest.raises(UnknownNameError, match="coordinate of stewart 'leg1_slid'; did you mean 'leg1_slide'"):
         home["leg1_slid"]
-    with pytest.raises(UnknownNameError, match="unknown coordinate of stewart '0'"):
+    with pytest.raises(InputError, match="a coordinate of stewart has a name, found the number 0"):
         home[0]
     nameless = Posture(home.q, home.q_full)
     assert nameless.names == ()
-    assert repr(nameless).startswith("Posture(q=[0.52")
+    assert repr(nameless).startswith("Posture(q=(0.52")
     with pytest.raises(InputError, match="no names"):
         nameless["leg1_slide"]
 
@@ -140,7 +140,7 @@ def test_long_names_are_printed_too(seed: int) -> None:
     ]
     at = ClosedChain(RobotDescription("long", tuple(links), tuple(joints), tool=Frame("link1"))).home
     text = str(at)
-    assert all(f"  {name}" in text for name in names)
+    assert all(f"  {name if len(name) <= 32 else name[:12]}" in text for name in names)
     assert all(len(line) <= 80 or any(name in line and len(name) > 20 for name in names) for line in text.splitlines())
 
 

@@ -224,7 +224,7 @@ def test_what_cannot_be_done_is_said(kit: Any, reference: Reference) -> None:
         simulate_many(plant, PD(1.0, 1.0), reference, gains={"kp": [np.nan]})
     for limits in (-1.0, [1.0, 2.0], 0.0, np.nan, "much"):
         for rate in (None, 500.0):
-            with pytest.raises(InputError, match="limits must be one number > 0 or 3 of them"):
+            with pytest.raises(InputError, match=r"limits.* must be (one number > 0 or 3 of them|numbers)"):
                 simulate_many(plant, PD(1.0, 1.0), reference, limits=limits, rate=rate)
     with pytest.raises(ActuationError):
         ClosedLoop(kit.machine("redundant"), PD(1.0, 1.0), chain)

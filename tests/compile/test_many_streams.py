@@ -149,7 +149,7 @@ def test_nothing_is_left_of_a_start_that_fails(settings: dict[str, Any], tmp_pat
     assert not list(tmp_path.iterdir())
     with pytest.raises(InputError, match="does not exist"):
         simulate_many(into=tmp_path / "none" / "runs.parquet", **settings)
-    with pytest.raises(InputError, match="into must be"):
+    with pytest.raises(InputError, match="into of simulate_many must be a function"):
         simulate_many(into=3, **settings)
     with pytest.raises(InputError, match="chunk must be"):
         simulate_many(into=print, chunk=0, **settings)

@@ -274,7 +274,7 @@ def test_a_range_is_covered(name: str) -> None:
 def test_ranges_that_are_none() -> None:
     chain = ClosedChain(load_description("fivebar"))
     name = FIVEBAR[0]
-    for bad, words in (((0.3, 0.2), "upside down"), ((0.1,), "least and its largest"), ((0.1, np.inf), "finite")):
+    for bad, words in (((0.3, 0.2), "upside down"), ((0.1,), "numbers, numbers"), ((0.1, np.inf), "finite")):
         with pytest.raises(InputError, match=words):
             compiled(chain, parameters=[name], ranges={name: bad})  # type: ignore[dict-item]
     with pytest.raises(UnknownNameError):

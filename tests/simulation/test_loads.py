@@ -144,7 +144,7 @@ def test_bad_loads_of_a_run_are_told() -> None:
         run(plant, duration=0.1, loads=lambda t, seen: [1.0, 0.0, 0.0])
     with pytest.raises(UnknownNameError, match="link of fivebar 'tip'"):
         run(plant, duration=0.1, loads=Load(link="tip"))
-    with pytest.raises(InputError, match="loads must be a Load or several"):
+    with pytest.raises(InputError, match="loads of run must be a Load, a list of Loads"):
         run(plant, duration=0.1, loads=5.0)  # type: ignore[arg-type]
     with pytest.raises(SimulationError, match="no loads"):
         run(plant, duration=0.1, loads=lambda t, seen: Load() if t < 0.05 else None, every=0.01)

@@ -12,9 +12,11 @@ from cutjoint.control import PD
 from cutjoint.errors import InputError, ResultFileError
 from cutjoint.motion import Reference
 from cutjoint.simulation import ReducedPlant, Result, load, run, save
-from cutjoint.simulation.observables import HARDWARE, OBSERVABLES, Observable
+from cutjoint.simulation.observables import OBSERVABLES, Observable
 from cutjoint.simulation.result import ARRAYS
 
+HARDWARE = ("measured_q", "measured_v", "asked", "command", "rotor_q", "rotor_v")
+"""The columns of runs with hardware; the rotors' only where gears have play."""
 LEFT_OUT = ("orientation", "angular_velocity", "desired_orientation", "orientation_error", "load_work", "dissipated")
 POWER = Observable("n", "power", ("W",), lambda at: at.effort * at.seen.v, "power of the actuators")
 

@@ -210,7 +210,7 @@ def test_a_gain_that_is_called_like_another_option_is_told(monkeypatch):
             super().__init__(kp, kd)
 
     monkeypatch.setitem(LAWS, "limited", LawRow(Limited, "PD with an end"))
-    with pytest.raises(ValueError, match="called like other options: --limit; rename them"):
+    with pytest.raises(ValueError, match="names of other options: limit; rename them"):
         importlib.reload(simulate_command)
     monkeypatch.undo()
     importlib.reload(simulate_command)

@@ -178,6 +178,8 @@ def figure(*panels: Panel | ToolPath) -> Drawing:
             else:
                 _path(ax, panel)
         _legend(drawn, axes)
+        drawn.draw_without_rendering()  # laid out once, so that every file of it is the same
+        drawn.set_layout_engine("none")
         return Drawing(drawn)
 
 
