@@ -51,7 +51,9 @@ def test_a_state_is_a_posture_and_where_loops_may_be_open_a_configuration_too(na
         np.testing.assert_array_equal(chain.posture(state.at).q_full, state.at.q_full)
         for call in of_a_posture(chain).values():
             call(state.at)
-            with pytest.raises(InputError, match=r"must be a Posture( or None)?, found an array|a posture is wanted.*found array"):
+            with pytest.raises(
+                InputError, match=r"must be a Posture( or None)?, found an array|a posture is wanted.*found array"
+            ):
                 call(state.at.q_full)
             with pytest.raises(InputError, match=r"leaves cut .* open by"):
                 call(Posture(state.at.q, opened))
