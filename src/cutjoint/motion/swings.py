@@ -113,7 +113,8 @@ def _tool_swing(mechanism: Mechanism, size: float, seconds: float) -> ToolSwing 
     except InputError:
         return "the task of its tool cannot be told"
     if len(task.rows) != mechanism.n:
-        return f"{mechanism.n} actuators do not match the {len(task.rows)} coordinates of its tool ({task})"
+        many = f"{mechanism.n} actuator{' does' if mechanism.n == 1 else 's do'} not match"
+        return f"{many} the {len(task.rows)} coordinates of its tool ({task})"
     sizes = _led(mechanism, mechanism.home)
     if sizes[-1] < SOUND * sizes[0]:
         return "its home is near a posture in which the tool cannot move in some direction"
