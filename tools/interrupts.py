@@ -193,6 +193,8 @@ def interrupt(command: Long, number: signal.Signals, moment: float, whole: set[s
             process.kill()
             process.wait()
         files = {file.name: file for file in folder.rglob("*") if file.is_file()}
+        if number is signal.SIGKILL:  # a folder has no nameless beginning: a hidden one may stay
+            files = {name: file for name, file in files.items() if not file.parent.name.startswith(".new-")}
         faults += [f"{name} {wrong}" for name, file in files.items() if (wrong := spoiled(file))]
         if command.cold and cache.is_dir():
             faults += [f"cache: {file.name} is left over" for file in cache.rglob(".*") if file.is_file()]

@@ -453,7 +453,7 @@ def on_a_terminal(words: Sequence[str], columns: int, folder: Path, **settings: 
     ],
 )
 def test_no_line_is_folded_on_a_terminal(columns: int, settings: dict[str, str], folder: Path) -> None:
-    for table in (USUAL, {"report": [("run.npz", 0)]}):
+    for table in (USUAL, {"report": [("run.npz -o page.html", 0)]}):
         for command, arguments, wanted in rows(table):
             status, shown = on_a_terminal(words_of(command, arguments, folder), columns, folder, **settings)
             assert status == wanted, shown

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import cutjoint
-from cutjoint import control, crosscheck, description, motion, simulation
+from cutjoint import control, crosscheck, description, drafting, motion, simulation
 from cutjoint.chain import GearForce
 from cutjoint.chain.modes import ModeSeeker
 from cutjoint.chain.physics import Elastic
@@ -18,11 +18,14 @@ from cutjoint.compile import ClosedLoop, Options, simulate_many
 from cutjoint.description.catalogue import resolve
 from cutjoint.description.formats import FORMATS, read
 from cutjoint.errors import Problem
+from cutjoint.handover import joint_states
+from cutjoint.motion.catalogue import trajectory
 from cutjoint.papers.cpm.model import InferredCpmModel
 from cutjoint.report import Section, ToolPath
 from cutjoint.report.figures import Drawing
 from cutjoint.simulation import hardware, integrators, reactions_of
-from cutjoint.simulation.panels import panels_of
+from cutjoint.simulation.panel import Shown
+from cutjoint.simulation.panels import PANELS, panels_of
 from cutjoint.tables import TextTable
 from cutjoint.viewer import LiveView, show
 from cutjoint.viewer.film.recording import from_result
@@ -203,5 +206,17 @@ def slow_seeds() -> Iterator[object]:
     yield method.step(lambda t, y: -y, 0.0, np.ones(2), -np.ones(2), 1e-3, 1.0, 1.0)
     document = show(robot)
     yield from (document, document.files())
+    yield from _in_hand(robot)
     with LiveView(robot) as view:
         yield from (view, view.bridge)
+
+
+def _in_hand(robot: cutjoint.ClosedChain) -> Iterator[object]:
+    """Drafts, swings about home, plots, pages and joint states of runs."""
+    yield from (drafting.draft("arm", "fivebar"), drafting.TEMPLATES["fivebar"], control.GainHelp("stiffness", "N/m"))
+    yield from (PANELS["error"], trajectory("about-home", robot), trajectory("about-home", cutjoint.load("fourbar")))
+    stewart = cutjoint.load("stewart")
+    hold = motion.Reference(motion.Hold.at_home(stewart, 0.01), stewart)
+    run = simulation.run(stewart, control.PDGravity(stewart, 100.0, 10.0), hold, rate=100.0)
+    states = joint_states(run, stewart)
+    yield from (Shown(run, stewart), run.plot(), run.report(), states, states.carried)

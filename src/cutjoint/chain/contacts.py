@@ -55,6 +55,8 @@ def constraint_datas(models: Iterable[pin.RigidConstraintModel]) -> pin.StdVec_R
     Raises:
         InputError: something else is among them.
     """
+    if not isinstance(models, Iterable):
+        raise InputError(f"expected RigidConstraintModels, as constraint_models() gives them; found {models!r}")
     datas = pin.StdVec_RigidConstraintData()
     for one in models:
         if not isinstance(one, pin.RigidConstraintModel):

@@ -12,6 +12,7 @@ from cutjoint.commands import options
 from cutjoint.commands.failing import complain
 from cutjoint.commands.output import print_json, say, show, write
 from cutjoint.tables import TextTable
+from cutjoint.texts import harmless
 
 if TYPE_CHECKING:
     from cutjoint.drafting.cutting.proposal import Proposal
@@ -55,7 +56,7 @@ def command(
         for one in files:
             say(f"wrote {one}")
         if out is not None and files:
-            write(f"next: cutjoint check {options.as_argument(out)}")
+            write(harmless(f"next: cutjoint check {options.as_argument(out)}"))
     if found.robot is None:
         raise typer.Exit(1)
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from cutjoint import interrupts
 from cutjoint.commands import options
 from cutjoint.commands.output import say
 from cutjoint.commands.progress import progress
@@ -55,5 +56,7 @@ def command(
         check_own(target, PLOT)
     named, chain = runs_of_files(runs), robot_of_options(robot, variant, ideal, lenient)
     with progress(f"plot of {', '.join(named)}"):
-        written = plot(named, what, robot=chain, start=start, end=end).save(target)
+        made = plot(named, what, robot=chain, start=start, end=end)
+        with interrupts.keeping():
+            written = made.save(target)
     say(f"wrote {written}")

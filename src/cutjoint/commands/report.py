@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from cutjoint import interrupts
 from cutjoint.commands import options
 from cutjoint.commands.output import say
 from cutjoint.commands.progress import progress
@@ -45,4 +46,6 @@ def command(
         made = run_report(named, robot=chain)
     for name, verdict in made.verdicts.items():
         say(f"{name}: {verdict.sentence}")
-    say(f"wrote {made.save(target)}")
+    with interrupts.keeping():
+        written = made.save(target)
+    say(f"wrote {written}")

@@ -20,6 +20,7 @@ from cutjoint.drafting.templates import DEFAULT, TEMPLATES, Template
 from cutjoint.drafting.text import loops_text, urdf_text
 from cutjoint.errors import InputError, UnknownNameError, shown
 from cutjoint.files import path_name, write_files
+from cutjoint.reprs import line
 
 if TYPE_CHECKING:
     from cutjoint.chain.mobility_report import MobilityReport
@@ -59,6 +60,8 @@ class NewRobot:
     files: Mapping[str, str]
     report: MobilityReport
     told: tuple[str, ...]
+
+    __repr__ = line("name", "template", "sizes", "density", sizes="m", density="kg/m3")
 
 
 def draft(

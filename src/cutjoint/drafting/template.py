@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from cutjoint.drafting.sketch import Sketch
+from cutjoint.reprs import one_line, quoted
 
 Sizes = Mapping[str, float]
 
@@ -31,3 +32,8 @@ class Template:
     about: str
     sizes: Mapping[str, Size]
     sketch: Callable[[Sizes], Sketch]
+
+    def __repr__(self) -> str:
+        return one_line(
+            "Template", [quoted(self.about), *(f"{name}={one.default:g} m" for name, one in self.sizes.items())]
+        )

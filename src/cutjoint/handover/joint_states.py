@@ -16,6 +16,7 @@ from cutjoint.description.model import Joint
 from cutjoint.errors import ActuationError, InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.mechanism.rotations import quaternion_of
+from cutjoint.reprs import line
 from cutjoint.simulation import Result
 from cutjoint.simulation.reactions import posture_of, velocity_of
 
@@ -35,6 +36,8 @@ class CarriedChild(Frozen):
     child: str
     position: Array
     orientation: Array
+
+    __repr__ = line("joint", "parent", "child", "position", position="m")
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +59,8 @@ class JointStates(Frozen):
     velocity: Array
     effort: Array
     carried: tuple[CarriedChild, ...] = ()
+
+    __repr__ = line("names", "time", "carried", time="s")
 
 
 def joint_states(result: Result, robot: Mechanism) -> JointStates:

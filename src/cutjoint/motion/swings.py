@@ -29,6 +29,7 @@ from cutjoint.motion.pose_moves import PoseMove
 from cutjoint.motion.reference import Reference
 from cutjoint.motion.timing import Progress, there_and_back
 from cutjoint.motion.values import JointMotion
+from cutjoint.reprs import line
 
 SIZE = 0.03
 """How far it goes out if nothing is said: in sizes of the robot, or radians."""
@@ -56,6 +57,8 @@ class ToolSwing(PoseMove):
     name: str = NAME
     chosen: tuple[str, ...] = ()
 
+    __repr__ = line("start", "by", "turn", "duration", "chosen", by="m", turn="rad", duration="s")
+
     def progress(self, t: float) -> Progress:
         """How far out it is at time `t` [s]."""
         return there_and_back(t, self.duration)
@@ -74,6 +77,8 @@ class JointSwing(Values):
     duration: float = 1.0
     name: str = NAME
     chosen: tuple[str, ...] = ()
+
+    __repr__ = line("centre", "way", "duration", "chosen", centre="m or rad", way="m or rad", duration="s")
 
     def __post_init__(self) -> None:
         for name in ("centre", "way"):

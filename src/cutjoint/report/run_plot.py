@@ -15,6 +15,7 @@ from cutjoint.report.chart_figure import chart_figure
 from cutjoint.report.curves_page import curves, page_of
 from cutjoint.report.named_runs import Runs, named_runs, robots_of
 from cutjoint.report.own_files import PLOT
+from cutjoint.reprs import one_line, quoted
 from cutjoint.simulation.charts import Chart, overlaid
 from cutjoint.simulation.panels import PANELS, USUAL, between, panels_of
 from cutjoint.simulation.summary import early, title_of
@@ -39,7 +40,7 @@ class Plot:
         self.title, self.charts = title, tuple(charts)
 
     def __repr__(self) -> str:
-        return f"Plot({self.title}: {', '.join(chart.title for chart in self.charts)})"
+        return one_line("Plot", [quoted(self.title), *(chart.title for chart in self.charts)])
 
     @cached_property
     def drawing(self) -> Drawing:

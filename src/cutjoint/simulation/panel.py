@@ -10,7 +10,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, Values, readonly
 from cutjoint.errors import InputError
-from cutjoint.reprs import line
+from cutjoint.reprs import line, told
 from cutjoint.simulation.result import Result
 from cutjoint.simulation.summary import actuators_of
 
@@ -74,6 +74,9 @@ class Shown(NamedTuple):
 
     run: Result
     robot: ClosedChain | None = None
+
+    def __repr__(self) -> str:
+        return told(self, "run", "robot")
 
     def panel(self, title: str, column: Array, unit: str, quantity: str, names: Sequence[str]) -> Panel:
         """A panel of a column of the run."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.errors import CutjointError, InputError, UnknownNameError
+from cutjoint.reprs import told
 from cutjoint.simulation.panel import Panel, Shown, between, scaled
 from cutjoint.simulation.result import Result
 from cutjoint.simulation.summary import effort_tops
@@ -196,6 +197,9 @@ class PanelRow(NamedTuple):
     make: Callable[[Shown], list[Panel]]
     about: str
     lacks: str = "the robot has no actuators"
+
+    def __repr__(self) -> str:
+        return told(self, "about", "lacks")
 
 
 PANELS: Mapping[str, PanelRow] = {
