@@ -4,8 +4,8 @@
 
 Each command is run once to its end, for its length and what it writes; then, for SIGINT, SIGTERM and SIGKILL in turn,
 from its first moment on.  What must hold: it ends within `PATIENCE` seconds, with exit status 130 or 143 and without a
-traceback; no process of its session is left; every file is whole and none is left over; and what it says it kept is
-there.
+traceback; no process of its session is left; every file is whole and none is left over, but for the hidden folder in
+which SIGKILL found a new folder being made; and what it says it kept is there.
 """
 
 from __future__ import annotations
@@ -194,7 +194,11 @@ def interrupt(command: Long, number: signal.Signals, moment: float, whole: set[s
             process.wait()
         files = {file.name: file for file in folder.rglob("*") if file.is_file()}
         if number is signal.SIGKILL:  # a folder has no nameless beginning: a hidden one may stay
-            files = {name: file for name, file in files.items() if not file.parent.name.startswith(".new-")}
+            files = {
+                name: file
+                for name, file in files.items()
+                if not any(part.startswith(".") for part in file.relative_to(folder).parts[:-1])
+            }
         faults += [f"{name} {wrong}" for name, file in files.items() if (wrong := spoiled(file))]
         if command.cold and cache.is_dir():
             faults += [f"cache: {file.name} is left over" for file in cache.rglob(".*") if file.is_file()]
