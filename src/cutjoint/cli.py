@@ -16,7 +16,7 @@ from cutjoint import interrupts
 from cutjoint.commands.failing import complain, failed
 from cutjoint.commands.stopping import told
 
-PANELS = {
+HEADINGS = {
     "Begin": ("new", "cut", "list"),
     "Look at a robot": ("info", "check", "view"),
     "Run it and look at the run": ("simulate", "plot", "report", "play"),
@@ -24,7 +24,7 @@ PANELS = {
     "Compare with papers and engines": ("crosscheck", "reproduce"),
 }
 """Headings of `cutjoint --help` -> the commands below them."""
-COMMANDS = tuple(name for names in PANELS.values() for name in names)
+COMMANDS = tuple(name for names in HEADINGS.values() for name in names)
 
 RARELY = 50_000
 """New objects until Python looks for circles among them: a command makes many that stay, and ends soon."""
@@ -46,10 +46,10 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=STATUS,
 )
-for _panel, _names in PANELS.items():
+for _heading, _names in HEADINGS.items():
     for _name in _names:
         _command = import_module(f"cutjoint.commands.{_name}").command
-        app.command(_name, help=_flowing(_command.__doc__ or ""), rich_help_panel=_panel)(told(_command))
+        app.command(_name, help=_flowing(_command.__doc__ or ""), rich_help_panel=_heading)(told(_command))
 
 
 def _version(wanted: bool) -> None:
