@@ -26,7 +26,9 @@ BASE = frozenset(
 MODEL = BASE | {"mechanism"}
 CHAIN = MODEL | {"description", "chain"}
 RUN = CHAIN | {"motion", "control", "simulation"}
-ROBOTS = RUN | {"papers", "crosscheck", "compile", "robots"}
+COMPILED = RUN | {"papers", "compile"}
+ROBOTS = COMPILED | {"crosscheck", "robots"}
+ANSWERS = frozenset({"workspace", "sizing", "retiming", "stiffness", "accuracy", "tuning", "studies"})
 ALLOWED: Mapping[str, frozenset[str]] = {
     "errors": frozenset(),
     "arrays": frozenset({"doors", "errors"}),
@@ -53,9 +55,19 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "engines": CHAIN | {"crosscheck"},
     "drafting": CHAIN,
     "robots": ROBOTS,
-    "experiments": ROBOTS | {"report"},
-    "report": ROBOTS | {"viewer"},
-    "commands": ROBOTS | {"drafting", "engines", "experiments", "handover", "viewer", "report", "plugins", PACKAGE},
+    "workspace": COMPILED,
+    "sizing": COMPILED,
+    "retiming": COMPILED,
+    "stiffness": COMPILED,
+    "accuracy": COMPILED | {"stiffness"},
+    "tuning": COMPILED,
+    "studies": ROBOTS | {"plugins"},
+    "synthesis": ROBOTS | ANSWERS,
+    "experiments": ROBOTS | {"report", "tuning"},
+    "report": ROBOTS | ANSWERS | {"viewer", "synthesis"},
+    "commands": ROBOTS
+    | ANSWERS
+    | {"drafting", "engines", "experiments", "handover", "viewer", "report", "plugins", "synthesis", PACKAGE},
     "cli": BASE | {"commands", PACKAGE},
     "__main__": frozenset({"cli", "interrupts"}),
     PACKAGE: ROBOTS | {"report", "viewer"},  # both at call time: result.plot(), and cutjoint.viewer
@@ -86,7 +98,7 @@ OUTSIDE: Mapping[str, frozenset[str]] = {
 OWNERS: Mapping[str, frozenset[str]] = {
     "pinocchio": frozenset({"chain", "compile", "engines", "simulation", "viewer"}),
     "eigenpy": frozenset({"chain"}),
-    "scipy": frozenset({"simulation", "crosscheck", "chain", "motion"}),
+    "scipy": frozenset({"simulation", "crosscheck", "chain", "motion", "synthesis"}) | ANSWERS,
     "yourdfpy": frozenset({"description", "engines"}),
     "lxml": frozenset({"description"}),
     "yaml": frozenset({"description"}),
@@ -101,8 +113,16 @@ OWNERS: Mapping[str, frozenset[str]] = {
     "IPython": frozenset({"viewer"}),
     "matplotlib": frozenset({"report"}),
     "llvmlite": frozenset({"compile"}),
-    "pyarrow": frozenset({"compile"}),
+    "pyarrow": frozenset({"compile", "studies", "workspace"}),
     "rosbags": frozenset({"handover"}),
+    "skimage": frozenset({"workspace"}),
+    "toppra": frozenset({"retiming"}),
+    "ruckig": frozenset({"retiming"}),
+    "control": frozenset({"tuning"}),
+    "dask": frozenset({"studies"}),
+    "distributed": frozenset({"studies"}),
+    "SALib": frozenset({"studies"}),
+    "optuna": frozenset({"tuning", "synthesis"}),
     "mujoco": frozenset({"description", "engines"}),
     "typer": frozenset({"cli", "commands"}),
     "rich": frozenset({"cli", "commands", "texts"}),
@@ -123,6 +143,13 @@ HEAVY = frozenset(
         "trimesh",
         "yourdfpy",
         "lxml",
+        "skimage",
+        "toppra",
+        "ruckig",
+        "control",
+        "distributed",
+        "SALib",
+        "optuna",
     }
 )
 STARTS: Mapping[str, str] = {

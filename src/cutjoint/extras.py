@@ -24,6 +24,13 @@ EXTRAS: Mapping[str, str] = {
     "mujoco": "formats",
     "pxr": "usd",
     "rosbags": "ros",
+    "skimage": "surface",
+    "toppra": "retime",
+    "ruckig": "retime",
+    "control": "tune",
+    "distributed": "study",
+    "SALib": "study",
+    "optuna": "optimise",
 }
 """Package, as it is imported -> the extra that brings it."""
 

@@ -23,6 +23,7 @@ DISTRIBUTIONS = {
     "yaml": "pyyaml",
     "example_robot_data": "example-robot-data",
     "pxr": "usd-core",
+    "skimage": "scikit-image",
 }
 """What brings a package where that is not called as it is imported."""
 

@@ -27,7 +27,7 @@ def is_rigid(closure: Closure) -> bool:
     return whole and all(is_contact(cut) for cut in closure.cuts)
 
 
-class Workspace(threading.local):
+class RigidScratch(threading.local):
     """What `pin.constraintDynamics` writes into; every thread makes its own."""
 
     def __init__(self, model: pin.Model, models: pin.StdVec_RigidConstraintModel, regularisation: float) -> None:
@@ -51,7 +51,7 @@ class RigidConstraints:
         self._row_scale = np.concatenate([np.where(np.arange(size) < 3, 1.0 / length, 1.0) for size in sizes])
         # relative accuracy, so that a robot of grams and one of tonnes are solved alike
         self._regularisation = tolerances.REGULARISATION.value * self._compliance(q)
-        self.workspace = Workspace(model, self.models, self._regularisation)
+        self.workspace = RigidScratch(model, self.models, self._regularisation)
 
     @property
     def usable(self) -> bool:

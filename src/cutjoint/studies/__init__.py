@@ -1,0 +1,1 @@
+"""Studies: many runs over any parameters, by a file, on all cores or a Dask cluster, streamed and resumed."""

@@ -1,0 +1,5 @@
+"""The workspace: where the tool of a robot can be, without a singularity between, and how well the robot does there."""
+
+from cutjoint.workspace.region import FieldMap, GridAxis, Workspace
+
+__all__ = ["FieldMap", "GridAxis", "Workspace"]
