@@ -178,6 +178,7 @@ def test_eight_threads_on_every_robot(name: str, method: str, together: Together
     in_threads(name, method, ALL, together)
 
 
+@pytest.mark.slow
 def test_modes_searched_by_several_threads(together: Together) -> None:
     alone, shared = ClosedChain(description("fivebar")), ClosedChain(description("fivebar"))
     wanted = alone.working_modes()
@@ -228,6 +229,7 @@ def too_wide(chain: ClosedChain) -> Any:
     return chain.close(chain.home.q + np.array([1.5, -1.5]))
 
 
+@pytest.mark.slow
 def test_a_pool_of_processes() -> None:
     """Chains and postures go there, numbers and errors come back; the pool outlives the errors."""
     chain = ClosedChain(description("fivebar"))

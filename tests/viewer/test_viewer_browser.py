@@ -281,6 +281,7 @@ def test_one_that_hangs_at_its_start_is_ended_and_followed_by_another(
     assert len({start["profile"] for start in starts()}) == len(starts())
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("impatient")
 @pytest.mark.parametrize("text", ["trap '' TERM INT HUP PIPE; sleep 1000", "exec sleep 1000"])
 def test_one_that_always_hangs_is_an_error(
@@ -315,6 +316,7 @@ def test_one_that_closes_its_pipe_and_lives_on_has_no_status(
     assert caught.value.status is None
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("impatient")
 @pytest.mark.parametrize(("what", "where"), [("hang", "Page.navigate"), ("never", "Runtime.evaluate")])
 def test_all_starts_together_have_a_limit(
@@ -433,6 +435,7 @@ def test_let_off_the_leash_a_browser_has_its_grace_and_no_more(by_word: bool, pl
             os.close(hold)
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.parametrize("deaths", few(range(STARTS), 1))
 def test_a_real_browser_draws_after_others_have_died(

@@ -123,6 +123,7 @@ def test_a_rotation_is_led_in_degrees(name: str, opened: Callable[..., Any], tmp
     assert tab.errors == []
 
 
+@pytest.mark.slow
 def test_actuators_that_turn_are_in_degrees_too(opened: Callable[..., Any]) -> None:
     view, tab = opened(load("fivebar"))
     home = np.degrees(view.puppet.chain.home.q)

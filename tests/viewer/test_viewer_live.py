@@ -102,6 +102,7 @@ def test_a_sweep_of_the_whole_range_keeps_loops_closed_and_the_branch(
     assert tab.errors == []
 
 
+@pytest.mark.slow
 def test_at_an_end_the_slider_stops_and_the_page_says_why(cpm_view: LiveView, open_tab: Callable[..., Any]) -> None:
     tab = open_tab()
     tab.go(cpm_view.url)
@@ -117,6 +118,7 @@ def test_at_an_end_the_slider_stops_and_the_page_says_why(cpm_view: LiveView, op
     assert message.inner_text() == ""
 
 
+@pytest.mark.slow
 def test_modes_home_and_typed_numbers(cpm_view: LiveView, open_tab: Callable[..., Any]) -> None:
     tab = open_tab()
     tab.go(cpm_view.url)

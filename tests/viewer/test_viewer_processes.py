@@ -173,6 +173,7 @@ def test_a_second_viewer_takes_the_next_port() -> None:
         first.wait(20)
 
 
+@pytest.mark.slow
 def test_a_simulation_is_saved_and_played_into_one_file(tmp_path: Path) -> None:
     for arguments in (
         ("simulate", "cpm", "--trajectory", "circle:0.05,0.2", "--duration", "0.2", "--save", "run.npz"),
@@ -269,6 +270,7 @@ def drawing(shoot: Callable[..., Shooter], chromium: str) -> Shooter:
     return shooter
 
 
+@pytest.mark.slow
 @LINUX
 @pytest.mark.browser
 def test_a_browser_that_takes_a_picture_opens_no_port(drawing: Shooter) -> None:
@@ -276,6 +278,7 @@ def test_a_browser_that_takes_a_picture_opens_no_port(drawing: Shooter) -> None:
     assert listening(drawing.browsers()) == []
 
 
+@pytest.mark.slow
 @LINUX
 @pytest.mark.browser
 @pytest.mark.parametrize("end", few([signal.SIGKILL, signal.SIGTERM, signal.SIGINT], signal.SIGTERM))
@@ -302,6 +305,7 @@ def test_killed_while_a_browser_hangs_at_its_start_it_leaves_none(
     assert list(shooter.place.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -82,6 +82,7 @@ def test_an_actuator_stops_at_its_limit_and_says_so(puppet: Puppet) -> None:
                 assert puppet.at.q[index] == end
 
 
+@pytest.mark.slow
 def test_a_move_that_ends_early_ends_where_one_step_more_is_refused(puppet: Puppet) -> None:
     for axis in range(3):
         for way in (-1.0, 1.0):
