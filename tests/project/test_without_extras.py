@@ -157,7 +157,7 @@ WITHOUT_ANY: tuple[tuple[str, ...], ...] = (
     ("export", "fourbar", "--to", "urdf"),
     ("new", "walker", "-t", "leg"),
     ("cut", "stewart"),
-    ("plot", "run.npz", "-o", "run.html"),
+    ("plot", "run.npz", "-o", "curves.html"),
     ("report", "run.npz"),
     ("states", "run.npz", "-o", "run.jsonl"),
 )
