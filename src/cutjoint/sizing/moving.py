@@ -1,0 +1,117 @@
+"""A robot along a reference: what its actuators do at given instants, in batches where it is compiled.
+
+With M the mass matrix and h all that is there without acceleration (see `mechanism.Terms`),
+
+    effort = M a + h - J' wrench,    bare = effort - armature a,    holding = gravity + springs - J' wrench
+
+`armature` is what the rotors of the actuated joints weigh at them (see `mechanism.physics`); a motor table brings
+rotors of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.chain import ClosedChain
+from cutjoint.compile import CompiledChain, CompiledPaper
+from cutjoint.errors import InputError
+from cutjoint.mechanism import Load, Mechanism, Posture
+from cutjoint.mechanism.loads import Loads, as_loads
+from cutjoint.mechanism.physics import NO_PHYSICS
+from cutjoint.motion import Reference
+from cutjoint.motion.reference import Desired
+from cutjoint.simulation.choice import quick
+from cutjoint.sizing.values import Course
+
+SizingLoads: TypeAlias = Loads | Callable[[float], Loads]
+"""Loads that stay, or a function of time [s]."""
+
+
+class Mover:
+    """A robot with what it carries and what pushes it.
+
+    Attributes:
+        robot: compiled where it can be.
+        plain: the same, not compiled.
+        armature: what the rotors of the actuators weigh at them, shape (n,), [kg] or [kg m2].
+    """
+
+    def __init__(self, robot: Mechanism, payload: float, loads: SizingLoads) -> None:
+        carrying = robot.with_payload(payload) if payload else robot
+        self.robot = carrying if isinstance(carrying, CompiledChain | CompiledPaper) else quick(carrying)
+        self.plain: Mechanism = getattr(self.robot, "plain", self.robot)
+        self._loads = loads if callable(loads) else as_loads(loads)
+        chain = self.plain if isinstance(self.plain, ClosedChain) else None
+        physics = {one.name: one.physics for one in chain.description.joints} if chain else {}
+        rotors = [physics.get(one.name, NO_PHYSICS) for one in robot.actuators]
+        self.armature = np.array([one.armature for one in getattr(self.plain, "motors", ()) or rotors])
+
+    def check(self, reference: Reference) -> None:
+        """Raises InputError where a reference was made for another robot."""
+        names, own = ([one.name for one in of.actuators] for of in (reference.mechanism, self.robot))
+        if names != own:
+            raise InputError(
+                f"the reference along '{reference.trajectory.name}' was made for {reference.mechanism.name} with the "
+                f"actuators {', '.join(names)}; {self.robot.name} has {', '.join(own)}"
+            )
+
+    def loads(self, t: float) -> tuple[Load, ...]:
+        """What pushes at a time [s]."""
+        return as_loads(self._loads(t)) if callable(self._loads) else self._loads
+
+    @property
+    def is_pushed(self) -> bool:
+        """Whether there may be loads."""
+        return callable(self._loads) or bool(self._loads)
+
+    def posture(self, desired: Desired) -> Posture:
+        """The desired posture as a posture of the robot that carries."""
+        if desired.mechanism is self.robot or desired.mechanism is self.plain:
+            return desired.posture
+        if isinstance(self.plain, ClosedChain) and desired.posture.q_full.size == self.plain.nq:
+            return self.plain.posture(desired.posture.q_full)
+        return self.robot.close(desired.q, limits="ignore")
+
+    def potential(self, desired: Desired) -> float:
+        """Potential energy [J]."""
+        return self.plain.potential_energy(self.posture(desired))
+
+    def course(self, reference: Reference, times: Array) -> Course:
+        """What the actuators do at m instants."""
+        return self.course_of([reference.at(t) for t in times.tolist()])
+
+    def course_of(self, wanted: Sequence[Desired]) -> Course:
+        """The same where the desired motions are known."""
+        q, v, a = (np.array([getattr(one, name) for one in wanted]) for name in "qva")
+        mass, coriolis, gravity, springs, friction = self.terms([self.posture(one) for one in wanted], v)
+        push = np.zeros_like(v)
+        if self.is_pushed:
+            for k, one in enumerate(wanted):
+                push[k] = self.plain.load_effort(self.posture(one), self.loads(one.t))
+        effort = np.einsum("kij,kj->ki", mass, a) + coriolis + gravity + springs + friction - push
+        return Course(
+            np.array([one.t for one in wanted]),
+            q,
+            v,
+            a,
+            effort,
+            effort - self.armature * a,
+            gravity + springs - push,
+            np.einsum("ki,ki->k", friction, v),
+            np.einsum("ki,ki->k", push, v),
+            np.einsum("kii->ki", mass) - self.armature,
+        )
+
+    def terms(self, postures: Sequence[Posture], v: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Mass matrices (m, n, n), then Coriolis vectors, weights, springs and friction, (m, n) each."""
+        if isinstance(self.robot, CompiledChain):
+            return tuple(self.robot.batch.terms(np.array([one.q_full for one in postures]), v))  # type: ignore[return-value]
+        if isinstance(self.robot, CompiledPaper):
+            return tuple(self.robot.batch.terms(np.array([one.q for one in postures]), v))  # type: ignore[return-value]
+        found = [self.robot.terms(at, speed) for at, speed in zip(postures, v, strict=True)]
+        names = ("mass", "coriolis", "gravity", "springs", "friction")
+        return tuple(np.array([getattr(one, name) for one in found]) for name in names)  # type: ignore[return-value]
