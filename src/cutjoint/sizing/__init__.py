@@ -2,6 +2,7 @@
 
 from cutjoint.sizing.anywhere import Anywhere, size_anywhere
 from cutjoint.sizing.bearings import BearingLoad
+from cutjoint.sizing.gearing import Gearing
 from cutjoint.sizing.matching import MotorFit
 from cutjoint.sizing.motor import ServoMotor
 from cutjoint.sizing.motor_table import motors_from_file
@@ -14,6 +15,7 @@ __all__ = [
     "Course",
     "Duty",
     "Extreme",
+    "Gearing",
     "ServoMotor",
     "MotorFit",
     "SizedCycle",

@@ -76,9 +76,9 @@ class Mover:
             return self.plain.posture(desired.posture.q_full)
         return self.robot.close(desired.q, limits="ignore")
 
-    def potential(self, desired: Desired) -> float:
-        """Potential energy [J]."""
-        return self.plain.potential_energy(self.posture(desired))
+    def plain_posture(self, at: Posture) -> Posture:
+        """A posture of the compiled robot as one of the robot that is not."""
+        return self.plain.posture(at.q_full) if isinstance(self.plain, ClosedChain) else at
 
     def course(self, reference: Reference, times: Array) -> Course:
         """What the actuators do at m instants."""
