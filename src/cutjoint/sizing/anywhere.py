@@ -26,8 +26,6 @@ from cutjoint.reprs import line
 from cutjoint.sizing.moving import Mover, SizingLoads
 
 REFUSED = (UnreachableError, ClosureError, SingularError, DynamicsError)
-WORST_CONDITION = 100.0
-"""Of the task's Jacobian in the robot's own units: nearer to a singular posture no motor is chosen."""
 STEPS = (0.02, 1.0)
 """Least and largest step of the walk, in radians or lengths of the robot."""
 TRIES = 40
@@ -82,6 +80,7 @@ def size_anywhere(
     turn_acceleration: float | None = None,
     payload: float = 0.0,
     loads: SizingLoads = NO_LOADS,
+    condition: float = 10.0,
     samples: int = 300,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
@@ -95,6 +94,8 @@ def size_anywhere(
             needed, elsewhere there are none.
         payload: mass at the tool [kg].
         loads: from outside, the same everywhere.
+        condition: worst condition of the task's Jacobian, in the robot's own units; nearer to singular postures, where
+            efforts and speeds grow beyond bounds, nothing is looked at.
         samples: number of postures.
         seed: of the walk and of the directions.
         progress: called with the number of postures that were found.
@@ -108,8 +109,10 @@ def size_anywhere(
         raise InputError(f"samples must be at least 1 and the seed at least 0, found {samples} and {seed}")
     if callable(loads):
         raise InputError("loads that change with time have no time here; give constant ones")
+    if not 1.0 < condition < float("inf"):
+        raise InputError(f"condition must be finite and > 1, found {condition:g}")
     mover, random = Mover(robot, payload, loads), np.random.default_rng(seed)
-    found = _walk(mover, task, samples, random, progress)
+    found = _Walker(mover, task, condition).walk(samples, random, progress)
     effort, speed, holding, power = (np.zeros((len(found), robot.n)) for _ in range(4))
     for k, (at, inverse, tool) in enumerate(found):
         effort[k], speed[k], holding[k] = _worst(mover, task, bounds, at, inverse, tool, random)
@@ -149,54 +152,60 @@ Found = tuple[Posture, Array, Tool]
 """A posture, the inverse of the task's Jacobian there (n, rows), and the tool."""
 
 
-def _walk(
-    mover: Mover, task: Task, samples: int, random: np.random.Generator, progress: Callable[[float], None] | None
-) -> list[Found]:  # fmt: skip
-    """So many postures, home the first.
+class _Walker:
+    """Walks from posture to posture, home the first."""
 
-    Raises:
-        InputError: hardly any was found.
-    """
-    robot = mover.robot
-    length = float(getattr(robot, "length", None) or getattr(mover.plain, "length", None) or 1.0)
-    units = np.array([length if one.kind == "translation" else 1.0 for one in robot.actuators])
-    start = _looked_at(robot, task, robot.home, units, length)
-    if start is None:
-        raise InputError(f"{robot.name} stands near a singular posture at home; choose another home for its workspace")
-    found = [start]
-    least, most = np.log(STEPS[0]), np.log(STEPS[1])
-    for _ in range(TRIES * samples):
-        if len(found) >= samples:
-            break
-        near = found[int(random.integers(len(found)))][0]
-        step = float(np.exp(random.uniform(least, most))) * random.normal(size=robot.n)
-        try:
-            at = robot.close(near.q + units * step, near)
-            one = _looked_at(robot, task, at, units, length)
-        except REFUSED:
-            continue
-        if one is not None:
-            found.append(one)
-            if progress is not None:
-                progress(len(found))
-    if len(found) < samples:
+    def __init__(self, mover: Mover, task: Task, condition: float) -> None:
+        self._robot, self._task, self._condition = mover.robot, task, condition
+        length = getattr(self._robot, "length", None) or getattr(mover.plain, "length", None)
+        self._length = float(length or 1.0)
+        sizes = [self._length if one.kind == "translation" else 1.0 for one in self._robot.actuators]
+        self._units = np.array(sizes)
+
+    def walk(
+        self, samples: int, random: np.random.Generator, progress: Callable[[float], None] | None
+    ) -> list[Found]:  # fmt: skip
+        """So many postures.
+
+        Raises:
+            InputError: hardly any was found.
+        """
+        robot = self._robot
+        start = self._seen(robot.home)
+        if start is None:
+            raise InputError(
+                f"{robot.name} stands near a singular posture at home; take another home, or a larger condition"
+            )
+        found = [start]
+        least, most = np.log(STEPS[0]), np.log(STEPS[1])
+        for _ in range(TRIES * samples):
+            if len(found) >= samples:
+                return found
+            near = found[int(random.integers(len(found)))][0]
+            step = float(np.exp(random.uniform(least, most))) * random.normal(size=robot.n)
+            try:
+                one = self._seen(robot.close(near.q + self._units * step, near))
+            except REFUSED:
+                continue
+            if one is not None:
+                found.append(one)
+                if progress is not None:
+                    progress(len(found))
         raise InputError(
-            f"of {TRIES * samples} steps from home {robot.name} could follow only {len(found) - 1}; {samples} postures "
-            "were asked for: ask for fewer"
+            f"of {TRIES * samples} steps {robot.name} could follow only {len(found) - 1}; {samples} postures were asked "
+            "for: ask for fewer, or for a larger condition"
         )
-    return found
 
-
-def _looked_at(robot: Mechanism, task: Task, at: Posture, units: Array, length: float) -> Found | None:
-    """The posture with what is known of it; None where it is near a singular one."""
-    tool = robot.tool(at)
-    jacobian = task.towards(tool.pose, task.rows).matrix(tool.rotation) @ tool.frame_jacobian
-    rows = np.array([1.0 / length if row < 3 else 1.0 for row in task.rows])
-    values = np.linalg.svd(rows[:, None] * jacobian * units, compute_uv=False)
-    if not values[-1] * WORST_CONDITION >= values[0] > 0.0:
-        return None
-    scaled = np.linalg.pinv(rows[:, None] * jacobian * units)
-    return at, units[:, None] * scaled * rows, tool
+    def _seen(self, at: Posture) -> Found | None:
+        """The posture with what is known of it; None where it is near a singular one."""
+        task, tool = self._task, self._robot.tool(at)
+        jacobian = task.towards(tool.pose, task.rows).matrix(tool.rotation) @ tool.frame_jacobian
+        rows = np.array([1.0 / self._length if row < 3 else 1.0 for row in task.rows])
+        scaled = rows[:, None] * jacobian * self._units
+        values = np.linalg.svd(scaled, compute_uv=False)
+        if not values[-1] * self._condition >= values[0] > 0.0:
+            return None
+        return at, self._units[:, None] * np.linalg.pinv(scaled) * rows, tool
 
 
 def _worst(

@@ -9,7 +9,7 @@ cubic one over time, by which rolling bearings are chosen at an even speed (ISO 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,9 +56,12 @@ class BearingLoad:
 
 
 def bearing_loads(
-    mover: Mover, references: Sequence[Reference], samples: int, progress: Callable[[float], None] | None
+    mover: Mover,
+    references: Mapping[str, Reference],
+    samples: int,
+    progress: Callable[[float], None] | None,
 ) -> tuple[BearingLoad, ...]:
-    """Of all joints that move and all cuts, at so many even instants of every trajectory.
+    """Of all joints that move and all cuts, at so many even instants of every trajectory (by name).
 
     Raises:
         InputError: the robot is a published model, which has no joints of its own.
@@ -67,7 +70,7 @@ def bearing_loads(
     axes = _axes(chain)
     found: dict[str, list[tuple[Array, str, list[Array], bool]]] = {name: [] for name in axes}
     done = 0
-    for reference in references:
+    for way, reference in references.items():
         times = np.linspace(0.0, reference.duration, samples)
         rows: dict[str, list[Array]] = {name: [] for name in axes}
         unique = dict.fromkeys(axes, True)
@@ -82,7 +85,7 @@ def bearing_loads(
             if progress is not None:
                 progress(done)
         for name in axes:
-            found[name].append((times, str(reference.trajectory.name), rows[name], unique[name]))
+            found[name].append((times, way, rows[name], unique[name]))
     return tuple(_load(name, type, axis is not None, found[name]) for name, (type, axis) in axes.items())
 
 
@@ -95,8 +98,8 @@ def chain_of(mover: Mover) -> ClosedChain:
 
 def _axes(chain: ClosedChain) -> dict[str, tuple[str, Array | None]]:
     """Joints that move and cuts -> type, and the axis in their own frame where there is one."""
-    joints = [(one.name, one.type, one.axis) for one in chain.description.joints if one.type != "fixed"]
-    cuts = [(one.name, one.type, np.array(OF_A_CUT)) for one in chain.description.cuts]
+    joints = [(one.name, one.type.value, one.axis) for one in chain.description.joints if one.type.coordinates]
+    cuts = [(one.name, one.type.value, np.array(OF_A_CUT)) for one in chain.description.cuts]
     found: dict[str, tuple[str, Array | None]] = {}
     for name, type, axis in (*joints, *cuts):
         if name in found:

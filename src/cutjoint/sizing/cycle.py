@@ -83,8 +83,8 @@ def integrands(course: Course, rest: Array) -> Array:
     return np.hstack([*parts, lost, received])
 
 
-def sized_cycle(mover: Mover, reference: Reference) -> tuple[SizedCycle, LoadCycle]:
-    """One trajectory, and what its motors are judged by."""
+def sized_cycle(mover: Mover, reference: Reference, name: str) -> tuple[SizedCycle, LoadCycle]:
+    """One trajectory, called by its name, and what its motors are judged by."""
     trajectory, duration = reference.trajectory, reference.duration
     actuators = mover.robot.actuators
     units = _units(mover)
@@ -103,11 +103,10 @@ def sized_cycle(mover: Mover, reference: Reference) -> tuple[SizedCycle, LoadCyc
     course = Course.joined([piece.course for piece in way.pieces])
     n = len(actuators)
     found = Integrals(*way.integrals.reshape(KINDS, n))
-    duties = _duties(mover, reference, way, found)
+    duties = _duties(mover, reference, name, way, found)
     lost, received = float(found.lost[0]), float(found.received[0])
     balance, gained = _balance(mover, reference, way, units)
     highest = course.mass.max(axis=0)
-    name = str(trajectory.name)
     cycle = SizedCycle(name, duration, duties, lost, received, gained, balance, way.error, course, highest)
     fine = _dense(way)
     held = np.array([abs(one.holding.value) for one in duties])
@@ -136,9 +135,11 @@ def _scales(course: Course, actuators: tuple[Actuator, ...], units: Array, durat
     return np.concatenate([np.maximum(one, 1e-300) for one in parts])
 
 
-def _duties(mover: Mover, reference: Reference, way: Way, found: Integrals) -> tuple[Duty, ...]:
+def _duties(
+    mover: Mover, reference: Reference, name: str, way: Way, found: Integrals
+) -> tuple[Duty, ...]:
     """What the actuators must do, with peaks between the points too."""
-    name, duration = str(reference.trajectory.name), reference.duration
+    duration = reference.duration
     course = Course.joined([piece.course for piece in way.pieces])
     near = mover.course(reference, _summits(way.pieces))
     both = Course.joined([course, near])

@@ -105,21 +105,34 @@ def size(
     if bearings:
         chain_of(mover)
     found = []
-    for number, one in enumerate(several, start=1):
-        found.append(sized_cycle(mover, one))
+    named = _named(several)
+    for number, (name, one) in enumerate(named.items(), start=1):
+        found.append(sized_cycle(mover, one, name))
         if progress is not None:
             progress(number)
     cycles, demands = tuple(one for one, _ in found), tuple(one for _, one in found)
     rows = zip(*(one.duties for one in cycles), strict=True)
     worst = tuple(reduce(Duty.or_worse, row) for row in rows)
     return Sizing(
-        robot.name,
+        mover.plain.name,
         robot.actuators,
         float(payload),
         cycles,
         worst,
         matched(demands, robot.actuators, motors, between) if motors else (),
         between,
-        bearing_loads(mover, several, samples, progress) if bearings else (),
+        bearing_loads(mover, named, samples, progress) if bearings else (),
         demands,
     )
+
+
+def _named(references: Sequence[Reference]) -> dict[str, Reference]:
+    """The references by the names of their trajectories, which get a number where they are not one of a kind."""
+    names = [str(one.trajectory.name) for one in references]
+    named: dict[str, Reference] = {}
+    for number, (name, one) in enumerate(zip(names, references, strict=True), start=1):
+        own = name if names.count(name) == 1 else f"{name} ({number})"
+        while own in named:
+            own += "'"
+        named[own] = one
+    return named
