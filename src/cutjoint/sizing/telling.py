@@ -144,17 +144,23 @@ def _motor_row(one: MotorFit) -> tuple[str, ...]:
 def bearing_table(found: Sizing) -> TextTable:
     """What joints and cuts carry."""
 
-    def told(one: Extreme | None) -> str:
-        return "" if one is None else f"{one.value:.4g}"
+    parts = ("force", "radial", "axial", "moment", "tilting")
+    sizes = {name: [getattr(one, name) for one in found.bearings] for name in parts}
+    most = {name: max((one.value for one in several if one is not None), default=0.0) for name, several in sizes.items()}
+    most = {name: most["force" if name in parts[:3] else "moment"] for name in parts}
+
+    def told(name: str, one: Extreme | None) -> str:
+        """What is rounding beside the largest of all joints is 0."""
+        return "" if one is None else f"{one.value if one.value > ROUNDING * most[name] else 0.0:.4g}"
 
     rows = [
         (
             clipped(one.name, LONGEST),
-            told(one.force) + ("" if one.is_unique else "?"),
-            told(one.radial),
-            told(one.axial),
-            told(one.moment),
-            told(one.tilting),
+            told("force", one.force) + ("" if one.is_unique else "?"),
+            told("radial", one.radial),
+            told("axial", one.axial),
+            told("moment", one.moment),
+            told("tilting", one.tilting),
             f"{one.mean_force:.4g}",
         )
         for one in found.bearings

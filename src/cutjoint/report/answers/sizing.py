@@ -51,7 +51,7 @@ def draw_sizing(found: Sizing) -> Drawing:
             ax.axhline(0.0, color=GREY, linewidth=0.8, zorder=0)
             ax.axvline(0.0, color=GREY, linewidth=0.8, zorder=0)
             ax.margins(x=0.06, y=0.08)
-            ax.xaxis.set_major_locator(MaxNLocator(5))
+            ax.xaxis.set_major_locator(MaxNLocator(4))
         for ax in axes[len(shown) :]:
             ax.set_axis_off()
         handles = {}
