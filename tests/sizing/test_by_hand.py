@@ -19,6 +19,7 @@ from cutjoint.sizing import Sizing, size
 G = 9.81
 EXACT = 1e-9
 PARTS = 8
+UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,9 @@ def small(name: str, folder: Path, **physics: float) -> ClosedChain:
     robot = cutjoint.load(write(name, folder / name))
     if not physics:
         return robot
-    joints = tuple(replace(one, physics=cutjoint.description.JointPhysics(**physics)) for one in robot.description.joints)
+    joints = tuple(
+        replace(one, physics=cutjoint.description.JointPhysics(**physics)) for one in robot.description.joints
+    )
     return robot.rebuilt(replace(robot.description, joints=joints))
 
 
@@ -80,7 +83,7 @@ def test_a_weight_lifted_with_constant_acceleration(tmp_path: Path) -> None:
     robot = small("slider", tmp_path)
     start = np.array(robot.tool(robot.home).position)
     for ramp, span in ((1.0 / 3.0, 0.7), (0.21, 0.3)):
-        move = Trapezoidal(start, start + [0.0, 0.0, 0.4], span, ramp=ramp)
+        move = Trapezoidal(start, start + UP * 0.4, span, ramp=ramp)
         duty = size(robot, Reference(move, robot)).worst[0]
         a = 0.4 / (span * span * ramp * (1.0 - ramp))
         assert duty.effort.value == pytest.approx(2.0 * (G + a), rel=EXACT)
@@ -93,7 +96,7 @@ def test_a_weight_lifted_with_constant_acceleration(tmp_path: Path) -> None:
 def test_friction_takes_what_it_must(tmp_path: Path) -> None:
     robot = small("slider", tmp_path, damping=3.0, friction=4.0, friction_speed=0.0)
     start = np.array(robot.tool(robot.home).position)
-    down = Trapezoidal(start, start - [0.0, 0.0, 0.5], 0.8, ramp=0.25)
+    down = Trapezoidal(start, start - UP * 0.5, 0.8, ramp=0.25)
     cycle = size(robot, Reference(down, robot)).cycles[0]
     top = 0.5 / (0.75 * 0.8)
     lost = 4.0 * 0.5 + 3.0 * top**2 * 0.8 * (1.0 - 4.0 / 3.0 * 0.25)
@@ -112,6 +115,7 @@ def test_friction_takes_what_it_must(tmp_path: Path) -> None:
 
 R, L, X1 = 0.12, 0.4, 0.05
 M1, M2, M3, J1, J2 = 0.9, 0.6, 1.3, 0.004, 0.011
+OUT = R * np.cos(0.7) + np.sqrt(L**2 - (R * np.sin(0.7)) ** 2)
 CRANK = f"""<robot name="crank"><link name="base"/>
 <link name="crank"><inertial><origin xyz="{X1} 0 0"/><mass value="{M1}"/>
 <inertia ixx="{J1}" iyy="{J1}" izz="{J1}" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -137,7 +141,7 @@ frames = [{{ link = "rod", xyz = [{L}, 0.0, 0.0], rpy = [-1.5707963267948966, 0.
   {{ link = "block", rpy = [-1.5707963267948966, 0.0, 0.0] }}]
 [home.start]
 actuated = {{ drive = 0.7 }}
-passive = {{ pin = {-0.7 - np.arcsin(R * np.sin(0.7) / L)}, slide = {R * np.cos(0.7) + np.sqrt(L**2 - (R * np.sin(0.7)) ** 2)} }}
+passive = {{ pin = {-0.7 - np.arcsin(R * np.sin(0.7) / L)}, slide = {OUT} }}
 """
 
 
@@ -185,7 +189,7 @@ def test_a_slider_crank_at_even_speed(tmp_path: Path) -> None:
 def test_a_five_bar_linkage() -> None:
     robot, oracle = cutjoint.load("fivebar"), FiveBar()
     start = np.array(robot.tool(robot.home).position)
-    move = PointToPoint(start, start + [0.05, 0.0, -0.04], 0.3)
+    move = PointToPoint(start, start + np.array([0.05, 0.0, -0.04]), 0.3)
     reference = Reference(move, robot)
     found: Sizing = size(robot, reference)
     course = found.cycles[0].course

@@ -37,22 +37,29 @@ def test_the_same_motors_in_any_units(tmp_path: Path) -> None:
 def test_motors_that_slide_and_columns_that_may_be_empty(tmp_path: Path) -> None:
     text = (
         "name,rated_force [N],peak_force [kN],max_speed [m/min],mover_mass [g],force_constant [N/A],resistance [Ohm],"
-        "thermal_resistance [K/W],max_temperature [°C],brake_force [N]\nl1,50,0.2,120,800,30,2,0.5,130,\nl2,5,0.02,60,0,,,,,7\n"
+        "thermal_resistance [K/W],max_temperature [°C],brake_force [N]\n"
+        "l1,50,0.2,120,800,30,2,0.5,130,\nl2,5,0.02,60,0,,,,,7\n"
     )
     one, other = motors_from_file(table(tmp_path, text))
     assert (one.kind, one.peak, one.max_speed, one.rotor, one.brake) == ("translation", 200.0, 2.0, 0.8, None)
-    assert (one.constant, one.max_temperature, other.brake, other.rotor, other.constant) == (30.0, 130.0, 7.0, 0.0, None)
+    assert (one.constant, one.max_temperature, other.brake, other.rotor, other.constant) == (
+        30.0,
+        130.0,
+        7.0,
+        0.0,
+        None,
+    )
 
 
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        (HEADINGS.replace("[rpm]", "[N m]") + "\na,1,2,3,4", r":1, column 4 'max_speed .*the unit 'N m', which is a unit of torque; expected a unit of speed of rotation"),
+        (HEADINGS.replace("[rpm]", "[N m]") + "\na,1,2,3,4", r":1, column 4 .*'N m', which is a unit of torque; expected"),
         (HEADINGS.replace("[rpm]", "[m/s]") + "\na,1,2,3,4", r"a unit of speed; expected a unit of speed of rotation"),
-        (HEADINGS.replace("[kg cm2]", "[kg]") + "\na,1,2,3,4", r"column 5 .*'kg', which is a unit of mass; expected a unit of inertia"),
+        (HEADINGS.replace("[kg cm2]", "[kg]") + "\na,1,2,3,4", r"column 5 .*'kg', which is a unit of mass"),
         (HEADINGS.replace("[rpm]", "[furlong]") + "\na,1,2,3,4", r"'furlong', which is not known"),
         (HEADINGS.replace(" [rpm]", "") + "\na,1,2,3,4", r"column 4 'max_speed': the heading tells no unit"),
-        (HEADINGS.replace("peak_torque", "peak_torqe") + "\na,1,2,3,4", r"unknown column 'peak_torqe.*did you mean 'peak_torque'"),
+        (HEADINGS.replace("peak_torque", "peak_torqe") + "\na,1,2,3,4", r"'peak_torqe.*did you mean 'peak_torque'"),
         (HEADINGS.replace(",rotor_inertia [kg cm2]", "") + "\na,1,2,3", r":1: column rotor_inertia is missing"),
         (HEADINGS + ",max_speed [rpm]\na,1,2,3,4,5", r"column 6 .*is there twice"),
         (HEADINGS + ",peak_force [N]\na,1,2,3,4,5", r"of a motor that turns, and peak_force, of one that slides"),
@@ -81,5 +88,5 @@ def test_what_is_no_text_is_refused(tmp_path: Path) -> None:
         file.write_bytes(content)
         with pytest.raises(InputError, match=r"motors\.csv"):
             motors_from_file(file)
-    with pytest.raises(InputError, match="no such file|there is no"):
+    with pytest.raises(InputError, match=r"none\.csv"):
         motors_from_file(tmp_path / "none.csv")

@@ -82,7 +82,7 @@ def test_a_hanging_weight_loads_its_bearing(tmp_path: Path) -> None:
 def test_the_worst_of_several_trajectories() -> None:
     robot = cutjoint.load("fivebar")
     start = np.array(robot.tool(robot.home).position)
-    moves = [PointToPoint(start, start + [dx, 0.0, dz], 0.3) for dx, dz in ((0.05, 0.0), (0.0, -0.05))]
+    moves = [PointToPoint(start, start + np.array([dx, 0.0, dz]), 0.3) for dx, dz in ((0.05, 0.0), (0.0, -0.05))]
     references = [Reference(one, robot) for one in (*moves, Hold.at_home(robot, 1.0))]
     whole = size(robot, references)
     alone = [size(robot, one) for one in references]
@@ -108,9 +108,10 @@ def test_wrong_questions_are_refused() -> None:
         size(other, reference, samples=1)
     with pytest.raises(InputError, match="references of size"):
         size(other, [trajectory("about-home", other)])  # type: ignore[list-item]
+    paper = cutjoint.published("omega3")
+    held = Reference(Hold.at_home(paper, 1.0), paper)
     with pytest.raises(InputError, match="published model"):
-        paper = cutjoint.published("omega3")
-        size(paper, Reference(Hold.at_home(paper, 1.0), paper), bearings=True)
+        size(paper, held, bearings=True)
     for wrong, told in (
         ({"tool_speed": 0.0}, "tool_speed"),
         ({"samples": 0}, "samples"),

@@ -124,9 +124,9 @@ def command(
 ) -> None:
     """Size a robot: what its motors, gears, brakes and bearings must give along trajectories.
 
-    Peaks and root mean squares of efforts and speeds, powers, energy that comes back, efforts that hold it at rest; with
-    friction, springs and rotors as the robot has them. With a table of motors it says which of them do it, behind which
-    gear. Exit status 1 means that no motor of the table does it at some actuator.
+    Peaks and root mean squares of efforts and speeds, powers, energy that comes back, efforts that hold it at rest;
+    with friction, springs and rotors as the robot has them. With a table of motors it says which of them do it, behind
+    which gear. Exit status 1 means that no motor of the table does it at some actuator.
     """
     from cutjoint.sizing.telling import anywhere_table, tables_of
 

@@ -221,8 +221,11 @@ def _duty(one: Duty) -> dict[str, object]:
 
 
 def _fit(one: MotorFit) -> dict[str, object]:
-    named = ("ratio", "is_chosen", "best_ratio", "least_heat", "effort", "rms_effort", "speed", "rms_speed", "peak_use",
-             "heat_use", "speed_use", "inertia_ratio", "reflected", "brake_use", "worst_at", "margin", "fits", "why_not")  # fmt: skip
+    named = (
+        *("ratio", "is_chosen", "best_ratio", "least_heat", "effort", "rms_effort", "speed", "rms_speed"),
+        *("peak_use", "heat_use", "speed_use", "inertia_ratio", "reflected", "brake_use", "worst_at", "margin"),
+        *("fits", "why_not"),
+    )
     answer = {name: getattr(one, name) for name in named}
     return {
         "actuator": one.actuator.name,

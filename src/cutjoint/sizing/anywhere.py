@@ -192,8 +192,8 @@ class _Walker:
                 if progress is not None:
                     progress(len(found))
         raise InputError(
-            f"of {TRIES * samples} steps {robot.name} could follow only {len(found) - 1}; {samples} postures were asked "
-            "for: ask for fewer, or for a larger condition"
+            f"of {TRIES * samples} steps {robot.name} could follow only {len(found) - 1}; {samples} postures were "
+            "asked for: ask for fewer, or for a larger condition"
         )
 
     def _seen(self, at: Posture) -> Found | None:
@@ -232,7 +232,7 @@ def _worst(
             twists[:, own] *= most / np.linalg.norm(twists[:, own], axis=1, keepdims=True)
     speeds = np.vstack([np.zeros(robot.n), twists @ inverse.T])
     mass, coriolis, gravity, springs, friction = mover.terms([at] * len(speeds), speeds)
-    push = mover.plain.load_effort(mover.plain_posture(at), mover.loads(0.0)) if mover.is_pushed else 0.0
+    push = mover.pushed(at, mover.loads(0.0)) if mover.is_pushed else 0.0
     holding = gravity + springs - push
     drifts = np.array([condition @ robot.tool(at, v).frame_drift for v in speeds])
     carried = -np.einsum("kij,kj->ki", mass @ inverse, drifts)

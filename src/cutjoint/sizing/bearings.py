@@ -1,8 +1,8 @@
 """What the bearings of all joints and cuts carry along trajectories.
 
-Forces and moments are those of `ClosedChain.reactions`, motors and friction included, at even instants.  In a joint that
-turns or slides along one axis they are told along it (axial) and across it (radial, tilting).  The mean force is the
-cubic one over time, by which rolling bearings are chosen at an even speed (ISO 281 and the makers' catalogues),
+Forces and moments are those of `ClosedChain.reactions`, motors and friction included, at even instants.  In a joint
+that turns or slides along one axis they are told along it (axial) and across it (radial, tilting).  The mean force is
+the cubic one over time, by which rolling bearings are chosen at an even speed (ISO 281 and the makers' catalogues),
 
     F_m = (1/T integral |F|^3 dt)^(1/3)
 """
@@ -139,6 +139,7 @@ def _load(
     for times, _, rows, _ in found:
         cubes = np.array([row[0] ** 3 for row in rows])
         means.append(float(np.sum(0.5 * (cubes[1:] + cubes[:-1]) * np.diff(times)) / (times[-1] - times[0])))
-    along = extremes[2:] if has_axis else [None, None, None]
+    radial, axial, tilting = extremes[2:] if has_axis else (None, None, None)
     unique = all(one for _, _, _, one in found)
-    return BearingLoad(name, type, extremes[0], extremes[1], *along, max(means) ** (1.0 / 3.0), unique)
+    mean = max(means) ** (1.0 / 3.0)
+    return BearingLoad(name, type, extremes[0], extremes[1], radial, axial, tilting, mean, unique)

@@ -32,8 +32,8 @@ KINDS = 11
 
 
 class Integrals(NamedTuple):
-    """Of one trajectory, shape (n,) each: efforts e, efforts without rotors b, velocities v, accelerations a; `returned`
-    counts only where the motion drives the motor, so b v < 0."""
+    """Of one trajectory, shape (n,) each: efforts e, efforts without rotors b, velocities v, accelerations a;
+    `returned` counts only where the motion drives the motor, so b v < 0."""
 
     ee: Array
     vv: Array
@@ -135,9 +135,7 @@ def _scales(course: Course, actuators: tuple[Actuator, ...], units: Array, durat
     return np.concatenate([np.maximum(one, 1e-300) for one in parts])
 
 
-def _duties(
-    mover: Mover, reference: Reference, name: str, way: Way, found: Integrals
-) -> tuple[Duty, ...]:
+def _duties(mover: Mover, reference: Reference, name: str, way: Way, found: Integrals) -> tuple[Duty, ...]:
     """What the actuators must do, with peaks between the points too."""
     duration = reference.duration
     course = Course.joined([piece.course for piece in way.pieces])

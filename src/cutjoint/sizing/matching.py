@@ -231,13 +231,19 @@ class _Match:
             rms,
             ratio * self._fastest,
             ratio * float(np.sqrt(max(one[3] for one in self._means))),
-            *(max(one[j] for one in uses) for j in range(3)),
+            *_worst_of(uses),
             mass / reflected if reflected > 0.0 else float("inf"),
             reflected,
             self._motor.temperature(rms, self._gearing.ambient),
             None if self._motor.brake is None else held / self._motor.brake,
             self._cycles[worst].name,
         )
+
+
+def _worst_of(uses: Sequence[tuple[float, float, float]]) -> tuple[float, float, float]:
+    """Of every use the largest."""
+    peak, heat, speed = (max(parts) for parts in zip(*uses, strict=True))
+    return peak, heat, speed
 
 
 def choices(fit: MotorFit, cycles: Sequence[LoadCycle], gearing: Gearing, i: int) -> tuple[Array, Array]:

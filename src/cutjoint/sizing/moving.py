@@ -18,7 +18,7 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import CompiledChain, CompiledPaper
-from cutjoint.errors import InputError
+from cutjoint.errors import ActuationError, InputError
 from cutjoint.mechanism import Load, Mechanism, Posture
 from cutjoint.mechanism.loads import Loads, as_loads
 from cutjoint.mechanism.physics import NO_PHYSICS
@@ -44,6 +44,7 @@ class Mover:
         carrying = robot.with_payload(payload) if payload else robot
         self.robot = carrying if isinstance(carrying, CompiledChain | CompiledPaper) else quick(carrying)
         self.plain: Mechanism = getattr(self.robot, "plain", self.robot)
+        _check_idle(self.plain)
         self._loads = loads if callable(loads) else as_loads(loads)
         chain = self.plain if isinstance(self.plain, ClosedChain) else None
         physics = {one.name: one.physics for one in chain.description.joints} if chain else {}
@@ -91,7 +92,7 @@ class Mover:
         push = np.zeros_like(v)
         if self.is_pushed:
             for k, one in enumerate(wanted):
-                push[k] = self.plain.load_effort(self.posture(one), self.loads(one.t))
+                push[k] = self.pushed(self.posture(one), self.loads(one.t))
         effort = np.einsum("kij,kj->ki", mass, a) + coriolis + gravity + springs + friction - push
         return Course(
             np.array([one.t for one in wanted]),
@@ -106,6 +107,23 @@ class Mover:
             np.einsum("kii->ki", mass) - self.armature,
         )
 
+    def pushed(self, at: Posture, loads: tuple[Load, ...]) -> Array:
+        """Loads as efforts, shape (n,).
+
+        Raises:
+            ActuationError: they push an idle motion, which the actuated coordinates do not tell.
+        """
+        at = self.plain_posture(at)
+        if isinstance(self.plain, ClosedChain) and self.plain.pushes_idle(at, loads):
+            raise ActuationError(
+                f"the loads push an idle motion of {self.plain.name}, such as the spin of a rod between two balls, "
+                "which its actuators do not hold; let them act elsewhere",
+                mobility=self.plain.n,
+                actuators=self.plain.n,
+                free=(),
+            )
+        return self.plain.load_effort(at, loads)
+
     def terms(self, postures: Sequence[Posture], v: Array) -> tuple[Array, Array, Array, Array, Array]:
         """Mass matrices (m, n, n), then Coriolis vectors, weights, springs and friction, (m, n) each."""
         if isinstance(self.robot, CompiledChain):
@@ -115,3 +133,17 @@ class Mover:
         found = [self.robot.terms(at, speed) for at, speed in zip(postures, v, strict=True)]
         names = ("mass", "coriolis", "gravity", "springs", "friction")
         return tuple(np.array([getattr(one, name) for one in found]) for name in names)  # type: ignore[return-value]
+
+
+def _check_idle(robot: Mechanism) -> None:
+    """Raises ActuationError where the actuators do not tell the whole motion."""
+    if isinstance(robot, ClosedChain) and not robot.idle_is_cyclic:
+        report = robot.mobility()
+        raise ActuationError(
+            f"{robot.name} has idle motions that its masses or weights notice, such as a rod that is not round "
+            f"({', '.join(report.idle)}): how far they have turned depends on the past, and so do the efforts; make "
+            "these links round about what they turn about",
+            mobility=report.mobility,
+            actuators=report.actuators,
+            free=report.idle,
+        )

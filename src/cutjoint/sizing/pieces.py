@@ -1,13 +1,14 @@
 """A way in smooth pieces, divided until every integral over it is right.
 
-A piece whose two orders of integration differ by too much is divided where an actuator turns round or its effort changes
-sign (there friction jumps, and the power that comes back begins), else in the middle.
+A piece whose two orders of integration differ by too much is divided where an actuator turns round or its effort
+changes sign (there friction jumps, and the power that comes back begins), else in the middle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -117,7 +118,7 @@ def way_of(
                 rough.append(off / np.maximum(np.maximum(sizes, bound), 1e-300))
             else:
                 cuts = [piece.low, *_turning(piece), piece.high]
-                todo += list(zip(cuts[:-1], cuts[1:], strict=True))
+                todo += pairwise(cuts)
     order = np.argsort([piece.low for piece in done], kind="stable")
     pieces = tuple(done[k] for k in order)
     integrals = sum((piece.integral(integrands(piece.course)) for piece in pieces), np.zeros(()))

@@ -146,7 +146,9 @@ def bearing_table(found: Sizing) -> TextTable:
 
     parts = ("force", "radial", "axial", "moment", "tilting")
     sizes = {name: [getattr(one, name) for one in found.bearings] for name in parts}
-    most = {name: max((one.value for one in several if one is not None), default=0.0) for name, several in sizes.items()}
+    most = {
+        name: max((one.value for one in several if one is not None), default=0.0) for name, several in sizes.items()
+    }
     most = {name: most["force" if name in parts[:3] else "moment"] for name in parts}
 
     def told(name: str, one: Extreme | None) -> str:

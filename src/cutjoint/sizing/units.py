@@ -28,8 +28,17 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 }  # fmt: skip
 """Quantity -> its units -> how many SI units they are (temperatures in degrees Celsius)."""
 
-_SAME = {"C": "degC", "\u00b0C": "degC", "\u2126": "Ohm", "\u03a9": "Ohm", "ohm": "Ohm", "min-1": "1/min", "r/min": "1/min",
-         "C/W": "K/W", "\u00b0C/W": "K/W"}  # fmt: skip
+_SAME = {
+    "C": "degC",
+    "\u00b0C": "degC",
+    "\u2126": "Ohm",
+    "\u03a9": "Ohm",
+    "ohm": "Ohm",
+    "min-1": "1/min",
+    "r/min": "1/min",
+    "C/W": "K/W",
+    "\u00b0C/W": "K/W",
+}
 
 
 def plainly_written(unit: str) -> str:

@@ -1,7 +1,7 @@
 """The values that sizing hands out: extremes, the duty of an actuator, one trajectory after the other.
 
-A duty is what an actuator must do along a trajectory; of efforts and speeds the largest size counts, told with its sign.
-All arrays are read-only.  [N], [m/s] of an actuator that slides, [N m], [rad/s] of one that turns.
+A duty is what an actuator must do along a trajectory; of efforts and speeds the largest size counts, told with its
+sign.  All arrays are read-only.  [N], [m/s] of an actuator that slides, [N m], [rad/s] of one that turns.
 """
 
 from __future__ import annotations

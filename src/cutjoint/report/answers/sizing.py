@@ -19,6 +19,7 @@ from cutjoint.sizing import MotorFit, Sizing
 from cutjoint.sizing.matching import choices
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -54,7 +55,7 @@ def draw_sizing(found: Sizing) -> Drawing:
             ax.xaxis.set_major_locator(MaxNLocator(4))
         for ax in axes[len(shown) :]:
             ax.set_axis_off()
-        handles = {}
+        handles: dict[str, Artist] = {}
         for ax in axes:
             for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
                 handles.setdefault(label, handle)
