@@ -54,7 +54,7 @@ def test_motors_that_slide_and_columns_that_may_be_empty(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        (HEADINGS.replace("[rpm]", "[N m]") + "\na,1,2,3,4", r":1, column 4 .*'N m', which is a unit of torque; expected"),
+        (HEADINGS.replace("[rpm]", "[N m]") + "\na,1,2,3,4", r":1, column 4 .*'N m', which is a unit of torque"),
         (HEADINGS.replace("[rpm]", "[m/s]") + "\na,1,2,3,4", r"a unit of speed; expected a unit of speed of rotation"),
         (HEADINGS.replace("[kg cm2]", "[kg]") + "\na,1,2,3,4", r"column 5 .*'kg', which is a unit of mass"),
         (HEADINGS.replace("[rpm]", "[furlong]") + "\na,1,2,3,4", r"'furlong', which is not known"),

@@ -89,7 +89,7 @@ def size(
         InputError: no reference, one of another robot, motors that fit no actuator, or wrong numbers.
         ActuationError, SingularError: the actuators do not determine the motion.
     """
-    several = (references,) if isinstance(references, Reference) else tuple(references)
+    several = tuple(references) if isinstance(references, list | tuple) else (references,)
     for one in several:
         of_type("references of size", one, Reference)
     if not several:
