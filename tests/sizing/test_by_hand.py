@@ -111,6 +111,23 @@ def test_friction_takes_what_it_must(tmp_path: Path) -> None:
     assert carrying.gained == pytest.approx(-3.5 * G * 0.5, rel=EXACT)
 
 
+@dataclass(frozen=True)
+class Slurred:
+    """A joint whose velocity is not the derivative of its position."""
+
+    duration: float = 1.0
+    name: str = "slurred"
+
+    def at(self, t: float) -> JointMotion:
+        return JointMotion(np.array([0.3 * np.sin(t)]), np.array([0.31 * np.cos(t)]), np.array([-0.3 * np.sin(t)]))
+
+
+def test_a_motion_whose_velocity_is_wrong_is_told(tmp_path: Path) -> None:
+    robot = small("pendulum", tmp_path)
+    with pytest.warns(UserWarning, match="'slurred': the work of the actuators misses the energies by"):
+        size(robot, Reference(Slurred(), robot))
+
+
 # ---- slider-crank --------------------------------------------------------------------------------------------------
 
 R, L, X1 = 0.12, 0.4, 0.05

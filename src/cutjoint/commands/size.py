@@ -135,8 +135,7 @@ def command(
     sized.check_anywhere(workspace, tool_speed, tool_acceleration, turn_speed, turn_acceleration)
     acting = loads_of(load) if load else []
     chain, told = sized.robot_of(robot, variant, ideal, lenient)
-    if table:
-        between.check(chain.actuators, table)
+    between.check(chain.actuators, table)
     fast, references = sized.references_of(chain, trajectory or (), duration)
     found = _sized(fast, references, table, between, acting, payload, bearings=bearings)
     anywhere = None

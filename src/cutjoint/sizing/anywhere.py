@@ -61,7 +61,7 @@ class Anywhere(Frozen):
     __repr__ = line("effort", "speed", "power", "postures", effort="N or N m", speed="m/s or rad/s", power="W")
 
 
-class Bounds(NamedTuple):
+class ToolBounds(NamedTuple):
     """Of the tool: speed [m/s], acceleration [m/s2], and of its turning [rad/s], [rad/s2]."""
 
     speed: float
@@ -132,7 +132,7 @@ def size_anywhere(
 
 def _bounds(
     task: Task, speed: float, acceleration: float, turning: float | None, turning_rate: float | None
-) -> Bounds:  # fmt: skip
+) -> ToolBounds:  # fmt: skip
     turns = any(row >= 3 for row in task.rows)
     given = {"turn_speed": turning, "turn_acceleration": turning_rate}
     for name, value in given.items():
@@ -145,7 +145,7 @@ def _bounds(
     for name, value in given.items():
         if value is not None:
             positive(name, value, "rad/s" if name == "turn_speed" else "rad/s2")
-    return Bounds(speed, acceleration, turning or 0.0, turning_rate or 0.0)
+    return ToolBounds(speed, acceleration, turning or 0.0, turning_rate or 0.0)
 
 
 Found = tuple[Posture, Array, Tool]
@@ -211,7 +211,7 @@ class _Walker:
 def _worst(
     mover: Mover,
     task: Task,
-    bounds: Bounds,
+    bounds: ToolBounds,
     at: Posture,
     inverse: Array,
     tool: Tool,

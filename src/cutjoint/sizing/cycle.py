@@ -20,7 +20,7 @@ from cutjoint.mechanism import Actuator, kinetic_energy
 from cutjoint.motion import Reference
 from cutjoint.sizing.breaks import breaks_of
 from cutjoint.sizing.moving import Mover
-from cutjoint.sizing.pieces import Piece, Way, way_of
+from cutjoint.sizing.pieces import SmoothPiece, SmoothWay, way_of
 from cutjoint.sizing.values import Course, Duty, Extreme, SizedCycle
 
 NOISE = 1e-6
@@ -135,7 +135,7 @@ def _scales(course: Course, actuators: tuple[Actuator, ...], units: Array, durat
     return np.concatenate([np.maximum(one, 1e-300) for one in parts])
 
 
-def _duties(mover: Mover, reference: Reference, name: str, way: Way, found: Integrals) -> tuple[Duty, ...]:
+def _duties(mover: Mover, reference: Reference, name: str, way: SmoothWay, found: Integrals) -> tuple[Duty, ...]:
     """What the actuators must do, with peaks between the points too."""
     duration = reference.duration
     course = Course.joined([piece.course for piece in way.pieces])
@@ -167,7 +167,7 @@ def _duties(mover: Mover, reference: Reference, name: str, way: Way, found: Inte
     return tuple(duties)
 
 
-def _summits(pieces: tuple[Piece, ...]) -> Array:
+def _summits(pieces: tuple[SmoothPiece, ...]) -> Array:
     """Instants of the largest and least efforts, speeds, powers and holding efforts, by parabolas through the
     interpolated course, shape (8 n,) [s]."""
     best: dict[int, tuple[float, float]] = {}
@@ -195,7 +195,7 @@ def _vertex(t: Array, y: Array, k: int) -> float:
     return float(np.clip(t[k] + shift, t[k - 1], t[k + 1]))
 
 
-def _balance(mover: Mover, reference: Reference, way: Way, units: Array) -> tuple[float, float]:
+def _balance(mover: Mover, reference: Reference, way: SmoothWay, units: Array) -> tuple[float, float]:
     """By how much work and energies miss each other, relative, and the energy that is gained [J]."""
     pieces = way.pieces
     edges = [0.0, *(piece.high for piece in pieces)]
@@ -216,7 +216,7 @@ def _balance(mover: Mover, reference: Reference, way: Way, units: Array) -> tupl
     return missed / size, float(gained[-1])
 
 
-def _dense(way: Way) -> tuple[Array, Array, Array]:
+def _dense(way: SmoothWay) -> tuple[Array, Array, Array]:
     """Velocities, accelerations and efforts without rotors, close up."""
     v, a, bare = (
         np.concatenate([piece.close_up_of(getattr(piece.course, name)) for piece in way.pieces])

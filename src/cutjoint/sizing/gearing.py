@@ -64,7 +64,7 @@ class Gearing:
         return None
 
     def check(self, actuators: Sequence[Actuator], motors: Sequence[ServoMotor]) -> None:
-        """That there is a motor for every actuator, and every name once.
+        """That there is a motor for every actuator, if there are any, and every name once.
 
         Raises:
             InputError: there is none, or two motors have one name.
@@ -73,7 +73,7 @@ class Gearing:
         twice = [name for name in names if names.count(name) > 1]
         if twice:
             raise InputError(f"two motors are called '{shown(twice[0])}'; rename one of them")
-        for actuator in actuators:
+        for actuator in actuators if motors else ():
             if not any(self.base(actuator, motor) is not None for motor in motors):
                 moves, others = ("slides", "turns") if actuator.kind == "translation" else ("turns", "slides")
                 mend = "; give the pitch of the screw between them" if others == "turns" else "; give motors that turn"

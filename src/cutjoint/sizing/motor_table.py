@@ -24,7 +24,7 @@ LARGEST = 10_000_000
 HEADING = re.compile(r"(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
 
 
-class Meaning(NamedTuple):
+class ColumnMeaning(NamedTuple):
     """What a column tells: a field of `ServoMotor`, its quantity in a table of motors that turn, and that slide; None
     where such a table does not have it."""
 
@@ -33,23 +33,23 @@ class Meaning(NamedTuple):
     sliding: str | None
 
 
-COLUMNS: Mapping[str, Meaning] = {
-    "rated_torque": Meaning("rated", "torque", None),
-    "rated_force": Meaning("rated", None, "force"),
-    "peak_torque": Meaning("peak", "torque", None),
-    "peak_force": Meaning("peak", None, "force"),
-    "max_speed": Meaning("max_speed", "speed of rotation", "speed"),
-    "rotor_inertia": Meaning("rotor", "inertia", None),
-    "mover_mass": Meaning("rotor", None, "mass"),
-    "rated_speed": Meaning("rated_speed", "speed of rotation", "speed"),
-    "knee_speed": Meaning("knee_speed", "speed of rotation", "speed"),
-    "brake_torque": Meaning("brake", "torque", None),
-    "brake_force": Meaning("brake", None, "force"),
-    "resistance": Meaning("resistance", "resistance", "resistance"),
-    "torque_constant": Meaning("constant", "torque constant", None),
-    "force_constant": Meaning("constant", None, "force constant"),
-    "thermal_resistance": Meaning("thermal_resistance", "thermal resistance", "thermal resistance"),
-    "max_temperature": Meaning("max_temperature", "temperature", "temperature"),
+COLUMNS: Mapping[str, ColumnMeaning] = {
+    "rated_torque": ColumnMeaning("rated", "torque", None),
+    "rated_force": ColumnMeaning("rated", None, "force"),
+    "peak_torque": ColumnMeaning("peak", "torque", None),
+    "peak_force": ColumnMeaning("peak", None, "force"),
+    "max_speed": ColumnMeaning("max_speed", "speed of rotation", "speed"),
+    "rotor_inertia": ColumnMeaning("rotor", "inertia", None),
+    "mover_mass": ColumnMeaning("rotor", None, "mass"),
+    "rated_speed": ColumnMeaning("rated_speed", "speed of rotation", "speed"),
+    "knee_speed": ColumnMeaning("knee_speed", "speed of rotation", "speed"),
+    "brake_torque": ColumnMeaning("brake", "torque", None),
+    "brake_force": ColumnMeaning("brake", None, "force"),
+    "resistance": ColumnMeaning("resistance", "resistance", "resistance"),
+    "torque_constant": ColumnMeaning("constant", "torque constant", None),
+    "force_constant": ColumnMeaning("constant", None, "force constant"),
+    "thermal_resistance": ColumnMeaning("thermal_resistance", "thermal resistance", "thermal resistance"),
+    "max_temperature": ColumnMeaning("max_temperature", "temperature", "temperature"),
 }
 """Heading without its unit -> what it means; a column `name` stands beside."""
 NEEDED = {

@@ -34,7 +34,7 @@ Integrands = Callable[[Course], Array]
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class SmoothPiece:
     """From `low` to `high` [s]: what was evaluated at its points."""
 
     low: float
@@ -66,7 +66,7 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class SmoothWay:
     """All pieces in their order.
 
     Attributes:
@@ -75,14 +75,14 @@ class Way:
         error: by how much they may be wrong, relative; twice the order is far more exact where the motion is smooth.
     """
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[SmoothPiece, ...]
     integrals: Array
     error: float
 
 
 def way_of(
     evaluate: Evaluate, integrands: Integrands, scales: Callable[[Course], Array], breaks: Array, duration: float
-) -> Way:
+) -> SmoothWay:
     """The way divided so that all integrals are right.
 
     Args:
@@ -100,7 +100,7 @@ def way_of(
         for low, high, count in zip(edges[:-1], edges[1:], parts, strict=True)
         for k in range(count)
     ]
-    done: list[Piece] = []
+    done: list[SmoothPiece] = []
     rough: list[Array] = []
     while todo:
         fresh = _evaluated(evaluate, todo, duration)
@@ -122,10 +122,10 @@ def way_of(
     order = np.argsort([piece.low for piece in done], kind="stable")
     pieces = tuple(done[k] for k in order)
     integrals = sum((piece.integral(integrands(piece.course)) for piece in pieces), np.zeros(()))
-    return Way(pieces, np.asarray(integrals), float(np.sum(rough, axis=0).max(initial=0.0)))
+    return SmoothWay(pieces, np.asarray(integrals), float(np.sum(rough, axis=0).max(initial=0.0)))
 
 
-def _evaluated(evaluate: Evaluate, spans: list[tuple[float, float]], duration: float) -> list[Piece]:
+def _evaluated(evaluate: Evaluate, spans: list[tuple[float, float]], duration: float) -> list[SmoothPiece]:
     """The pieces, evaluated together."""
     times = []
     for low, high in spans:
@@ -135,11 +135,11 @@ def _evaluated(evaluate: Evaluate, spans: list[tuple[float, float]], duration: f
         times.append(own)
     course, count = evaluate(np.concatenate(times)), len(POINTS)
     return [
-        Piece(low, high, course.piece(k * count, (k + 1) * count)) for k, (low, high) in enumerate(spans)
+        SmoothPiece(low, high, course.piece(k * count, (k + 1) * count)) for k, (low, high) in enumerate(spans)
     ]  # fmt: skip
 
 
-def _turning(piece: Piece) -> list[float]:
+def _turning(piece: SmoothPiece) -> list[float]:
     """Where a piece is divided: at changes of sign of velocities, efforts and powers, else in the middle."""
     times, v, effort, bare = piece.close_up
     values = np.hstack([v, effort, bare])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -19,6 +20,10 @@ from cutjoint.sizing.matching import MotorFit, matched
 from cutjoint.sizing.motor import ServoMotor
 from cutjoint.sizing.moving import Mover, SizingLoads
 from cutjoint.sizing.values import Duty, SizedCycle
+
+
+UNBALANCED = 1e-6
+"""Balance from which on there is something wrong with a trajectory, and a warning."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,27 +94,22 @@ def size(
         InputError: no reference, one of another robot, motors that fit no actuator, or wrong numbers.
         ActuationError, SingularError: the actuators do not determine the motion.
     """
-    several = tuple(references) if isinstance(references, list | tuple) else (references,)
-    for one in several:
-        of_type("references of size", one, Reference)
-    if not several:
-        raise InputError("there is no reference to size along; Reference(trajectory, robot) makes one")
+    named = _named(references)
     if samples < 2:
         raise InputError(f"samples must be at least 2, found {samples}")
     between = Gearing() if gearing is None else gearing
-    if motors:
-        between.check(robot.actuators, motors)
+    between.check(robot.actuators, motors)
     mover = Mover(robot, payload, loads)
-    for one in several:
+    for one in named.values():
         mover.check(one)
     if bearings:
         chain_of(mover)
     found = []
-    named = _named(several)
     for number, (name, one) in enumerate(named.items(), start=1):
         found.append(sized_cycle(mover, one, name))
         if progress is not None:
             progress(number)
+    _warn(mover.plain.name, [one for one, _ in found])
     cycles, demands = tuple(one for one, _ in found), tuple(one for _, one in found)
     rows = zip(*(one.duties for one in cycles), strict=True)
     worst = tuple(reduce(Duty.or_worse, row) for row in rows)
@@ -126,11 +126,31 @@ def size(
     )
 
 
-def _named(references: Sequence[Reference]) -> dict[str, Reference]:
-    """The references by the names of their trajectories, which get a number where they are not one of a kind."""
-    names = [str(one.trajectory.name) for one in references]
+def _warn(robot: str, cycles: Sequence[SizedCycle]) -> None:
+    """Say where work and energies do not balance."""
+    for one in cycles:
+        if one.balance > UNBALANCED:
+            warnings.warn(
+                f"{robot} along '{one.name}': the work of the actuators misses the energies by {one.balance:.2g} of what "
+                "moves; is the velocity of the trajectory the derivative of its position?",
+                stacklevel=3,
+            )
+
+
+def _named(references: Reference | Sequence[Reference]) -> dict[str, Reference]:
+    """The references by the names of their trajectories, which get a number where they are not one of a kind.
+
+    Raises:
+        InputError: there is none, or something else.
+    """
+    several = tuple(references) if isinstance(references, list | tuple) else (references,)
+    for one in several:
+        of_type("references of size", one, Reference)
+    if not several:
+        raise InputError("there is no reference to size along; Reference(trajectory, robot) makes one")
+    names = [str(one.trajectory.name) for one in several]
     named: dict[str, Reference] = {}
-    for number, (name, one) in enumerate(zip(names, references, strict=True), start=1):
+    for number, (name, one) in enumerate(zip(names, several, strict=True), start=1):
         own = name if names.count(name) == 1 else f"{name} ({number})"
         while own in named:
             own += "'"
