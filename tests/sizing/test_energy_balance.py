@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from kit.led_robots import LED, somewhere
 from kit.lively import lively, without_stops
-from kit.quickly import few
 
 import cutjoint
 from cutjoint.chain import ClosedChain
@@ -73,7 +72,8 @@ def test_drawn_robots_balance(name: str, seed: int, tmp_path: Path) -> None:
             balanced(robot, rng)
 
 
-@pytest.mark.parametrize("name", few(["fivebar", "omega3", "cpm", "cpm_rotary", "fourbar", "stewart"], "fivebar"))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["fivebar", "omega3", "cpm", "cpm_rotary", "fourbar", "stewart"])
 def test_robots_with_friction_springs_and_rotors_balance(name: str) -> None:
     rng = np.random.default_rng([7, *name.encode()])
     plain = cutjoint.load(name)

@@ -49,6 +49,7 @@ def test_nothing_asked_of_the_tool_is_worse_than_the_worst_case(name: str) -> No
     assert np.all(found.holding <= found.effort)
 
 
+@pytest.mark.slow
 def test_heavier_and_faster_is_worse() -> None:
     robot = cutjoint.load("fivebar")
     one = size_anywhere(robot, 1.0, 10.0, samples=8)
@@ -60,6 +61,7 @@ def test_heavier_and_faster_is_worse() -> None:
     assert np.all(accelerated.effort > one.effort)
 
 
+@pytest.mark.slow
 def test_a_hanging_weight_loads_its_bearing(tmp_path: Path) -> None:
     """A pendulum at rest hangs its weight into its hinge; swinging, by hand, m (g cos q + l v^2) along the rod."""
     robot = cutjoint.load(write("pendulum", tmp_path / "pendulum"))
@@ -79,6 +81,7 @@ def test_a_hanging_weight_loads_its_bearing(tmp_path: Path) -> None:
     assert hinge.mean_force == pytest.approx(mean ** (1.0 / 3.0), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_worst_of_several_trajectories() -> None:
     robot = cutjoint.load("fivebar")
     start = np.array(robot.tool(robot.home).position)

@@ -21,7 +21,6 @@ from cutjoint.sizing.motor import ServoMotor
 from cutjoint.sizing.moving import Mover, SizingLoads
 from cutjoint.sizing.values import Duty, SizedCycle
 
-
 UNBALANCED = 1e-6
 """Balance from which on there is something wrong with a trajectory, and a warning."""
 
@@ -131,8 +130,8 @@ def _warn(robot: str, cycles: Sequence[SizedCycle]) -> None:
     for one in cycles:
         if one.balance > UNBALANCED:
             warnings.warn(
-                f"{robot} along '{one.name}': the work of the actuators misses the energies by {one.balance:.2g} of what "
-                "moves; is the velocity of the trajectory the derivative of its position?",
+                f"{robot} along '{one.name}': the work of the actuators misses the energies by {one.balance:.2g} of "
+                "what moves; is the velocity of the trajectory the derivative of its position?",
                 stacklevel=3,
             )
 
