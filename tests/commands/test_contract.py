@@ -53,7 +53,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
         ("fourbar --free --duration 0.01 --plant chain", 0),
         ("fourbar --free --duration 0.01 --plant chain --json", 0),
     ],
-    "size": [("fourbar", 0), (f"fourbar --motors {HERE}/motors.csv --json", 1)],
+    "size": [(f"fourbar --motors {HERE}/motors.csv --json", 1)],
     "reproduce": [],
     "view": [(f"fourbar --html {HERE}/page.html", 0)],
     "play": [],
@@ -88,6 +88,7 @@ SLOW: dict[str, list[tuple[str, int]]] = {
         ("cpm --duration 0.2 --rate 100 --noise 1e-5 --controller pd-gravity", 0),
     ],
     "size": [
+        ("fourbar", 0),
         (f"omega3 --trajectory about-home --bearings -o {HERE}/size.png --csv {HERE}/size.csv --payload 0.1", 0),
         (f"cpm --motors {HERE}/motors.csv --pitch 0.01 --gear 1,3,10 -o {HERE}/size.svg", 1),
         ("fivebar --trajectory about-home --trajectory hold --load tool:0,0,-5 --bearings", 0),

@@ -80,11 +80,11 @@ def test_a_pendulum_that_swings(tmp_path: Path) -> None:
     assert np.allclose(bare.effort - bare.bare, 0.05 * bare.a, atol=1e-12)
 
 
-@pytest.mark.parametrize(("ramp", "span"), few([(1.0 / 3.0, 0.7), (0.21, 0.3), (0.5, 1.1)], (1.0 / 3.0, 0.7)))
-def test_a_weight_lifted_with_constant_acceleration(ramp: float, span: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize("ramp", few([1.0 / 3.0, 0.21, 0.5], 1.0 / 3.0))
+def test_a_weight_lifted_with_constant_acceleration(ramp: float, tmp_path: Path) -> None:
     """Jumps of the acceleration are met exactly: the mean square of m (g + a) in the parts of the time."""
     robot = small("slider", tmp_path)
-    start = np.array(robot.tool(robot.home).position)
+    start, span = np.array(robot.tool(robot.home).position), 2.1 * ramp
     move = Trapezoidal(start, start + UP * 0.4, span, ramp=ramp)
     duty = size(robot, Reference(move, robot)).worst[0]
     a = 0.4 / (span * span * ramp * (1.0 - ramp))
