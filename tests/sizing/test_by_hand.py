@@ -16,6 +16,7 @@ import cutjoint
 from cutjoint.chain import ClosedChain
 from cutjoint.motion import JointMotion, JointSine, PointToPoint, Reference, Trapezoidal
 from cutjoint.sizing import Sizing, size
+from cutjoint.sizing.breaks import breaks_of
 
 G = 9.81
 EXACT = 1e-9
@@ -130,6 +131,45 @@ def test_a_motion_whose_velocity_is_wrong_is_told(tmp_path: Path) -> None:
     robot = small("pendulum", tmp_path)
     with pytest.warns(UserWarning, match="'slurred': the work of the actuators misses the energies by"):
         size(robot, Reference(Slurred(), robot))
+
+
+@dataclass(frozen=True)
+class Jerky:
+    """One joint whose acceleration jumps at times that nobody tells."""
+
+    jumps: tuple[float, ...]
+    sizes: tuple[float, ...]
+    duration: float = 1.0
+    name: str = "jerky"
+
+    def at(self, t: float) -> JointMotion:
+        since = [max(t - one, 0.0) for one in self.jumps]
+        q = sum(0.5 * size * one * one for size, one in zip(self.sizes, since, strict=True))
+        v = sum(size * one for size, one in zip(self.sizes, since, strict=True))
+        a = sum(size * (t >= one) for size, one in zip(self.sizes, self.jumps, strict=True))
+        return JointMotion(np.array([0.01 * q]), np.array([0.01 * v]), np.array([0.01 * a]))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_jumps_are_found_where_they_are(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    times = np.sort(rng.uniform(0.05, 0.95, 5))
+    way = Jerky(tuple(times.tolist()), tuple(rng.normal(size=5).tolist()))
+    found = breaks_of(way, 1.0)
+    assert all(np.abs(found - one).min() < 1e-12 for one in times)
+    assert len(found) <= 8
+    assert len(breaks_of(JointSine([0.0], [1.0], [6.0], [0.3], 1.0), 1.0)) == 0
+
+
+@pytest.mark.slow
+def test_a_quick_oscillation_is_resolved(tmp_path: Path) -> None:
+    robot, rate = small("slider", tmp_path), 2.0 * np.pi * 23.0
+    shake = JointSine([0.0], [0.01], [rate], [0.0], 1.0)
+    duty = size(robot, Reference(shake, robot)).worst[0]
+    assert duty.rms_effort == pytest.approx(2.0 * np.sqrt(G**2 + 0.5 * (0.01 * rate**2) ** 2), rel=EXACT)
+    assert abs(duty.effort.value) == pytest.approx(2.0 * (G + 0.01 * rate**2), rel=EXACT)
+    assert duty.rms_speed == pytest.approx(0.01 * rate / np.sqrt(2.0), rel=EXACT)
+    assert duty.work == pytest.approx(0.0, abs=EXACT * duty.given)
 
 
 # ---- slider-crank --------------------------------------------------------------------------------------------------

@@ -49,6 +49,24 @@ def test_nothing_asked_of_the_tool_is_worse_than_the_worst_case(name: str) -> No
     assert np.all(found.holding <= found.effort)
 
 
+@pytest.mark.parametrize("name", few(["fivebar", "omega3", "cpm"], "fivebar"))
+def test_the_worst_direction_of_the_acceleration_is_met_exactly(name: str) -> None:
+    """At hardly any speed: along the row of M B, the way of the weights."""
+    robot = cutjoint.load(name)
+    found = size_anywhere(robot, 1e-9, 10.0, samples=6)
+    task = robot.task
+    for row in range(robot.n):
+        at = robot.close(found.at_effort[row])
+        tool = robot.tool(at)
+        condition = task.towards(tool.pose, task.rows).matrix(tool.rotation)
+        inverse, terms = np.linalg.inv(condition @ tool.frame_jacobian), robot.terms(at)
+        along = (terms.mass @ inverse)[row]
+        sign = np.sign(terms.holding[row]) or 1.0
+        a = inverse @ (10.0 * sign * along / np.linalg.norm(along))
+        effort = robot.inverse_dynamics(at, np.zeros(robot.n), a)[row]
+        assert abs(effort) == pytest.approx(found.effort[row], rel=1e-7)
+
+
 @pytest.mark.slow
 def test_heavier_and_faster_is_worse() -> None:
     robot = cutjoint.load("fivebar")

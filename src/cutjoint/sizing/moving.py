@@ -41,6 +41,7 @@ class Mover:
     """
 
     def __init__(self, robot: Mechanism, payload: float, loads: SizingLoads) -> None:
+        self._given = robot
         carrying = robot.with_payload(payload) if payload else robot
         self.robot = carrying if isinstance(carrying, CompiledChain | CompiledPaper) else quick(carrying)
         self.plain: Mechanism = getattr(self.robot, "plain", self.robot)
@@ -51,14 +52,21 @@ class Mover:
         rotors = [physics.get(one.name, NO_PHYSICS) for one in robot.actuators]
         self.armature = np.array([one.armature for one in getattr(self.plain, "motors", ()) or rotors])
 
-    def check(self, reference: Reference) -> None:
-        """Raises InputError where a reference was made for another robot."""
+    def followed(self, reference: Reference) -> Reference:
+        """The reference, seen through the compiled robot where it was made with the chain, which is quicker.
+
+        Raises:
+            InputError: it was made for another robot.
+        """
         names, own = ([one.name for one in of.actuators] for of in (reference.mechanism, self.robot))
         if names != own:
             raise InputError(
                 f"the reference along '{reference.trajectory.name}' was made for {reference.mechanism.name} with the "
                 f"actuators {', '.join(names)}; {self.robot.name} has {', '.join(own)}"
             )
+        if reference.mechanism is self._given is not self.robot and isinstance(self.robot, CompiledChain):
+            return Reference(reference.trajectory, self.robot, reference.duration, limits=reference.limits)
+        return reference
 
     def loads(self, t: float) -> tuple[Load, ...]:
         """What pushes at a time [s]."""

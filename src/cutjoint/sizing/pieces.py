@@ -26,6 +26,8 @@ SHORTEST = 1e-10
 """Part of the whole time below which no piece is divided."""
 APART = 1e-6
 """Part of a piece by which places are apart where it is divided."""
+MOST_TURNS = 6
+"""Changes of sign in a piece; where there are more it is too long to tell them."""
 FIRST, MOST = 8, 4000
 """Pieces to begin with, and at most."""
 
@@ -153,4 +155,4 @@ def _turning(piece: SmoothPiece) -> list[float]:
     for t in sorted(found):
         if t - kept[-1] > edge and piece.high - t > edge:
             kept.append(t)
-    return kept[1:] or [0.5 * (piece.low + piece.high)]
+    return kept[1:] if 1 < len(kept) <= MOST_TURNS else [0.5 * (piece.low + piece.high)]

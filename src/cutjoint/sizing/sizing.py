@@ -99,8 +99,7 @@ def size(
     between = Gearing() if gearing is None else gearing
     between.check(robot.actuators, motors)
     mover = Mover(robot, payload, loads)
-    for one in named.values():
-        mover.check(one)
+    named = {name: mover.followed(one) for name, one in named.items()}
     if bearings:
         chain_of(mover)
     found = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from cutjoint.mechanism import Actuator
 from cutjoint.reprs import clipped
@@ -45,20 +45,27 @@ def _when(found: Sizing, one: Extreme) -> str:
     return f"{one.time:.4g} ({number})"
 
 
+def _quiet(value: float, beside: Iterable[float]) -> float:
+    """A value; 0 where it is rounding beside others."""
+    return value if abs(value) > ROUNDING * max(map(abs, beside), default=0.0) else 0.0
+
+
 def effort_table(found: Sizing) -> TextTable:
     """Efforts and speeds of every actuator, the worst of all trajectories."""
     rows = []
     for one in found.worst:
         force, speed = one.actuator.effort_unit, _speed_unit(one.actuator)
+        alike = [other for other in found.worst if other.actuator.kind == one.actuator.kind]
+        efforts, speeds = [other.effort.value for other in alike], [other.speed.value for other in alike]
         rows.append(
             (
                 clipped(one.actuator.name, LONGEST),
-                _in(one.effort.value, force),
+                _in(_quiet(one.effort.value, efforts), force),
                 _when(found, one.effort),
-                _in(one.rms_effort, force),
-                _in(one.holding.value, force),
-                _in(one.speed.value, speed),
-                _in(one.rms_speed, speed),
+                _in(_quiet(one.rms_effort, efforts), force),
+                _in(_quiet(one.holding.value, efforts), force),
+                _in(_quiet(one.speed.value, speeds), speed),
+                _in(_quiet(one.rms_speed, speeds), speed),
             )
         )
     columns = ("actuator", "peak effort", "at [s]", "rms effort", "holding at rest", "peak speed", "rms speed")
@@ -69,13 +76,15 @@ def effort_table(found: Sizing) -> TextTable:
 
 def power_table(found: Sizing) -> TextTable:
     """Powers and energies of every actuator."""
+    powers = [size for one in found.worst for size in (one.power.value, one.returned.value)]
+    energies = [size for one in found.worst for size in (one.given, one.back)]
     rows = [
         (
             clipped(one.actuator.name, LONGEST),
-            f"{one.power.value:.4g}",
-            f"{one.returned.value:.4g}",
-            f"{one.given:.4g}",
-            f"{one.back:.4g}",
+            f"{_quiet(one.power.value, powers):.4g}",
+            f"{_quiet(one.returned.value, powers):.4g}",
+            f"{_quiet(one.given, energies):.4g}",
+            f"{_quiet(one.back, energies):.4g}",
         )
         for one in found.worst
     ]
@@ -90,10 +99,7 @@ def cycle_table(found: Sizing) -> TextTable:
             f"{number}",
             clipped(one.name, LONGEST),
             f"{one.duration:.4g}",
-            _work(one),
-            f"{one.lost:.4g}",
-            f"{one.received:.4g}",
-            f"{one.gained:.4g}",
+            *(f"{_quiet(value, _moved(one)):.4g}" for value in (_work(one), one.lost, one.received, one.gained)),
             f"{max(one.balance, one.error):.1e}",
         )
         for number, one in enumerate(found.cycles, start=1)
@@ -105,10 +111,14 @@ def cycle_table(found: Sizing) -> TextTable:
     return TextTable(f"{found.robot}: energy of all actuators", columns, rows, columns[2:], note)
 
 
-def _work(cycle: SizedCycle) -> str:
-    """Work of all actuators [J]; what is rounding beside what goes to and fro is 0."""
-    work, moved = sum(one.work for one in cycle.duties), sum(one.given + one.back for one in cycle.duties)
-    return f"{work if abs(work) > ROUNDING * moved else 0.0:.4g}"
+def _work(cycle: SizedCycle) -> float:
+    """Work of all actuators [J]."""
+    return sum(one.work for one in cycle.duties)
+
+
+def _moved(cycle: SizedCycle) -> list[float]:
+    """Energies that go to and fro [J]."""
+    return [size for one in cycle.duties for size in (one.given, one.back)]
 
 
 def motor_table(found: Sizing) -> TextTable:
@@ -144,26 +154,21 @@ def _motor_row(one: MotorFit) -> tuple[str, ...]:
 def bearing_table(found: Sizing) -> TextTable:
     """What joints and cuts carry."""
 
-    parts = ("force", "radial", "axial", "moment", "tilting")
-    sizes = {name: [getattr(one, name) for one in found.bearings] for name in parts}
-    most = {
-        name: max((one.value for one in several if one is not None), default=0.0) for name, several in sizes.items()
-    }
-    most = {name: most["force" if name in parts[:3] else "moment"] for name in parts}
+    forces = [one.force.value for one in found.bearings]
+    moments = [one.moment.value for one in found.bearings]
 
-    def told(name: str, one: Extreme | None) -> str:
-        """What is rounding beside the largest of all joints is 0."""
-        return "" if one is None else f"{one.value if one.value > ROUNDING * most[name] else 0.0:.4g}"
+    def told(one: Extreme | None, beside: list[float]) -> str:
+        return "" if one is None else f"{_quiet(one.value, beside):.4g}"
 
     rows = [
         (
             clipped(one.name, LONGEST),
-            told("force", one.force) + ("" if one.is_unique else "?"),
-            told("radial", one.radial),
-            told("axial", one.axial),
-            told("moment", one.moment),
-            told("tilting", one.tilting),
-            f"{one.mean_force:.4g}",
+            told(one.force, forces) + ("" if one.is_unique else "?"),
+            told(one.radial, forces),
+            told(one.axial, forces),
+            told(one.moment, moments),
+            told(one.tilting, moments),
+            f"{_quiet(one.mean_force, forces):.4g}",
         )
         for one in found.bearings
     ]
