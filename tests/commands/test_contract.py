@@ -53,6 +53,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
         ("fourbar --free --duration 0.01 --plant chain", 0),
         ("fourbar --free --duration 0.01 --plant chain --json", 0),
     ],
+    "size": [(f"fourbar --motors {HERE}/motors.csv --json", 1)],
     "reproduce": [],
     "view": [(f"fourbar --html {HERE}/page.html", 0)],
     "play": [],
@@ -85,6 +86,14 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     "simulate": [
         (f"omega3 --duration 0.05 --save {HERE}/run.npz --reactions {HERE}/run.csv", 0),
         ("cpm --duration 0.2 --rate 100 --noise 1e-5 --controller pd-gravity", 0),
+    ],
+    "size": [
+        ("fourbar", 0),
+        (f"omega3 --trajectory about-home --bearings -o {HERE}/size.png --csv {HERE}/size.csv --payload 0.1", 0),
+        (f"cpm --motors {HERE}/motors.csv --pitch 0.01 --gear 1,3,10 -o {HERE}/size.svg", 1),
+        ("fivebar --trajectory about-home --trajectory hold --load tool:0,0,-5 --bearings", 0),
+        ("fivebar --workspace --tool-speed 1 --tool-acceleration 5 --samples 10 --json", 0),
+        (f"{HERE}/hostile --trajectory about-home --bearings", 0),
     ],
     "play": [(f"fivebar --trajectory hold --html {HERE}/page.html", 0)],
     "export": [(f"stewart --to urdf -o {HERE}/stewart.urdf", 0)],
@@ -169,13 +178,33 @@ WRONG: dict[str, list[str]] = {
         f"cpm --free --save {HERE}/no/run.npz",
         f"cpm --efforts {HERE}/no.csv",
     ],
+    "size": [
+        "",
+        "none",
+        "redundant",
+        "fourbar --trajectory none",
+        "fourbar --trajectory hold --trajectory hold",
+        "fourbar --gear 3",
+        f"fourbar --motors {HERE}/motors.csv --gear 0",
+        f"fourbar --motors {HERE}/motors.csv --efficiency 2",
+        f"fourbar --motors {HERE}/wrong.csv",
+        f"fourbar --motors {HERE}/no.csv",
+        f"cpm --motors {HERE}/motors.csv",
+        "fourbar --workspace",
+        "fourbar --tool-speed 1",
+        "fourbar -o size.pdf",
+        f"fourbar -o {HERE}/no/size.png",
+        "fourbar --csv size.txt",
+        "fourbar --load tool",
+        "fourbar --payload -1",
+    ],
     "reproduce": ["delta", f"cpm --output {HERE}/no/page.html", f"cpm --output {HERE}"],
     "view": ["", "cpm --port -1", "cpm --size 3 --html x.html", f"cpm --html {HERE}/no/page.html"],
     "play": ["", "cpm", "none.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
     "export": ["cpm --to none", f"cpm -o {HERE}"],
     "compile": ["fourbar --functions none", "fourbar --arguments none", "cpm --variant none"],
 }
-TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
+TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "size", "reproduce", "view", "play", "export", "compile")
 
 
 @dataclass
@@ -214,6 +243,9 @@ def folder(tmp_path: Path, result: bytes) -> Path:
     for name in ("run", "other"):
         (tmp_path / f"{name}.npz").write_bytes(result)
     (tmp_path / "text.npz").write_text("this is no result")
+    headings = "name,rated_torque [N m],peak_torque [N m],max_speed [rpm],rotor_inertia [kg cm2]"
+    (tmp_path / "motors.csv").write_text(f"{headings}\n{ODD},1e-6,2e-6,3000,0.1\n")
+    (tmp_path / "wrong.csv").write_text(f"{headings.replace('[rpm]', '[kg]')}\na,1,2,3000,0.1\n")
     return tmp_path
 
 

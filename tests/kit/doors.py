@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 import cutjoint
-from cutjoint import control, crosscheck, mechanism, motion, simulation
+from cutjoint import control, crosscheck, mechanism, motion, simulation, sizing
 from cutjoint.compile import Options
 from cutjoint.simulation import hardware
 
@@ -276,6 +276,21 @@ def of_hardware() -> Iterator[Door]:
     yield Door("Hardware", hardware.Hardware, usual)
 
 
+def of_sizing(folder: Path) -> Iterator[Door]:
+    robot = fivebar()
+    motor = {"name": "m", "kind": "rotation", "rated": 1.0, "peak": 4.0, "max_speed": 300.0, "rotor": 1e-5}
+    yield Door("ServoMotor", sizing.ServoMotor, motor)
+    between = {"efficiency": 0.9, "inertia": 0.0, "pitch": None, "brake_factor": 1.5, "ambient": 40.0}
+    yield Door("Gearing", sizing.Gearing, {"ratios": (2.0,), **between})
+    more = {"motors": (), "gearing": None, "payload": 0.0, "samples": 2, "progress": None}
+    yield Door("size", sizing.size, {"robot": robot, "references": reference(), "loads": (), **more})
+    bounds = {"tool_speed": 1.0, "tool_acceleration": 1.0, "condition": 10.0, "samples": 2, "seed": 0}
+    yield Door("size_anywhere", sizing.size_anywhere, {"robot": robot, **bounds})
+    headings = "name,rated_torque [N m],peak_torque [N m],max_speed [rpm],rotor_inertia [kg cm2]"
+    (folder / "motors.csv").write_text(f"{headings}\na,1,2,3,4\n", encoding="utf-8")
+    yield Door("motors_from_file", sizing.motors_from_file, {"path": folder / "motors.csv"})
+
+
 GROUPS: dict[str, Callable[[Path], Iterator[Door]]] = {
     "package": lambda folder: of_package(),
     "mechanisms": lambda folder: of_mechanisms(),
@@ -285,5 +300,6 @@ GROUPS: dict[str, Callable[[Path], Iterator[Door]]] = {
     "control": lambda folder: of_control(),
     "simulation": of_simulation,
     "hardware": lambda folder: of_hardware(),
+    "sizing": of_sizing,
 }
 """The doors by room; they may write into a folder."""

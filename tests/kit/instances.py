@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import cutjoint
-from cutjoint import control, crosscheck, description, drafting, motion, simulation
+from cutjoint import control, crosscheck, description, drafting, motion, simulation, sizing
 from cutjoint.chain import GearForce
 from cutjoint.chain.modes import ModeSeeker
 from cutjoint.chain.physics import Elastic
@@ -108,6 +108,15 @@ def quick_seeds() -> Iterator[object]:
     yield from _of_descriptions(robot)
     yield from _of_papers(paper, other)
     yield from _of_runs(robot, reference)
+    yield from _sizing(robot, reference)
+
+
+def _sizing(robot: cutjoint.ClosedChain, reference: motion.Reference) -> Iterator[object]:
+    """Sizing along a way, with a motor."""
+    motor = sizing.ServoMotor("motor", "rotation", 1.0, 3.0, 300.0, 1e-5)
+    found = sizing.size(robot, reference, motors=[motor], bearings=True, samples=2)
+    yield from (found, found.cycles, found.worst, found.fits, found.bearings, found.worst[0].effort)
+    yield sizing.size_anywhere(robot, 1.0, 1.0, samples=2)
 
 
 def _of_descriptions(robot: cutjoint.ClosedChain) -> Iterator[object]:

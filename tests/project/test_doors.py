@@ -18,27 +18,30 @@ from cutjoint.errors import CutjointError, InputError
 
 MEANT: dict[str, str] = {
     "number": "kp kd ki limits resolution noise delay offset duration rate every radius tick mass x y z ramp turns "
-    "width amplitude low high hertz seconds height furthest t",
-    "negative": "offset rate x y z turns amplitude after t",
-    "list": "parameters states kp kd ki lock loads names given joints",
+    "width amplitude low high hertz seconds height furthest t rated peak max_speed rotor inertia pitch brake_factor "
+    "ambient brake constant knee_speed rated_speed resistance thermal_resistance max_temperature payload "
+    "tool_speed tool_acceleration condition",
+    "negative": "offset rate x y z turns amplitude after t ambient",
+    "list": "parameters states kp kd ki lock loads names given joints motors ratios",
     "dict": "ranges stiffness loads",
     "texts": "parameters names given",
     "text": "name robot link",
-    "flag": "lenient quick fast cached free keep_actuators limbs closed project",
+    "flag": "lenient quick fast cached free keep_actuators limbs closed project bearings",
     "class": "report progress efforts",
     "function": "report progress given efforts",
     "chain": "model mechanism checked reference robot chain",
     "description": "robot description",
     "trajectory": "trajectory",
-    "reference": "reference",
+    "reference": "reference references",
     "law": "law given",
     "result": "result",
 }
 """Odd values -> the arguments where they mean something."""
 OPTIONAL = (
-    "a angular_acceleration angular_velocity at backlash duration effort every given hardware hold home "
-    "integrator law limits link loads names near progress ranges rate reference report resolution "
-    "rotation start start_velocity stiffness tick torque_speed v variant"
+    "a angular_acceleration angular_velocity at backlash duration effort every given hardware hold home brake "
+    "constant gearing integrator knee_speed law limits link loads names max_temperature near pitch progress "
+    "ranges rate reference report resolution rated_speed resistance rotation start start_velocity stiffness "
+    "thermal_resistance tick torque_speed turn_speed turn_acceleration v variant"
 )
 """Arguments that may be None."""
 
