@@ -54,6 +54,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
         ("fourbar --free --duration 0.01 --plant chain --json", 0),
     ],
     "reproduce": [],
+    "synthesise": [(f"{HERE}/order.toml --designs 2", 0), (f"{HERE}/order.toml --designs 2 --json", 0)],
     "view": [(f"fourbar --html {HERE}/page.html", 0)],
     "play": [],
     "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
@@ -86,6 +87,7 @@ SLOW: dict[str, list[tuple[str, int]]] = {
         (f"omega3 --duration 0.05 --save {HERE}/run.npz --reactions {HERE}/run.csv", 0),
         ("cpm --duration 0.2 --rate 100 --noise 1e-5 --controller pd-gravity", 0),
     ],
+    "synthesise": [(f"{HERE}/order.toml --designs 12 -o better", 0), (f"{HERE}/never.toml --designs 3", 1)],
     "play": [(f"fivebar --trajectory hold --html {HERE}/page.html", 0)],
     "export": [(f"stewart --to urdf -o {HERE}/stewart.urdf", 0)],
     "compile": [
@@ -170,6 +172,16 @@ WRONG: dict[str, list[str]] = {
         f"cpm --efforts {HERE}/no.csv",
     ],
     "reproduce": ["delta", f"cpm --output {HERE}/no/page.html", f"cpm --output {HERE}"],
+    "synthesise": [
+        "",
+        f"{HERE}",
+        f"{HERE}/no.toml",
+        f"{HERE}/text.npz",
+        f"{HERE}/wrong.toml",
+        f"{HERE}/order.toml --designs 1",
+        f"{HERE}/order.toml -o {HERE}/hostile",
+        f"{HERE}/order.toml -o {HERE}/no/folder",
+    ],
     "view": ["", "cpm --port -1", "cpm --size 3 --html x.html", f"cpm --html {HERE}/no/page.html"],
     "play": ["", "cpm", "none.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
     "export": ["cpm --to none", f"cpm -o {HERE}"],
@@ -214,6 +226,10 @@ def folder(tmp_path: Path, result: bytes) -> Path:
     for name in ("run", "other"):
         (tmp_path / f"{name}.npz").write_bytes(result)
     (tmp_path / "text.npz").write_text("this is no result")
+    order = '[[vary]]\npath = "links.crank_link.mass"\nrange = [0.1, 0.9]\n[[want]]\nquantity = "mass"\n'
+    (tmp_path / "order.toml").write_text(f'robot = "fourbar"\n{order}')
+    (tmp_path / "never.toml").write_text(f'robot = "fourbar"\n{order}at_most = 0.01\n')
+    (tmp_path / "wrong.toml").write_text(f'robot = "fourbar"\ndesings = 3\n{order}')
     return tmp_path
 
 

@@ -1,6 +1,6 @@
 """Links made longer or shorter, as a designer makes them: the same section, another length.
 
-A link is stretched by a ratio r along a direction u of its own frame: what was at x is at S x with S = 1 + (r - 1) u u',
+A link is stretched by a ratio r along a direction u of its own frame: what was at x is at S x with S = 1 + (r-1) u u',
 and every slice across u keeps its mass.  So mass grows by r, the centre of mass goes to S c, and the second moments of
 mass about it, which are P = tr(I) 1 / 2 - I, become r S P S.  All that sits on the link goes along: the joints of its
 children, frames of cuts, the tool, shapes.  Directions stay as they are.

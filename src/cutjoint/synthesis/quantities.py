@@ -15,15 +15,13 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
-from cutjoint.errors import CutjointError, InputError
+from cutjoint.errors import InputError
 from cutjoint.motion import Reference, Trajectory
 from cutjoint.motion.reference import Desired
 from cutjoint.reprs import line
-from cutjoint.stiffness import stiffness
-from cutjoint.workspace import workspace
 
 Goal = Literal["most", "least"]
-INSTANTS = 65
+INSTANTS = 33
 """At which quantities along a trajectory are asked for, evenly spread."""
 
 
@@ -162,16 +160,6 @@ def _cycle(subject: Subject, options: Options) -> float:
 
 
 QUANTITIES: Mapping[str, QuantityRow] = {
-    "workspace": QuantityRow(
-        "extent of the workspace around home", "{extent}", "most", _workspace, {"cells": ("cells along an axis", 24.0)}
-    ),
-    "stiffness": QuantityRow(
-        "least stiffness against a push at the tool, along a trajectory",
-        "N/m",
-        "most",
-        _stiffness,
-        {"trajectory": TRAJECTORY, "actuator": ("stiffness of each actuator [N/m] or [N m/rad]", None)},
-    ),
     "isotropy": QuantityRow(
         "least 1 / condition number of the tool's Jacobian along a trajectory",
         "",
