@@ -218,7 +218,7 @@ def _of_answers(robot: cutjoint.ClosedChain) -> Iterator[object]:
     lighter = synthesis.Variable("mass", "path", ("links.left_distal.mass",), 0.1, 0.9)
     problem = synthesis.problem_of(robot, [lighter], [synthesis.Want("mass", {}, "least")])
     design = synthesis.judged(problem, problem.now)
-    yield from (problem, design, synthesis.Synthesis(problem, (design,)), synthesis.Order(problem, 2, 1))
+    yield from (problem, design, synthesis.Synthesis(problem, (design,)), synthesis.SynthesisOrder(problem, 2, 1))
     yield from (synthesis.Subject(robot, {}), synthesis.QUANTITIES["mass"])
 
 

@@ -16,7 +16,7 @@ from cutjoint.robots import load
 from cutjoint.synthesis import (
     QUANTITIES,
     Design,
-    Problem,
+    DesignProblem,
     Synthesis,
     Variable,
     Want,
@@ -53,7 +53,7 @@ def arm() -> RobotDescription:
     )
 
 
-def problem(*wants: Want, low: float = 1.0, high: float = 9.0) -> Problem:
+def problem(*wants: Want, low: float = 1.0, high: float = 9.0) -> DesignProblem:
     return problem_of(ClosedChain(arm()), [Variable("weight", "path", (WEIGHT,), low, high)], wants)
 
 
@@ -100,7 +100,7 @@ def test_bounds_hold_and_what_cannot_be_is_said() -> None:
 def test_an_interrupt_keeps_what_is_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = 0
 
-    def interrupted(asked: Problem, values: np.ndarray) -> Design:
+    def interrupted(asked: DesignProblem, values: np.ndarray) -> Design:
         nonlocal calls
         calls += 1
         if calls == 6:

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, as_vector, positive
-from cutjoint.description.model import Frame, Inertial, Link, RobotDescription, Shape
+from cutjoint.description.model import Frame, Inertial, Link, RobotDescription, Shape, Variant
 from cutjoint.doors import door
 from cutjoint.errors import InputError
 
@@ -53,41 +53,45 @@ def stretched(
     ratio = positive("ratio", ratio)
     stretch = np.eye(3) + (ratio - 1.0) * np.outer(u, u)
 
-    def moved(placement: Array) -> Array:
-        there = np.array(placement)
-        there[:3, 3] = stretch @ there[:3, 3]
-        return there
+    links_now = [_link(one, stretch, u, ratio) if one.name in names else one for one in robot.links]
+    joints = [
+        replace(one, placement=_moved(one.placement, stretch)) if one.parent in names else one for one in robot.joints
+    ]
 
     def frame(one: Frame) -> Frame:
-        return replace(one, placement=moved(one.placement)) if one.link in names else one
-
-    def link(one: Link) -> Link:
-        shapes = {
-            part: tuple(_shape(shape, moved(shape.placement), u, ratio) for shape in getattr(one, part))
-            for part in ("visuals", "collisions")
-        }
-        inertial = one.inertial and _inertial(one.inertial, stretch, ratio)
-        return replace(one, inertial=inertial, visuals=shapes["visuals"], collisions=shapes["collisions"])
+        return replace(one, placement=_moved(one.placement, stretch)) if one.link in names else one
 
     return replace(
         robot,
-        links=tuple(link(one) if one.name in names else one for one in robot.links),
-        joints=tuple(
-            replace(one, placement=moved(one.placement)) if one.parent in names else one for one in robot.joints
-        ),
+        links=tuple(links_now),
+        joints=tuple(joints),
         cuts=tuple(replace(one, a=frame(one.a), b=frame(one.b)) for one in robot.cuts),
         tool=robot.tool and frame(robot.tool),
-        variants=tuple(
-            replace(
-                one,
-                inertials={
-                    name: _inertial(inertial, stretch, ratio) if name in names else inertial
-                    for name, inertial in one.inertials.items()
-                },
-            )
-            for one in robot.variants
-        ),
+        variants=tuple(_variant(one, names, stretch, ratio) for one in robot.variants),
     )
+
+
+def _moved(placement: Array, stretch: Array) -> Array:
+    there = np.array(placement)
+    there[:3, 3] = stretch @ there[:3, 3]
+    return there
+
+
+def _link(one: Link, stretch: Array, u: Array, ratio: float) -> Link:
+    visuals, collisions = (
+        tuple(_shape(shape, _moved(shape.placement, stretch), u, ratio) for shape in shapes)
+        for shapes in (one.visuals, one.collisions)
+    )
+    inertial = one.inertial and _inertial(one.inertial, stretch, ratio)
+    return replace(one, inertial=inertial, visuals=visuals, collisions=collisions)
+
+
+def _variant(one: Variant, names: Sequence[str], stretch: Array, ratio: float) -> Variant:
+    inertials = {
+        name: _inertial(inertial, stretch, ratio) if name in names else inertial
+        for name, inertial in one.inertials.items()
+    }
+    return replace(one, inertials=inertials)
 
 
 def _inertial(one: Inertial, stretch: Array, ratio: float) -> Inertial:

@@ -1,7 +1,7 @@
 """Synthesis: lengths, mounting and masses of a robot chosen for what it shall be able to do."""
 
-from cutjoint.synthesis.file import Order, problem_of, read_order
-from cutjoint.synthesis.judging import Design, Problem, closed, judged
+from cutjoint.synthesis.file import SynthesisOrder, problem_of, read_order
+from cutjoint.synthesis.judging import Design, DesignProblem, closed, judged
 from cutjoint.synthesis.quantities import QUANTITIES, QuantityRow, Subject
 from cutjoint.synthesis.result import Synthesis
 from cutjoint.synthesis.synthesise import synthesise
@@ -11,11 +11,11 @@ from cutjoint.synthesis.wants import Want
 __all__ = [
     "QUANTITIES",
     "Design",
-    "Order",
-    "Problem",
+    "DesignProblem",
     "QuantityRow",
     "Subject",
     "Synthesis",
+    "SynthesisOrder",
     "Variable",
     "Want",
     "chosen",

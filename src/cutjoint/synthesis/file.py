@@ -26,7 +26,7 @@ from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.reprs import line
 from cutjoint.robots import load, named_trajectory
 from cutjoint.settings import Settings, read_settings
-from cutjoint.synthesis.judging import Problem
+from cutjoint.synthesis.judging import DesignProblem
 from cutjoint.synthesis.quantities import QUANTITIES
 from cutjoint.synthesis.variables import Kind, Variable
 from cutjoint.synthesis.wants import Want
@@ -35,7 +35,7 @@ MOST_DESIGNS = 100_000
 
 
 @dataclass(frozen=True)
-class Order:
+class SynthesisOrder:
     """What a file asks for.
 
     Attributes:
@@ -44,14 +44,14 @@ class Order:
         seed: of the search.
     """
 
-    problem: Problem
+    problem: DesignProblem
     designs: int
     seed: int
 
     __repr__ = line("problem", "designs", "seed")
 
 
-def read_order(path: str | os.PathLike[str]) -> Order:
+def read_order(path: str | os.PathLike[str]) -> SynthesisOrder:
     """A synthesis as a file asks for it, with all in it looked at.
 
     Raises:
@@ -70,12 +70,12 @@ def read_order(path: str | os.PathLike[str]) -> Order:
     if designs > MOST_DESIGNS:
         raise InputError(f"{file.where}: designs must be at most {MOST_DESIGNS}, found {designs}")
     robot = load(name, variant, home=home)
-    return Order(problem_of(robot, variables, wants, home), designs, seed)
+    return SynthesisOrder(problem_of(robot, variables, wants, home), designs, seed)
 
 
 def problem_of(
     robot: ClosedChain, variables: Sequence[Variable], wants: Sequence[Want], home: str | None = None
-) -> Problem:
+) -> DesignProblem:
     """Variables and wants of a robot, looked at before a search begins.
 
     Raises:
@@ -93,7 +93,7 @@ def problem_of(
         one.check(robot.description)
         one.now(robot.description)
     specs = {str(one.options["trajectory"]) for one in wants if "trajectory" in one.options}
-    return Problem(
+    return DesignProblem(
         robot.description,
         tuple(variables),
         tuple(wants),

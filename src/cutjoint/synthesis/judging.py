@@ -30,7 +30,7 @@ HALVES = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Problem(Frozen):
+class DesignProblem(Frozen):
     """What may be chosen of a robot, and what is wanted of it.
 
     Attributes:
@@ -77,7 +77,7 @@ class Design(Frozen):
     __repr__ = line("values", "found", "why")
 
 
-def judged(problem: Problem, values: npt.ArrayLike) -> Design:
+def judged(problem: DesignProblem, values: npt.ArrayLike) -> Design:
     """What a design comes to; one that does not close, follow or keep the bounds says why."""
     numbers = np.asarray(values, dtype=np.float64)
     found: dict[str, float] = {}
@@ -99,7 +99,7 @@ def _beyond(want: Want, found: float) -> str:
     return f"{found:.4g} is {'less than' if low else 'more than'} {want.at_least if low else want.at_most:.4g}"
 
 
-def closed(problem: Problem, values: Array) -> ClosedChain:
+def closed(problem: DesignProblem, values: Array) -> ClosedChain:
     """The robot with values of the variables, on the branch of the robot as it is.
 
     Raises:

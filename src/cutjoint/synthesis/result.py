@@ -13,7 +13,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.description import RobotDescription
 from cutjoint.errors import InputError
 from cutjoint.reprs import line
-from cutjoint.synthesis.judging import Design, Problem, closed
+from cutjoint.synthesis.judging import Design, DesignProblem, closed
 from cutjoint.synthesis.variables import chosen
 from cutjoint.tables import TextTable
 
@@ -28,7 +28,7 @@ class Synthesis(Frozen):
         told: what was odd, in sentences.
     """
 
-    problem: Problem
+    problem: DesignProblem
     designs: tuple[Design, ...]
     told: tuple[str, ...] = ()
 

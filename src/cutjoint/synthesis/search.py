@@ -19,7 +19,7 @@ from cutjoint.arrays import Array
 from cutjoint.errors import Interrupted
 from cutjoint.extras import needed
 from cutjoint.pool import Run, workers
-from cutjoint.synthesis.judging import Design, Problem, judged
+from cutjoint.synthesis.judging import Design, DesignProblem, judged
 
 Told = Callable[[int], None]
 WORST = 1e6
@@ -46,7 +46,7 @@ class Judging:
         designs: in the order in which they were asked for.
     """
 
-    def __init__(self, problem: Problem, most: int, run: Run, told: Told | None) -> None:
+    def __init__(self, problem: DesignProblem, most: int, run: Run, told: Told | None) -> None:
         self.problem, self.most = problem, most
         self._run, self._told = run, told
         self.designs: list[Design] = []
@@ -82,7 +82,7 @@ class Judging:
         self.designs += made.values()
 
 
-def searched(problem: Problem, designs: int, seed: int, told: Told | None = None) -> list[Design]:
+def searched(problem: DesignProblem, designs: int, seed: int, told: Told | None = None) -> list[Design]:
     """So many designs, the robot as it is first.
 
     Raises:
@@ -108,7 +108,7 @@ def searched(problem: Problem, designs: int, seed: int, told: Told | None = None
     return judging.designs
 
 
-def _spread(problem: Problem, count: int, seed: int) -> Array:
+def _spread(problem: DesignProblem, count: int, seed: int) -> Array:
     """Points that fill the ranges evenly, shape (count, variables)."""
     low, high = bounds(problem)
     power = int(np.ceil(np.log2(max(count, 2))))
@@ -116,7 +116,7 @@ def _spread(problem: Problem, count: int, seed: int) -> Array:
     return np.asarray(low + unit * (high - low))
 
 
-def bounds(problem: Problem) -> tuple[Array, Array]:
+def bounds(problem: DesignProblem) -> tuple[Array, Array]:
     """Least and largest values of the variables, shape (variables,) each."""
     return np.array([one.low for one in problem.variables]), np.array([one.high for one in problem.variables])
 
@@ -154,7 +154,7 @@ def _goal_value(goal: str | None, found: float | None) -> float:
     return found
 
 
-def _violation(problem: Problem, design: Design) -> float:
+def _violation(problem: DesignProblem, design: Design) -> float:
     """By how much bounds are missed in all; `WORST` where the design cannot be judged."""
     if len(design.found) < len(problem.wants):
         return WORST
@@ -173,7 +173,7 @@ def _multi_start(judging: Judging, seed: int) -> None:
         _Descent(judging, np.clip(start.values, low, high)).go()
 
 
-def _merit(problem: Problem, design: Design) -> tuple[float, float]:
+def _merit(problem: DesignProblem, design: Design) -> tuple[float, float]:
     """By what starts are sorted: first what misses the bounds, then the goal."""
     goals = [_small(one.goal, design.found.get(one.name)) for one in problem.goals]
     return _violation(problem, design), goals[0] if goals else 0.0

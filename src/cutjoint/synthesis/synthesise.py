@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from cutjoint.doors import door
 from cutjoint.errors import InputError, Interrupted
-from cutjoint.synthesis.judging import Problem, judged
+from cutjoint.synthesis.judging import DesignProblem, judged
 from cutjoint.synthesis.result import Synthesis
 from cutjoint.synthesis.search import Told, searched
 
 
 @door
-def synthesise(problem: Problem, designs: int = 200, seed: int = 1, told: Told | None = None) -> Synthesis:
+def synthesise(problem: DesignProblem, designs: int = 200, seed: int = 1, told: Told | None = None) -> Synthesis:
     """Search designs that do what is wanted; see `cutjoint.synthesis.search`.
 
     Args:
