@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import numpy.typing as npt
@@ -83,7 +84,8 @@ def seeds(walker: Walker, lattice: Lattice) -> tuple[Numbers, Array]:
 
 
 def fill(walker: Walker, lattice: Lattice, finest: int = FINEST, told: Told | None = None) -> Filled:
-    """All cells that the tool can be led to from cell to cell.
+    """All cells that the tool can be led to from cell to cell: to the next ones along the axes, and where those end,
+    along diagonals too, so that a thin part of the workspace that lies askew is not cut off.
 
     Args:
         walker: who leads.
@@ -91,41 +93,73 @@ def fill(walker: Walker, lattice: Lattice, finest: int = FINEST, told: Told | No
         finest: how often a way is halved to find where it ends.
         told: called now and then with the number of cells that are reached.
     """
-    ways = 2 * len(lattice.shape)
-    inside = np.zeros(lattice.size, dtype=bool)
-    states = np.full((lattice.size, len(walker.start)), np.nan)
-    parts = np.zeros((ways, lattice.size))
-    new, found = seeds(walker, lattice)
-    inside[new], states[new] = True, found
-    waiting = _ways_out(lattice, new, ways)
-    while len(waiting):
-        # ways to a cell that is reached by now need no walk
-        cells, way, beside = waiting.T
-        known = (beside >= 0) & inside[beside]
-        parts[way[known], cells[known]] = 1.0
-        waiting = waiting[~known]
-        if not len(waiting):
-            break
-        tried, waiting = _one_each(waiting)
-        cells, way, beside = tried.T
-        ends = _ends(lattice, cells, way, beside)
-        reached, done = march(walker, states[cells], lattice.coordinates(cells), ends, finest)
-        arrived = (done == 1.0) & (beside >= 0)
-        parts[way, cells] = np.where(beside >= 0, done, 0.5 * done)
-        new = beside[arrived]
-        inside[new], states[new] = True, reached[arrived]
-        if told is not None:
-            told(float(inside.sum()))
-        waiting = np.concatenate([waiting, _ways_out(lattice, new, ways)])
-    return Filled(lattice, inside, states, parts)
+    flood = _Flood(walker, lattice, finest, told)
+    new = flood.begin()
+    while len(new):
+        flood.along_axes(new)
+        new = flood.along_diagonals()
+    return Filled(lattice, flood.inside, flood.states, flood.parts)
 
 
-def _one_each(ways: Numbers) -> tuple[Numbers, Numbers]:
-    """Ways out, one to every cell, and the others."""
-    single = np.where(ways[:, 2] >= 0, ways[:, 2], -1 - np.arange(len(ways)))
-    first = np.zeros(len(ways), dtype=bool)
-    first[np.unique(single, return_index=True)[1]] = True
-    return ways[first], ways[~first]
+class _Flood:
+    """A filling under way."""
+
+    def __init__(self, walker: Walker, lattice: Lattice, finest: int, told: Told | None) -> None:
+        self._walker, self._lattice, self._finest, self._told = walker, lattice, finest, told
+        self._ways = 2 * len(lattice.shape)
+        self.inside = np.zeros(lattice.size, dtype=bool)
+        self.states = np.full((lattice.size, len(walker.start)), np.nan)
+        self.parts = np.zeros((self._ways, lattice.size))
+        steps = product((-1, 0, 1), repeat=len(lattice.shape))
+        self._askew = [one for one in steps if np.count_nonzero(one) > 1]
+        self._seen = np.zeros(lattice.size, dtype=bool)
+
+    def begin(self) -> Numbers:
+        """Reach the cells around the start."""
+        new, found = seeds(self._walker, self._lattice)
+        self._take(new, found)
+        return new
+
+    def _take(self, cells: Numbers, states: Array) -> None:
+        self.inside[cells], self.states[cells] = True, states
+        if self._told is not None:
+            self._told(float(self.inside.sum()))
+
+    def along_axes(self, new: Numbers) -> None:
+        """Go on from new cells until nothing new is reached."""
+        lattice, waiting = self._lattice, _ways_out(self._lattice, new, self._ways)
+        while len(waiting):
+            # ways to a cell that is reached by now need no walk
+            cells, way, beside = waiting.T
+            known = (beside >= 0) & self.inside[beside]
+            self.parts[way[known], cells[known]] = 1.0
+            waiting = waiting[~known]
+            if not len(waiting):
+                break
+            tried, waiting = _one_each(waiting)
+            cells, way, beside = tried.T
+            ends = _ends(lattice, cells, way, beside)
+            reached, done = march(self._walker, self.states[cells], lattice.coordinates(cells), ends, self._finest)
+            self.parts[way, cells] = np.where(beside >= 0, done, 0.5 * done)
+            arrived = (done == 1.0) & (beside >= 0)
+            self._take(beside[arrived], reached[arrived])
+            waiting = np.concatenate([waiting, _ways_out(lattice, beside[arrived], self._ways)])
+
+    def along_diagonals(self) -> Numbers:
+        """Reach further cells from those at the edge; returns which came."""
+        lattice, edge = self._lattice, np.flatnonzero(self.inside & (self.parts < 1.0).any(axis=0))
+        edge = edge[~self._seen[edge]]
+        self._seen[edge] = True
+        found: list[Numbers] = []
+        for by in self._askew:
+            beside = lattice.shifted(edge, by)
+            open_ = (beside >= 0) & ~self.inside[beside]
+            cells, beside = edge[open_], beside[open_]
+            begin, to = lattice.coordinates(cells), lattice.coordinates(beside)
+            reached, done = march(self._walker, self.states[cells], begin, to, 1)
+            self._take(beside[done == 1.0], reached[done == 1.0])
+            found.append(beside[done == 1.0])
+        return np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
 
 
 def _ways_out(lattice: Lattice, cells: Numbers, ways: int) -> Numbers:
@@ -137,6 +171,14 @@ def _ways_out(lattice: Lattice, cells: Numbers, ways: int) -> Numbers:
         kept = (beside >= 0) | lattice.ends[way // 2]
         found.append(np.stack([cells[kept], np.full(int(kept.sum()), way), beside[kept]], axis=1))
     return np.concatenate(found).astype(np.int64)
+
+
+def _one_each(ways: Numbers) -> tuple[Numbers, Numbers]:
+    """Ways out, one to every cell, and the others."""
+    single = np.where(ways[:, 2] >= 0, ways[:, 2], -1 - np.arange(len(ways)))
+    first = np.zeros(len(ways), dtype=bool)
+    first[np.unique(single, return_index=True)[1]] = True
+    return ways[first], ways[~first]
 
 
 def _ends(lattice: Lattice, cells: Numbers, way: Numbers, beside: Numbers) -> Array:

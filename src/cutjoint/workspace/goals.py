@@ -9,7 +9,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, Frozen
 from cutjoint.errors import InputError, UnknownNameError
-from cutjoint.mechanism import Mechanism, Posture, Task
+from cutjoint.mechanism import Mechanism, Pose, Posture, Task
 from cutjoint.mechanism.task import NAMES
 from cutjoint.reprs import line
 
@@ -51,8 +51,6 @@ class Goals(Frozen):
     def of(self, posture: Posture, robot: Mechanism) -> Array:
         """Coordinates of the grid at a posture, shape (axes,)."""
         tool = robot.tool(posture)
-        from cutjoint.mechanism import Pose
-
         here = self.task.coordinates(Pose(tool.position, tool.rotation))
         return np.array([here[self.task.names.index(name)] for name in self.names])
 
@@ -81,7 +79,10 @@ class Goals(Frozen):
             if row < 3:
                 found[:, k, :3] += nudge * along
             else:
-                found[:, k, 3:] = (turned_rows(nudge * along[None])[0] @ frames[:, 3:].reshape(-1, 3, 3)).reshape(-1, 9)
+                # about an axis that is carried by the tool, as the task asks
+                since = frames[:, 3:].reshape(-1, 3, 3) @ self.task.home.rotation.T
+                turned = since @ turned_rows(nudge * along[None])[0] @ self.task.home.rotation
+                found[:, k, 3:] = turned.reshape(-1, 9)
         return found
 
 

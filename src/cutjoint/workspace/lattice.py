@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -71,6 +72,12 @@ class Lattice(Frozen):
         place = (cells // stride) % self.shape[axis]
         within = place > 0 if back else place < self.shape[axis] - 1
         return np.where(within, cells + (-stride if back else stride), -1)
+
+    def shifted(self, cells: Numbers, by: Sequence[int]) -> Numbers:
+        """The cells so many cells away along every axis; -1 where there is none."""
+        where = np.array(np.unravel_index(cells, self.shape)) + np.array(by)[:, None]
+        within = ((where >= 0) & (where < np.array(self.shape)[:, None])).all(axis=0)
+        return np.where(within, np.ravel_multi_index(tuple(where), self.shape, mode="clip"), -1)
 
     def offset(self, way: int) -> Array:
         """From a centre to the next one along a way, shape (axes,)."""

@@ -18,7 +18,8 @@ from cutjoint.compile.batch import cores
 from cutjoint.compile.equations import newton
 from cutjoint.compile.functions.library import CompiledFunction
 from cutjoint.errors import CutjointError
-from cutjoint.mechanism import Mechanism, Posture
+from cutjoint.mechanism import JointLimits, Mechanism, Posture
+from cutjoint.mechanism.task import NAMES
 from cutjoint.tolerances import CLOSURE
 from cutjoint.workspace.goals import Goals
 
@@ -59,6 +60,9 @@ class Walker(Protocol):
 
     def actuated(self, states: Array) -> Array:
         """Actuated coordinates of states, shape (N, n)."""
+
+    def posture(self, state: Array) -> Posture:
+        """The posture of a state."""
 
 
 def march(walker: Walker, states: Array, begin: Array, to: Array, finest: int = FINEST) -> tuple[Array, Array]:
@@ -126,6 +130,9 @@ class ChainWalker:
 
     def actuated(self, states: Array) -> Array:
         return np.asarray(states[:, self._actuated])
+
+    def posture(self, state: Array) -> Posture:
+        return self._robot.chain.posture(state)
 
     def step(self, states: Array, begin: Array, to: Array) -> tuple[Array, Mask]:
         found, good = self._newton(states, self._goals.frames(to))
@@ -214,27 +221,38 @@ class SlowWalker:
         robot: the mechanism.
         goals: what coordinates ask of the tool.
         start: the posture that all come from.
+        across: whether type-2 singularities may be crossed.
         limits: whether joint limits are kept.
         watch: what is asked of every configuration beside that.
     """
 
     def __init__(
-        self, robot: Mechanism, goals: Goals, start: Posture, *, limits: bool = True, watch: Watch | None = None
+        self,
+        robot: Mechanism,
+        goals: Goals,
+        start: Posture,
+        *,
+        across: bool = False,
+        limits: bool = True,
+        watch: Watch | None = None,
     ) -> None:
-        names = [part.name for part in self._reach.row.parts]
-        self._places = [names.index(name) for name in ("q_next", "size", "gap")]
         self._robot, self._goals, self._watch = robot, goals, watch
-        self._limits: str = "respect" if limits else "ignore"
+        self._limits: JointLimits = "respect" if limits else "ignore"
         self._postures: list[Posture] = [start]
         self.start, self.at = np.zeros(1), goals.of(start, robot)
+        self._rows = [NAMES.index(name) for name in (goals.names + tuple(goals.held))]
+        self._side = 0.0 if across else self._determinant(start)
 
     def actuated(self, states: Array) -> Array:
-        return np.array([self._postures[int(k)].q for k in states[:, 0]]).reshape(len(states), self._robot.n)
+        return np.array([self.posture(one).q for one in states]).reshape(len(states), self._robot.n)
+
+    def posture(self, state: Array) -> Posture:
+        return self._postures[int(state[0])]
 
     def step(self, states: Array, begin: Array, to: Array) -> tuple[Array, Mask]:
         found, good = np.array(states), np.zeros(len(states), dtype=bool)
         for row, wanted in enumerate(to):
-            posture = self._reached(self._goals.named(wanted), self._postures[int(states[row, 0])])
+            posture = self._reached(self._goals.named(wanted), self.posture(states[row]))
             if posture is not None:
                 found[row, 0], good[row] = len(self._postures), True
                 self._postures.append(posture)
@@ -242,11 +260,19 @@ class SlowWalker:
 
     def _reached(self, target: Mapping[str, float], near: Posture) -> Posture | None:
         try:
-            found = self._robot.reach(
-                target, near, free=self._goals.free, limits="respect" if self._limits == "respect" else "ignore"
-            )
+            found = self._robot.reach(target, near, free=self._goals.free, limits=self._limits)
+            if self._side and not self._determinant(found) * self._side > 0.0:
+                return None
         except CutjointError:
             return None
         if self._watch is not None and not self._watch(found.q_full[None])[0]:
             return None
         return found
+
+    def _determinant(self, at: Posture) -> float:
+        """Of the coordinates that are led by the actuators, which changes its sign at singularities of both types; 0
+        where there are more actuators than coordinates."""
+        if len(self._rows) != self._robot.n:
+            return 0.0
+        frame, basis = self._robot.tool(at).frame_jacobian, self._goals.basis.T
+        return float(np.linalg.det(np.concatenate([basis @ frame[:3], basis @ frame[3:]])[self._rows]))
