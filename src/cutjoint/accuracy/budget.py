@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cutjoint.accuracy.deviations import Deviation, Deviations, Source, deviating
-from cutjoint.accuracy.sensitivity import Follower, Sensitivity
+from cutjoint.accuracy.deviations import Deviation, Deviations, ErrorSource, deviating
+from cutjoint.accuracy.sensitivity import LoopFollower, Sensitivity
 from cutjoint.arrays import Array, Frozen, readonly
 from cutjoint.chain import ClosedChain
 from cutjoint.compile import CompiledChain, compiled
@@ -74,13 +74,13 @@ class Accuracy(Frozen):
         position: of the tool point without deviations, shape (3,) [m].
         sensitivity: how the tool follows every number.
         deviations: how far each may be off.
-        worst: bound of the error of the tool, displacement [m] and rotation [rad] along and about the axes of the world,
-            shape (6,).
+        worst: bound of the error of the tool, displacement [m] and rotation [rad] along and about the axes of the
+            world, shape (6,).
         sigma: standard deviation of the error, shape (6,).
         errors: of the samples, shape (samples, 6).
         exact: whether the loops were closed anew for every sample; else they follow the linear law.
-        nonlinear: how far the linear law is off at some samples: displacement [m] and rotation [rad]; not a number where
-            it could not be tried.
+        nonlinear: how far the linear law is off at some samples: displacement [m] and rotation [rad]; not a number
+            where it could not be tried.
     """
 
     robot: str
@@ -181,13 +181,10 @@ def accuracy(
         raise InputError(f"a seed is from 0 to 2^64 - 1, found {seed}")
     found, sized = deviating(chain.description, tolerances)
     where = chain.home if at is None else chain.posture(at)
-    follower = Follower(chain, where, springs)
+    follower = LoopFollower(chain, where, springs)
     told = follower.sensitivity(found)
     draws = drawn(sized, samples, seed)
-    if exact:
-        errors = _closed_anew(chain, where, found, told, draws)
-    else:
-        errors = draws @ told.matrix.T
+    errors = _closed_anew(chain, where, found, told, draws) if exact else draws @ told.matrix.T
     bounds, sigmas = (np.array([getattr(one, name) for one in sized]) for name in ("bound", "sigma"))
     placed = follower.displaced.placed
     return Accuracy(
@@ -216,7 +213,7 @@ def drawn(deviations: tuple[Deviation, ...], samples: int, seed: int) -> Array:
 
 
 def _closed_anew(
-    chain: ClosedChain, at: Posture, found: tuple[Source, ...], told: Sensitivity, draws: Array
+    chain: ClosedChain, at: Posture, found: tuple[ErrorSource, ...], told: Sensitivity, draws: Array
 ) -> Array:
     """Errors of samples whose loops are closed anew, shape (samples, 6)."""
     stuck = [name for name, play, turn in zip(told.names, told.play, told.turn, strict=True) if play or turn]
@@ -230,7 +227,11 @@ def _closed_anew(
     names = [found[k].name for k in numbers]
     robot = compiled(chain, parameters=names)
     assert isinstance(robot, CompiledChain)
-    own = robot.tool(robot.close(at.q)) if not numbers else robot.tool(robot.home if at is chain.home else robot.close(at.q))
+    own = (
+        robot.tool(robot.close(at.q))
+        if not numbers
+        else robot.tool(robot.home if at is chain.home else robot.close(at.q))
+    )
     there = chain.tool(at)
     if np.linalg.norm(own.position - there.position) > SHUT * max(1.0, float(np.abs(chain.origin).max())) + (
         1e-6 * chain.length
@@ -261,15 +262,15 @@ def _errors(position: Array, rotation: Array, place: Array, axes: Array) -> Arra
 
 
 def _nonlinear(
-    chain: ClosedChain, at: Posture, found: tuple[Source, ...], told: Sensitivity, draws: Array
+    chain: ClosedChain, at: Posture, found: tuple[ErrorSource, ...], told: Sensitivity, draws: Array
 ) -> tuple[float, float]:
     """Largest displacement [m] and rotation [rad] between the linear law and chains that are built anew."""
     if told.play.any() or told.turn.any():
         return float("nan"), float("nan")
     worst = [0.0, 0.0]
-    actuated = {one.name: int(np.flatnonzero(column)[0]) for one, column in zip(
-        chain.actuators, chain.actuation.T, strict=True
-    )}
+    actuated = {
+        one.name: int(np.flatnonzero(column)[0]) for one, column in zip(chain.actuators, chain.actuation.T, strict=True)
+    }
     try:
         now = chain.tool(at)
         for draw in draws:

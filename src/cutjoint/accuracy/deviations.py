@@ -62,7 +62,7 @@ Deviations = Mapping[str, "Deviation | float"]
 
 
 @dataclass(frozen=True)
-class Source:
+class ErrorSource:
     """A number that may be off.
 
     Attributes:
@@ -83,7 +83,7 @@ class Source:
         return {"length": "m", "angle": "rad"}.get(self.kind, "")
 
 
-def sources(robot: RobotDescription, names: list[str]) -> tuple[Source, ...]:
+def sources(robot: RobotDescription, names: list[str]) -> tuple[ErrorSource, ...]:
     """The numbers that names mean, in their order.
 
     Raises:
@@ -93,7 +93,7 @@ def sources(robot: RobotDescription, names: list[str]) -> tuple[Source, ...]:
     return tuple(source for source, _ in _resolved(robot, names))
 
 
-def deviating(robot: RobotDescription, given: Deviations) -> tuple[tuple[Source, ...], tuple[Deviation, ...]]:
+def deviating(robot: RobotDescription, given: Deviations) -> tuple[tuple[ErrorSource, ...], tuple[Deviation, ...]]:
     """The numbers that may be off, and how far.
 
     Raises:
@@ -102,6 +102,9 @@ def deviating(robot: RobotDescription, given: Deviations) -> tuple[tuple[Source,
     found = _resolved(robot, list(given))
     if not found:
         raise InputError("no tolerance is given; name a path and how far it may be off, such as 'tool.z': 1e-4")
+    places = [_told(path) for source, _ in found for path in source.places]
+    if twice := sorted({one for one in places if places.count(one) > 1}):
+        raise InputError(f"'{twice[0]}' has two tolerances: alone and joined by '=', or in two that are joined")
     many = [given[key] for _, key in found]
     wrong = [one for one in many if not isinstance(one, Deviation | int | float) or isinstance(one, bool)]
     if wrong:
@@ -110,7 +113,7 @@ def deviating(robot: RobotDescription, given: Deviations) -> tuple[tuple[Source,
     return tuple(source for source, _ in found), sized
 
 
-def _resolved(robot: RobotDescription, names: list[str]) -> list[tuple[Source, str]]:
+def _resolved(robot: RobotDescription, names: list[str]) -> list[tuple[ErrorSource, str]]:
     """Every number with the name by which it was meant; exact names go before patterns."""
     every = {str(path): path for path in every_path(robot) if _moves(robot, path)}
     every |= {f"{ACTUATORS}.{name}": Path(ACTUATORS, name, "") for name in robot.actuators}
@@ -120,11 +123,11 @@ def _resolved(robot: RobotDescription, names: list[str]) -> list[tuple[Source, s
         for group in GROUPS.get(part, ())
         if group not in ("", "com", "inertia")
     ]
-    exact, patterns = dict[str, tuple[Source, str]](), dict[str, tuple[Source, str]]()
+    exact, patterns = dict[str, tuple[ErrorSource, str]](), dict[str, tuple[ErrorSource, str]]()
     for name in names:
         if not isinstance(name, str):
             raise InputError(f"a tolerance is of a path such as 'tool.x', found {described(name)}")
-        matched = [one for one in (every, groups) for one in one if fnmatchcase(one, name)] if name not in every else []
+        matched = [one for one in (*every, *groups) if fnmatchcase(one, name)] if name not in every else []
         if matched and name not in groups and any(sign in name for sign in "*?["):
             singles = [one for one in matched if one in every] or matched
             level, found = patterns, [one for single in singles for one in _joined(robot, single, every)]
@@ -135,13 +138,11 @@ def _resolved(robot: RobotDescription, names: list[str]) -> list[tuple[Source, s
                 raise InputError(f"'{source.name}' has two tolerances, by '{level[source.name][1]}' and by '{name}'")
             level[source.name] = source, name
     taken = {str(path) for source, _ in exact.values() for path in source.places}
-    if len(taken) < sum(len(source.places) for source, _ in exact.values()):
-        raise InputError("a number stands in two of the tolerances that are joined by '='")
     rest = [pair for pair in patterns.values() if str(pair[0].places[0]) not in taken]
     return sorted([*exact.values(), *rest], key=lambda pair: names.index(pair[1]))
 
 
-def _joined(robot: RobotDescription, name: str, every: Mapping[str, Path]) -> list[Source]:
+def _joined(robot: RobotDescription, name: str, every: Mapping[str, Path]) -> list[ErrorSource]:
     parts = [_numbers(robot, one.strip(), every) for one in name.split("=")] if name not in every else [[every[name]]]
     if len({len(part) for part in parts}) > 1:
         raise InputError(f"'{name}' joins paths that are not as many numbers each")
@@ -150,7 +151,7 @@ def _joined(robot: RobotDescription, name: str, every: Mapping[str, Path]) -> li
         kinds = {_kind(robot, path) for path in places}
         if len(kinds) > 1:
             raise InputError(f"'{name}' joins numbers of different kinds: {' and '.join(sorted(kinds))}")
-        made.append(Source(" = ".join(_told(path) for path in places), tuple(places), kinds.pop()))
+        made.append(ErrorSource(" = ".join(_told(path) for path in places), tuple(places), kinds.pop()))
     return made
 
 
@@ -181,8 +182,10 @@ def _moves(robot: RobotDescription, path: Path) -> bool:
     """Whether a number of the description says where the tool is."""
     if path.part == "cuts" and next(cut for cut in robot.cuts if cut.name == path.name).bushing is not None:
         return False
-    return path.part in ("couplings", "tool") or path.field.rpartition(".")[0] in ("origin", "a", "b") or (
-        path.field == "length"
+    return (
+        path.part in ("couplings", "tool")
+        or path.field.rpartition(".")[0] in ("origin", "a", "b")
+        or (path.field == "length")
     )
 
 

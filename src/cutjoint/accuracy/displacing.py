@@ -64,8 +64,8 @@ class Displacements:
         return self._moved(self._twist(path, frame.link), lambda index, of: index == cut and of == side)
 
     def gives(self) -> list[tuple[str, Array, Array]]:
-        """Of every joint and cut the columns of a small play along and about the axes of its child or frame b: its name,
-        shapes (rows, 6) and (6, 6)."""
+        """Of every joint and cut its name and the columns of a small play along and about the axes of its child or
+        frame b, shapes (rows, 6) and (6, 6)."""
         found = []
         for joint in self.robot.joints:
             moved = self._behind(joint.child)
@@ -86,7 +86,7 @@ class Displacements:
         if which < 3:
             return np.concatenate([axes[:, which], np.zeros(3)])
         placement = placement_at(self.robot, path)
-        roll, pitch, yaw = rpy_from_rotation(placement[:3, :3])
+        _, pitch, yaw = rpy_from_rotation(placement[:3, :3])
         about = {
             "roll": rotation_from_rpy((0.0, pitch, yaw))[:, 0],
             "pitch": rotation_from_rpy((0.0, 0.0, yaw))[:, 1],
@@ -154,5 +154,3 @@ def _below(robot: RobotDescription) -> dict[str, set[str]]:
             found[link].update(more)
             waiting += more
     return found
-
-

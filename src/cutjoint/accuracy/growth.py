@@ -13,7 +13,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from cutjoint.accuracy.sensitivity import Follower
+from cutjoint.accuracy.sensitivity import LoopFollower
 from cutjoint.arrays import Array, Frozen
 from cutjoint.chain import ClosedChain
 from cutjoint.description.cuts import CutType
@@ -34,8 +34,8 @@ MATERIALS: Mapping[str, float] = {
     "brass": 19.0e-6,
     "invar": 1.2e-6,
 }
-"""Expansion [1/K] of usual materials near 20 degrees Celsius, rounded; alloys differ by some percent.  Carbon steel AISI
-1020, stainless steel AISI 304, pure aluminium and titanium, yellow brass and invar, after W. M. Haynes (ed.): CRC
+"""Expansion [1/K] of usual materials near 20 degrees Celsius, rounded; alloys differ by some percent.  Carbon steel
+AISI 1020, stainless steel AISI 304, pure aluminium and titanium, yellow brass and invar, after W. M. Haynes (ed.): CRC
 Handbook of Chemistry and Physics, section 12, and the makers' data."""
 
 
@@ -78,8 +78,8 @@ def growth(
     """How the tool moves as parts grow warm, in a posture (default home).
 
     Args:
-        warm: part, or a pattern -> by how much it is warmer [K].  A part is a link, a cut of type distance (a rod), or a
-            sliding actuator (its spindle or scale).
+        warm: part, or a pattern -> by how much it is warmer [K].  A part is a link, a cut of type distance (a rod), or
+            a sliding actuator (its spindle or scale).
         expansion: a material of `MATERIALS`, or a number [1/K]; or part or pattern -> its own.
         springs: what gives where the joints alone cannot follow; default all joints and cuts alike.
 
@@ -99,7 +99,7 @@ def growth(
     of_part = _by_name({name: _expansion(one) for name, one in share.items()}, known, robot.name)
     if missing := [name for name in warmth if name not in of_part]:
         raise InputError(f"nobody says how '{missing[0]}' of {robot.name} expands; name its material")
-    follower = Follower(chain, at, springs)
+    follower = LoopFollower(chain, at, springs)
     k, place = len(warmth), follower.displaced
     opened, moved = np.zeros((place.rows, k)), np.zeros((6, k))
     for column, (name, warmer) in enumerate(warmth.items()):

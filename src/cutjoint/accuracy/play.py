@@ -13,7 +13,7 @@ from itertools import product
 import numpy as np
 
 from cutjoint.accuracy.deviations import deviating
-from cutjoint.accuracy.sensitivity import Follower
+from cutjoint.accuracy.sensitivity import LoopFollower
 from cutjoint.arrays import Array, Frozen
 from cutjoint.chain import ClosedChain
 from cutjoint.doors import door
@@ -32,6 +32,7 @@ class ToolPlay(Frozen):
     Attributes:
         robot: its name.
         actuators: those with play.
+        units: of each, m or rad.
         halves: half the width of the play of each, shape (k,), [m] or [rad].
         parts: how the tool moves as each goes half its play, displacement [m] and rotation [rad], shape (6, k).
         corners: displacement and rotation at the corners of the box, shape (2^k, 6); none where there are too many.
@@ -39,6 +40,7 @@ class ToolPlay(Frozen):
 
     robot: str
     actuators: tuple[str, ...]
+    units: tuple[str, ...]
     halves: Array
     parts: Array
     corners: Array
@@ -78,11 +80,11 @@ def backlash(
         ActuationError: the tool can move while the actuators hold.
     """
     found, sized = deviating(chain.description, {f"actuators.{name}": half for name, half in halves.items()})
-    told = Follower(chain, at, springs).sensitivity(found)
+    told = LoopFollower(chain, at, springs).sensitivity(found)
     sizes = np.array([one.size for one in sized])
     parts = told.matrix * sizes
     corners = np.zeros((0, 6))
     if len(sizes) <= MOST_CORNERS:
         corners = np.array(list(product((-1.0, 1.0), repeat=len(sizes)))) @ parts.T
     names = tuple(source.places[0].name for source in found)
-    return ToolPlay(chain.name, names, sizes, parts, corners)
+    return ToolPlay(chain.name, names, tuple(source.unit for source in found), sizes, parts, corners)

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint import tolerances
-from cutjoint.accuracy.deviations import Source, sources
+from cutjoint.accuracy.deviations import ErrorSource, sources
 from cutjoint.accuracy.displacing import Displacements
 from cutjoint.arrays import Array, Frozen
 from cutjoint.chain import ClosedChain
@@ -51,7 +51,7 @@ class Sensitivity(Frozen):
         strained: the joint or cut that gives most, of every number; empty where none need give.
     """
 
-    sources: tuple[Source, ...]
+    sources: tuple[ErrorSource, ...]
     matrix: Array
     play: Array
     turn: Array
@@ -65,7 +65,7 @@ class Sensitivity(Frozen):
         return tuple(source.name for source in self.sources)
 
 
-class Follower:
+class LoopFollower:
     """Follows changes of one robot in one posture.
 
     Args:
@@ -83,22 +83,22 @@ class Follower:
     def __init__(self, chain: ClosedChain, at: Posture | None, springs: Springs | None) -> None:
         self.chain, self.displaced = chain, Displacements(chain, at)
         self._k, placed = self.displaced.kinematics, self.displaced.placed
-        tool, actuated = placed.tool_jacobian, chain.actuation.any(axis=1)
-        self._passive = np.flatnonzero(~actuated)
+        tool, actuated = placed.tool_jacobian, np.flatnonzero(chain.actuation.any(axis=1))
+        self._passive = np.setdiff1d(np.arange(chain.nv), actuated)
         scale = self._k.column_scale
         rows, moves = placed.scaled[:, self._passive], (tool * scale)[:, self._passive]
         if springs is None:
             self._even_play(moves, rows)
         else:
-            self._by_springs(ElasticRobot(chain, springs), at, actuated)
+            self._by_springs(ElasticRobot(chain, springs), at)
         self._split = Split.of(trusted(self._k, placed, self._rows))
         seen = self._tool @ self._split.null
         seen[:3] /= self._k.length
         if np.abs(seen).max(initial=0.0) > tolerances.RANK.value:
             report = chain.mobility(at)
             raise ActuationError(
-                f"the tool of {chain.name} moves while its actuators hold, by {listed(report.free)}, so nobody can tell "
-                "where it is; take a posture, or actuators, that hold it",
+                f"the tool of {chain.name} moves while its actuators hold, by {listed(report.free)}, so nobody can "
+                "tell where it is; take a posture, or actuators, that hold it",
                 mobility=report.mobility,
                 actuators=chain.n,
                 free=report.free,
@@ -137,7 +137,7 @@ class Follower:
         play, turn, where = self._strains(give)
         return tool, play, turn, where
 
-    def columns(self, of: Sequence[Source]) -> tuple[Array, Array]:
+    def columns(self, of: Sequence[ErrorSource]) -> tuple[Array, Array]:
         """What numbers open the loops by, shape (rows, k), and how they move the tool, shape (6, k)."""
         opened, moved = np.zeros((self.displaced.rows, len(of))), np.zeros((6, len(of)))
         for number, source in enumerate(of):
@@ -147,7 +147,7 @@ class Follower:
                 moved[:, number] += tool
         return opened, moved
 
-    def sensitivity(self, of: Sequence[Source]) -> Sensitivity:
+    def sensitivity(self, of: Sequence[ErrorSource]) -> Sensitivity:
         """Of numbers of the robot; errors as of `follow`."""
         tool, play, turn, where = self.follow(*self.columns(of))
         return Sensitivity(tuple(of), tool, play, turn, where)
@@ -167,7 +167,7 @@ class Follower:
         self._give_names = [name for name, _, _ in found for _ in range(6)]
         self._give_lengths = np.tile([True] * 3 + [False] * 3, count)
 
-    def _by_springs(self, robot: ElasticRobot, at: Posture | None, actuated: Array) -> None:
+    def _by_springs(self, robot: ElasticRobot, at: Posture | None) -> None:
         """What is stated gives, as hard as it is."""
         k, placed = robot.kinematics, robot.placed(at)
         own = [int(k.model.idx_vs[k.model.getJointId(name)]) for name in self.chain.description.actuators]
@@ -223,4 +223,4 @@ def sensitivity(
         ActuationError: the tool can move while the actuators hold.
     """
     found = sources(chain.description, list(names))
-    return Follower(chain, at, springs).sensitivity(found)
+    return LoopFollower(chain, at, springs).sensitivity(found)

@@ -5,8 +5,8 @@ forces f0, the loops multipliers l, and with the weights and loads P
 
     P(q) + J(q)' l + f0 = 0,     (N' (K + H) N) dz = N' T' w,     tool: T N dz
 
-for a small further wrench w at the tool, with K the springs and H the derivative of P + J' l along closed motions with l
-held: the geometric stiffness of weights, loads and internal forces.  H is found by central differences of sixth order
+for a small further wrench w at the tool, with K the springs and H the derivative of P + J' l along closed motions with
+l held: the geometric stiffness of weights, loads and internal forces.  H is found by central differences of sixth order
 of forces that are exact, the springs themselves enter as they are; on closed motions this is the exact second
 derivative of the potential energy.
 
@@ -46,7 +46,7 @@ UNHELD = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class SoftResponse:
     """How a soft robot answers generalised forces p in one posture: motion = basis @ solve(stiffness, basis' p).
 
     All are dimensionless in motions: lengths by the robot's, so that stiffness is energy [J].
@@ -162,7 +162,7 @@ class ElasticRobot(Sealed):
         moved = response.basis @ _solved(response.stiffness, response.basis.T @ pull)
         return np.asarray((response.placed.tool_jacobian * self._scale) @ moved)
 
-    def response(self, at: Posture | None = None, loads: Loads = NO_LOADS) -> Response:
+    def response(self, at: Posture | None = None, loads: Loads = NO_LOADS) -> SoftResponse:
         """How the robot answers small forces in a posture; errors as of `at`."""
         k, standing, placed = self.kinematics, as_loads(loads), self.placed(at)
         split = Split.of(trusted(k, placed, placed.scaled[:, self.free]))
@@ -174,7 +174,7 @@ class ElasticRobot(Sealed):
         bending = self._bending(placed, standing, multipliers, motions)
         kept = self._held(placed, standing, motions, bending, strained.rank)
         basis, bending = motions @ kept, bending @ kept
-        return Response(placed, basis, basis.T @ (self._springs @ basis + bending), bending)
+        return SoftResponse(placed, basis, basis.T @ (self._springs @ basis + bending), bending)
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
@@ -220,7 +220,9 @@ class ElasticRobot(Sealed):
     def _bending(self, placed: Placed, loads: tuple[Load, ...], multipliers: Array, motions: Array) -> Array:
         """Derivative of weights, loads and the pull of loop forces along motions, shape (nv, d) [J]."""
         found = np.zeros_like(motions)
-        if not (np.abs(multipliers).max(initial=0.0) or self._pull(placed, loads).any() or self.kinematics.physics.acts):
+        if not (
+            np.abs(multipliers).max(initial=0.0) or self._pull(placed, loads).any() or self.kinematics.physics.acts
+        ):
             return found
         k = self.kinematics
 
@@ -240,9 +242,7 @@ class ElasticRobot(Sealed):
         weight = k.tree.mass * float(np.linalg.norm(k.model.gravity.linear)) * k.length
         return weight + float(np.abs(self._pull(placed, loads)).max(initial=0.0))
 
-    def _held(
-        self, placed: Placed, loads: tuple[Load, ...], motions: Array, bending: Array, strained: int
-    ) -> Array:
+    def _held(self, placed: Placed, loads: tuple[Load, ...], motions: Array, bending: Array, strained: int) -> Array:
         """Combinations of the motions, shape (d, kept), without those that nothing holds and that nobody sees.
 
         Raises:

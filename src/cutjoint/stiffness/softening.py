@@ -181,7 +181,14 @@ class _Softer:
         self.robot = replace(self.robot, cuts=tuple(cuts))
 
     def _string(
-        self, name: str, kind: str, start: str, which: tuple[str, ...], matrix: Array, end: str, place: Array | None = None
+        self,
+        name: str,
+        kind: str,
+        start: str,
+        which: tuple[str, ...],
+        matrix: Array,
+        end: str,
+        place: Array | None = None,
     ) -> None:
         """Slides and hinges from link `start` to link `end`, which is there or will be."""
         made, parent = list[Joint](), start

@@ -41,9 +41,7 @@ class Beam:
     bending_z: float
     torsion: float
 
-    __repr__ = line(
-        young="N/m2", shear="N/m2", area="m2", bending_y="m4", bending_z="m4", torsion="m4"
-    )
+    __repr__ = line(young="N/m2", shear="N/m2", area="m2", bending_y="m4", bending_z="m4", torsion="m4")
 
     def __post_init__(self) -> None:
         for name in ("young", "shear", "area", "bending_y", "bending_z", "torsion"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 from cutjoint.errors import InputError, shown
@@ -27,9 +27,7 @@ UNITS: Mapping[Kind, Mapping[str, float]] = {
     "angle": _ANGLES,
     "stiffness": {f"{force}/{length}": a / b for force, a in _FORCES.items() for length, b in _LENGTHS.items()},
     "turning stiffness": {
-        f"{force}m/{angle}": a / b
-        for force, a in (_FORCES | {"uN": 1e-6}).items()
-        for angle, b in _ANGLES.items()
+        f"{force}m/{angle}": a / b for force, a in (_FORCES | {"uN": 1e-6}).items() for angle, b in _ANGLES.items()
     },
     "warmth": {"K": 1.0, "mK": 1e-3},
 }
@@ -56,7 +54,9 @@ def quantity(what: str, given: object, *kinds: Kind) -> float:
             return number * UNITS[kind][unit]
     known = [one for kind in kinds for one in UNITS[kind] if one[0] not in "µμ" and "µ" not in one and "μ" not in one]
     few = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
-    raise InputError(f"{what} must be a {wanted} [{few}], found the unit '{shown(found[2], 40)}' in '{shown(given, 60)}'")
+    raise InputError(
+        f"{what} must be a {wanted} [{few}], found the unit '{shown(found[2], 40)}' in '{shown(given, 60)}'"
+    )
 
 
 def _example(kind: Kind) -> str:
@@ -67,3 +67,27 @@ def _example(kind: Kind) -> str:
         "turning stiffness": "3e4 N m/rad",
         "warmth": "15 K",
     }[kind]
+
+
+_SHOWN: Mapping[str, tuple[tuple[float, str], ...]] = {
+    "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"), (1e-12, "pm")),
+    "rad": ((1.0, "rad"), (1e-3, "mrad"), (1e-6, "µrad"), (1e-9, "nrad"), (1e-12, "prad")),
+    "N/m": ((1e9, "kN/µm"), (1e6, "N/µm"), (1e3, "N/mm"), (1.0, "N/m"), (1e-3, "mN/m")),
+    "N m/rad": ((1e6, "MN m/rad"), (1e3, "kN m/rad"), (1.0, "N m/rad"), (1e-3, "mN m/rad")),
+    "m/N": ((1.0, "m/N"), (1e-3, "mm/N"), (1e-6, "µm/N"), (1e-9, "nm/N"), (1e-12, "pm/N")),
+}
+
+
+def handy(size: float, unit: str) -> tuple[float, str]:
+    """Factor and unit in which a quantity of a size, in the SI unit `unit`, is a number that can be read."""
+    rows = _SHOWN[unit]
+    if not 0.0 < size < math.inf:
+        return 1.0, unit
+    found = next((row for row in rows if size >= row[0]), rows[-1])
+    return 1.0 / found[0], found[1]
+
+
+def told(values: Sequence[float], size: float = 0.0, digits: int = 4) -> str:
+    """Numbers with commas; what is rounding beside the largest, or beside `size`, is 0."""
+    largest = max([size, *map(abs, values)])
+    return ", ".join("0" if abs(one) <= 1e-9 * largest else f"{one:.{digits}g}" for one in values)

@@ -30,7 +30,17 @@ class Principal(Frozen):
     stiffness: Array
     axes: Array
 
-    __repr__ = line(stiffness="N/m or N m/rad")
+    __repr__ = line("softest", "hardest", softest="N/m or N m/rad", hardest="N/m or N m/rad")
+
+    @property
+    def softest(self) -> float:
+        """The least of them."""
+        return float(self.stiffness[0])
+
+    @property
+    def hardest(self) -> float:
+        """The largest of them."""
+        return float(self.stiffness[-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,16 +115,15 @@ class ToolStiffness(Frozen):
     @property
     def translation(self) -> Principal:
         """Against forces at the tool point that nothing keeps from turning [N/m]."""
-        return self._principal(self.compliance[:3, :3])
+        return self._principal(self.compliance[:3, :3], 1.0)
 
     @property
     def rotation(self) -> Principal:
         """Against moments [N m/rad]."""
-        return self._principal(self.compliance[3:, 3:])
+        return self._principal(self.compliance[3:, 3:], self.length**2)
 
-    def _principal(self, block: Array) -> Principal:
+    def _principal(self, block: Array, square: float) -> Principal:
         values, axes = np.linalg.eigh(0.5 * (block + block.T))
-        square = self.length**2 if block is not self.compliance[:3, :3] else 1.0
         size = float(np.abs(self.compliance[:3, :3]).max() + self.length**2 * np.abs(self.compliance[3:, 3:]).max())
         rigid = np.abs(values) * square <= RIGID * size
         with np.errstate(divide="ignore"):
