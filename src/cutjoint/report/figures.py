@@ -75,7 +75,7 @@ SETTINGS = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
-    "axes.formatter.use_mathtext": True,
+    "axes.formatter.use_mathtext": False,
     "grid.color": GRID,
     "text.color": INK,
     "figure.facecolor": PLATE,

@@ -60,8 +60,8 @@ class Retimed(Frozen):
         actuators: of the robot, in the order of its columns.
         limits: that it keeps.
         duration: of the motion [s].
-        shortest: the time without which there is no motion along the way within the limits but that of jerk, even with
-            an acceleration that jumps, as far as the samples of the way tell [s].
+        shortest: the time of the quickest motion within the limits but that of jerk, whose acceleration jumps, as it
+            follows from the times that more and more samples of the way give [s].
         former: how long the trajectory took [s].
         closed: whether it ends where it begins.
         goes_round: whether it does so at speed, without a rest.

@@ -115,8 +115,10 @@ def limits_of(
         InputError: a limit is not > 0, there are too many or too few, or nothing limits the acceleration.
         UnknownNameError: there is no actuator of a name.
     """
+    given_of_tool = dict(zip(OF_TOOL, (tool_speed, tool_acceleration), strict=True))
     given = dict(zip(OF_ACTUATORS, (speed, acceleration, jerk, effort, power), strict=True))
-    found, told = {}, []
+    found: dict[str, Array] = {}
+    told: list[str] = []
     for quantity, value in given.items():
         whole = np.full(robot.n, np.inf)
         if quantity in ("speed", "effort"):
@@ -126,18 +128,15 @@ def limits_of(
             whole = _as_limits(quantity, value, robot.actuators, whole)
             told.append(f"{quantity}: as given")
         found[quantity] = whole
-    of_tool = {}
-    for quantity, limit in zip(OF_TOOL, (tool_speed, tool_acceleration), strict=True):
-        of_tool[quantity] = np.inf if limit is None else _positive(quantity, limit)
-        if limit is not None:
-            told.append(f"{quantity.replace('_', ' ')}: as given")
-    bounding = (*(found[one] for one in ("acceleration", "effort")), of_tool["tool_acceleration"])
-    if not any(np.isfinite(one).any() for one in bounding):
+    of_tool = [np.inf if one is None else _positive(name, one) for name, one in given_of_tool.items()]
+    told += [f"{name.replace('_', ' ')}: as given" for name, one in given_of_tool.items() if one is not None]
+    if not (any(np.isfinite(found[one]).any() for one in ("acceleration", "effort")) or np.isfinite(of_tool[1])):
         raise InputError(
             f"nothing limits the acceleration of {robot.name}: its description tells no largest effort; give a limit "
             "of effort, acceleration or tool acceleration"
         )
-    return MotionLimits(robot.actuators, **found, **of_tool, told=tuple(told))
+    of_each = (found["speed"], found["acceleration"], found["jerk"], found["effort"], found["power"])
+    return MotionLimits(robot.actuators, *of_each, of_tool[0], of_tool[1], tuple(told))
 
 
 def _described(robot: Mechanism, quantity: str) -> tuple[Array, list[str]]:

@@ -1,17 +1,18 @@
 """A way of the actuators without its time: coordinates over a way length s from 0 to 1, and their derivatives.
 
-A trajectory is sampled evenly along the way of its actuators, whatever its own time does, and a quintic spline over the
-chord length goes through the samples; where it stands and goes on in another direction the way has a corner, where any
-motion must stop, and each piece between two corners has a spline of its own.  How far the splines miss the trajectory
-between the samples is measured, and there are twice as many samples where that is too much.
+A trajectory is sampled along the way of its actuators, whatever its own time does, denser where that bends, and a
+quintic spline over the chord length goes through the samples; where it stands and goes on in another direction the way
+has a corner, where any motion must stop, and each piece between two corners has a spline of its own.  How far the
+splines miss the trajectory between the samples is measured, and there are twice as many samples where that is too much.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import BSpline, CubicHermiteSpline, make_interp_spline
+from scipy.interpolate import BSpline, CubicHermiteSpline, PchipInterpolator, make_interp_spline
 from scipy.optimize import minimize_scalar
 
 from cutjoint.arrays import Array, Frozen
@@ -22,7 +23,7 @@ from cutjoint.reprs import line
 
 LOOKS = 400
 """Instants at which a trajectory is looked at first."""
-NODES, MOST_NODES = 300, 2400
+NODES, MOST_NODES = 400, 3200
 LEAST_NODES = 60
 """Samples of a whole way, at most, and of one of its pieces at least."""
 MISSED = 1e-7
@@ -105,13 +106,14 @@ class Way(Frozen):
         return float(np.interp(s, one.s, one.times))
 
 
-def way_of(reference: Reference, units: Array, *, round_and_round: bool = False) -> Way:
+def way_of(reference: Reference, units: Array, *, round_and_round: bool = False, nodes: int = NODES) -> Way:
     """The way of a trajectory, seen through a mechanism.
 
     Args:
         reference: the trajectory and the mechanism.
         units: what coordinates are divided by to have no dimension, shape (n,).
         round_and_round: whether it shall be smooth where it begins anew.
+        nodes: how many samples it has, about, or more where it needs them.
 
     Raises:
         InputError: it does not move, or it cannot go round.
@@ -136,16 +138,30 @@ def way_of(reference: Reference, units: Array, *, round_and_round: bool = False)
         why = "it begins in another direction than it ends" if closed and not corners else why
         raise InputError(f"trajectory '{reference.trajectory.name}' cannot go round without a stop: {why}")
     ends = [0.0, *corners, reference.duration]
-    along = CubicHermiteSpline(times, lengths, speeds)
-    count = NODES
+    turned = _turned(rates, moving)
+    bends = turned[-1] > STANDS
+    spread = lengths / lengths[-1] + (turned / turned[-1] if bends else 0.0)
+    along = PchipInterpolator(times, spread) if bends else CubicHermiteSpline(times, spread, speeds / lengths[-1])
+    count = nodes
     while True:
         pieces = _pieces(reference, units, ends, along, count, round_and_round)
         total = sum(_chords(one.q / units)[-1] for one in pieces)
         missed = max(one.missed(reference, units) for one in pieces)
-        if missed <= MISSED * total or count >= MOST_NODES:
+        if missed <= MISSED * total or 2 * count > MOST_NODES:
             break
         count *= 2
     return Way(tuple(pieces), units, float(total), closed, smooth, missed, still)
+
+
+def _turned(rates: Array, moving: Array) -> Array:
+    """By how much the direction of the way has turned until each instant but in its corners, shape (k,) [rad]."""
+    found = np.zeros(len(rates))
+    places = np.flatnonzero(moving)
+    towards = rates[places] / np.linalg.norm(rates[places], axis=1, keepdims=True)
+    cosines = np.sum(towards[1:] * towards[:-1], axis=1)
+    sides = np.linalg.norm(towards[1:] - cosines[:, None] * towards[:-1], axis=1)
+    found[places[1:]] = np.where(cosines > TURNS, np.arctan2(sides, cosines), 0.0)
+    return np.cumsum(found)
 
 
 def _goes_on(before: Array, after: Array) -> bool:
@@ -158,7 +174,7 @@ def _corners(
     """Instants at which the trajectory stands and then goes on in another direction [s]."""
     found = []
     places = np.flatnonzero(moving)
-    for i, j in zip(places[:-1], places[1:], strict=True):
+    for i, j in pairwise(places.tolist()):
         if _goes_on(rates[i], rates[j]):
             continue
         if j > i + 1:
@@ -179,10 +195,10 @@ def _pieces(
     reference: Reference, units: Array, ends: list[float], along: CubicHermiteSpline, count: int, closed: bool
 ) -> list[WayPiece]:
     """Samples and splines between corners."""
-    whole = float(along(ends[-1]))
+    whole = float(along(ends[-1]) - along(ends[0]))
     pieces: list[WayPiece] = []
     parts = []
-    for start, end in zip(ends[:-1], ends[1:], strict=True):
+    for start, end in pairwise(ends):
         fine = np.linspace(start, end, 20 * LOOKS + 1)
         lengths = np.maximum.accumulate(along(fine))
         own = lengths[-1] - lengths[0]
@@ -193,9 +209,7 @@ def _pieces(
         times[0], times[-1] = start, end
         seen = [reference.at(float(t)) for t in times]
         chords = _chords(np.array([one.q for one in seen]) / units)
-        apart = np.concatenate([[True], np.diff(chords) > 0.1 * chords[-1] / steps])
-        apart[-1] = True
-        kept = [k for k in np.flatnonzero(apart) if k == steps or chords[-1] - chords[k] > 0.1 * chords[-1] / steps]
+        kept = _apart(chords, 0.05 * chords[-1] / steps)
         parts.append(([seen[k] for k in kept], np.array([times[k] for k in kept])))
     total = sum(_chords(np.array([one.q for one in seen]) / units)[-1] for seen, _ in parts)
     begun = 0.0
@@ -208,6 +222,15 @@ def _pieces(
         curve = make_interp_spline(s, q, k=5, bc_type="periodic" if closed else None)
         pieces.append(WayPiece(s, times, q, tuple(one.posture for one in seen), curve))
     return pieces
+
+
+def _apart(chords: Array, least: float) -> list[int]:
+    """Samples that are at least so far from one another, the first and the last among them."""
+    kept = [0]
+    for k in range(1, len(chords) - 1):
+        if chords[k] - chords[kept[-1]] > least and chords[-1] - chords[k] > least:
+            kept.append(k)
+    return [*kept, len(chords) - 1]
 
 
 def _chords(q: Array) -> Array:

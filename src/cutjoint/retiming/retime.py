@@ -26,7 +26,7 @@ from cutjoint.motion.splines import is_closed
 from cutjoint.retiming import peaks
 from cutjoint.retiming.answer import ACTIVE, LimitPeak, Retimed
 from cutjoint.retiming.limits import OF_ACTUATORS, OF_TOOL, MotionLimits
-from cutjoint.retiming.path import Way, way_of
+from cutjoint.retiming.path import MOST_NODES, NODES, Way, way_of
 from cutjoint.retiming.rows import Margins, rows_of
 from cutjoint.retiming.smoothing import Smoothed, smoothed
 from cutjoint.retiming.solving import PieceSolver
@@ -41,6 +41,8 @@ ROUNDS = 12
 CHECKS = 1500
 FIRST = 200.0
 """The time in which the acceleration goes from one limit to another is that of the motion by this number."""
+LOST = 2e-3
+"""The part of the time that steps of constant acceleration may lose."""
 LEAST_ROOM = 0.05
 Told = Callable[[float], None]
 
@@ -93,7 +95,6 @@ def retime(
     of_type("loads", loads, tuple, list)
     told = progress or (lambda _: None)
     work = _Work(robot, trajectory, limits, goes_round=goes_round, ramp=ramp, loads=loads)
-    told(0.3)
     return work.done(told)
 
 
@@ -114,17 +115,41 @@ class _Work:
         self.former, self.name = trajectory.duration, trajectory.name
         size = size_of(robot) if has_tool(robot) else 1.0
         self.units = np.array([1.0 if one.kind == "rotation" else size for one in robot.actuators])
-        self.way: Way = way_of(Reference(trajectory, robot), self.units, round_and_round=goes_round)
+        self.reference = Reference(trajectory, robot)
+        self._prepare(NODES)
+
+    def _prepare(self, nodes: int) -> None:
+        """The way, with about so many samples, and the terms along it."""
+        self.way: Way = way_of(self.reference, self.units, round_and_round=self.goes_round, nodes=nodes)
         self.solvers = [
-            PieceSolver(robot, self.way, one, terms_along(robot, one, loads), goes_round=goes_round)
+            PieceSolver(self.robot, self.way, one, terms_along(self.robot, one, self.loads), goes_round=self.goes_round)
             for one in self.way.pieces
         ]
-        self.margins = [Margins(len(one.s), robot.n) for one in self.way.pieces]
+        self.margins = [Margins(len(one.s), self.robot.n) for one in self.way.pieces]
+
+    def _first(self, told: Told) -> tuple[list[Array], float]:
+        """The quickest motion at the samples, and the time below which none is.
+
+        What a step of constant acceleration loses goes with its length, so twice as many samples lose half: that tells
+        how much there is to gain, and there are more samples while it is too much.
+        """
+        while True:
+            squares = self._solved()
+            parts = zip(self.solvers, squares, strict=True)
+            time = sum(float(elapsed(one.piece.s, x)[-1]) for one, x in parts)
+            half = sum(one.halved(self.limits, m) for one, m in zip(self.solvers, self.margins, strict=True))
+            nodes = sum(len(one.s) - 1 for one in self.way.pieces)
+            if half - time <= LOST * time or 2 * nodes > MOST_NODES:
+                return squares, time - max(half - time, 0.0) if np.isfinite(half) else time
+            self._prepare(2 * nodes)
+            told(0.5 - 0.5 * NODES / nodes)
+
+    def _solved(self) -> list[Array]:
+        return [one.solve(self.limits, margins) for one, margins in zip(self.solvers, self.margins, strict=True)]
 
     def done(self, told: Told) -> Retimed:
         """All steps."""
-        squares = [one.solve(self.limits, margins) for one, margins in zip(self.solvers, self.margins, strict=True)]
-        shortest = sum(float(elapsed(one.piece.s, x)[-1]) for one, x in zip(self.solvers, squares, strict=True))
+        squares, shortest = self._first(told)
         tops = self._ceiling(squares)
         for _ in range(3):
             best = self._tightened(squares, shortest, told)
@@ -140,7 +165,7 @@ class _Work:
             t=0.0,
         )
 
-    # ---- rounds --------------------------------------------------------------------------------------------------------
+    # ---- rounds ------------------------------------------------------------------------------------------------------
 
     def _tightened(self, squares: list[Array], shortest: float, told: Told) -> _Found:
         """Rounds of tightening until no limit is passed between the samples; the quickest that keeps all."""
@@ -148,7 +173,7 @@ class _Work:
         for i in range(ROUNDS):
             now = self._motion(squares, shortest)
             worst = peaks.worst_of(now.used)
-            told(0.3 + 0.5 * (i + 1) / ROUNDS)
+            told(0.5 + 0.3 * (i + 1) / ROUNDS)
             factor = self._stretch(now, worst)
             stretched = self._longer(now, factor)
             if best is None or stretched.motion.duration < best.motion.duration * (1.0 - 1e-6):
@@ -157,9 +182,7 @@ class _Work:
                 break
             self._tighten(now)
             try:
-                squares = [
-                    one.solve(self.limits, margins) for one, margins in zip(self.solvers, self.margins, strict=True)
-                ]
+                squares = self._solved()
             except RetimingError:
                 break
         assert best is not None
@@ -227,7 +250,7 @@ class _Work:
         least = np.minimum(1.0, holding + LEAST_ROOM * np.maximum(1.0 - holding, 0.0))
         margins["effort"][:, bounded] = np.maximum(margins["effort"][:, bounded], least)
 
-    # ---- the end -------------------------------------------------------------------------------------------------------
+    # ---- the end -----------------------------------------------------------------------------------------------------
 
     def _checked(self, best: _Found) -> tuple[float, int, peaks.Used, Array]:
         """The largest part of a limit by inverse dynamics, of how many instants, and all of them."""
@@ -237,7 +260,7 @@ class _Work:
 
     def _tighter_by_check(self, used: peaks.Used, t: Array, best: _Found) -> list[Array]:
         self._tighten(best, t, used)
-        return [one.solve(self.limits, margins) for one, margins in zip(self.solvers, self.margins, strict=True)]
+        return self._solved()
 
     def _ceiling(self, squares: list[Array]) -> Array:
         """Way lengths and the largest rates that limits leave there."""

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from cutjoint.arrays import Array, Frozen
 from cutjoint.reprs import line
@@ -47,7 +48,7 @@ class Margins:
     def __getitem__(self, quantity: str) -> Array:
         return self._parts[quantity]
 
-    def tighten(self, quantity: str, which: int, near: Array, by: Array) -> None:
+    def tighten(self, quantity: str, which: int, near: npt.NDArray[np.intp], by: Array) -> None:
         """Divide at the samples `near` by what is there more than 1."""
         np.divide.at(self._parts[quantity][:, which], near, by)
 
@@ -58,7 +59,9 @@ def rows_of(terms: WayTerms, limits: MotionLimits, margins: Margins, squares: Ar
     x = np.maximum(squares, 1e-6 * squares.max())
     roots = np.sqrt(x)
     effort = (terms.per_acceleration, terms.per_square, terms.holding + terms.dry)
-    bounded = {one: np.flatnonzero(np.isfinite(limits.of(one))) for one in (*OF_ACTUATORS, *OF_TOOL)}
+    bounded: dict[str, list[int]] = {
+        one: np.flatnonzero(np.isfinite(limits.of(one))).tolist() for one in (*OF_ACTUATORS, *OF_TOOL)
+    }
     for j in bounded["speed"]:
         found.add(("speed", j), 0.0, terms.rates[:, j] ** 2, (limits.speed[j] * margins["speed"][:, j]) ** 2)
     for j in bounded["acceleration"]:
@@ -76,10 +79,10 @@ def rows_of(terms: WayTerms, limits: MotionLimits, margins: Margins, squares: Ar
             for sign in (1.0, -1.0):
                 square = sign * (b + 0.5 * d / roots) + slope
                 found.add((quantity, j), sign * a, square, bound - sign * (c + 0.5 * d * roots))
-    if bounded["tool_speed"].size:
+    if bounded["tool_speed"]:
         square = np.sum(terms.tool_rates**2, axis=1)
         found.add(("tool_speed", 0), 0.0, square, (limits.tool_speed * margins["tool_speed"][:, 0]) ** 2)
-    if bounded["tool_acceleration"].size:
+    if bounded["tool_acceleration"]:
         _round(found, terms, limits.tool_acceleration * margins["tool_acceleration"][:, 0])
     return found.all()
 
@@ -94,7 +97,7 @@ class _Rows:
         """A row of each sample."""
         own = [np.broadcast_to(np.asarray(one, dtype=np.float64), self._count) for one in (a, b, g)]
         self._rows.append((own[0], own[1], own[2]))
-        self._of.append((of[0], int(of[1])))
+        self._of.append(of)
 
     def all(self) -> LimitRows:
         """All rows, each with numbers about 1."""

@@ -57,20 +57,18 @@ class Smoothed(Frozen):
     def place(self, k: int, t: Array) -> Array:
         """Way lengths at instants of piece k."""
         law = self.laws[k]
-        found = law.at(np.clip(t - self.starts[k], 0.0, law.duration))
-        return np.asarray(np.clip(found, law.s[0], law.s[-1]))
+        return _around(law.at(np.clip(t - self.starts[k], 0.0, law.duration)), law)
 
     def along(self, t: Array) -> tuple[Array, Array]:
         """Way lengths and their rates at instants, shape (len(t),) each."""
-        step = 1e-4 * self.half
-        total = np.zeros((3, len(t)))
-        for row, off in enumerate((-step, 0.0, step)):
-            now = np.clip(t + off, 0.0, self.starts[-1])
-            for k in range(len(self.laws)):
-                here = self.inside(k, now, last=k == len(self.laws) - 1)
-                total[row, here] = self.place(k, now[here])
-        spans = np.clip(t + step, 0.0, self.starts[-1]) - np.clip(t - step, 0.0, self.starts[-1])
-        return total[1], np.asarray((total[2] - total[0]) / spans)
+        place, speed = np.zeros_like(t), np.zeros_like(t)
+        for k, law in enumerate(self.laws):
+            here = self.inside(k, t, last=k == len(self.laws) - 1)
+            place[here] = self.place(k, t[here])
+            since = t[here] - self.starts[k]
+            after, before = (np.clip(since + off, 0.0, law.duration) for off in (1e-3 * self.half, -1e-3 * self.half))
+            speed[here] = (law.at(after) - law.at(before)) / (after - before)
+        return place, speed
 
 
 def smoothed(parts: Sequence[tuple[WayPiece, Array]], half: float, jerk: Array, *, goes_round: bool) -> Smoothed:
@@ -112,14 +110,17 @@ def smoothed(parts: Sequence[tuple[WayPiece, Array]], half: float, jerk: Array, 
 
 
 def _rows(parts: Sequence[tuple[WayPiece, Array]], half: float, slower: float, goes_round: bool) -> Smoothed:
-    laws, times, rows, starts = [], [], [], [0.0]
+    laws: list[TimeLaw] = []
+    times: list[Array] = []
+    rows: list[Array] = []
+    starts = [0.0]
     for piece, squares in parts:
         shortest = law_of(piece.s, squares * slower**2, half).shortest
         own = min(half, LONGEST * shortest)
         law = law_of(piece.s, squares * slower**2, own, goes_round=goes_round)
         count = int(max(np.ceil(ROWS * law.duration / (2.0 * own)), LEAST_ROWS * len(piece.s)))
         t = np.linspace(0.0, law.duration, count + 1)
-        q = piece.at(_around(law.at(t), piece) if goes_round else law.at(t))
+        q = piece.at(_around(law.at(t), law))
         if goes_round:
             q[-1] = q[0]
         elif not rows:
@@ -135,10 +136,11 @@ def _rows(parts: Sequence[tuple[WayPiece, Array]], half: float, slower: float, g
     return Smoothed(np.concatenate(times), q, half, np.array(starts), tuple(laws))
 
 
-def _around(s: Array, piece: WayPiece) -> Array:
-    """Way lengths of a closed piece within it."""
-    whole = piece.s[-1] - piece.s[0]
-    return np.asarray(piece.s[0] + np.mod(s - piece.s[0], whole))
+def _around(s: Array, law: TimeLaw) -> Array:
+    """Way lengths of a law within its piece."""
+    if not law.goes_round:
+        return s
+    return np.asarray(law.s[0] + np.mod(s - law.s[0], law.s[-1] - law.s[0]))
 
 
 def _jerk_part(now: Smoothed, jerk: Array, goes_round: bool) -> float:

@@ -66,6 +66,14 @@ class PieceSolver:
             before = time
         return self.squares
 
+    def halved(self, limits: MotionLimits, margins: Margins) -> float:
+        """The time that the piece takes with every other sample, after `solve` [s]; infinite where that is too few."""
+        kept = np.unique(np.append(np.arange(0, len(self.piece.s), 2), len(self.piece.s) - 1))
+        rows, s = rows_of(self.terms, limits, margins, self.squares), self.piece.s[kept]
+        few = LimitRows(rows.a[kept], rows.b[kept], rows.g[kept], rows.of)
+        found = self._round(few, s) if self.goes_round else quickest(few, s)
+        return np.inf if isinstance(found, Blocked) else float(elapsed(s, found)[-1])
+
     def _patiently(self, limits: MotionLimits, margins: Margins) -> Array:
         """Once, from slower tangents where quick ones leave nothing."""
         for last in [False] * RETRIES + [True]:
@@ -79,14 +87,14 @@ class PieceSolver:
 
     def _once(self, limits: MotionLimits, margins: Margins, squares: Array) -> Array:
         rows = rows_of(self.terms, limits, margins, squares)
-        found = self._round(rows) if self.goes_round else quickest(rows, self.piece.s)
+        found = self._round(rows, self.piece.s) if self.goes_round else quickest(rows, self.piece.s)
         if isinstance(found, Blocked):
             raise self._none(found, rows, limits)
         return found
 
-    def _round(self, rows: LimitRows) -> Array | Blocked:
+    def _round(self, rows: LimitRows, s: Array) -> Array | Blocked:
         """A lap in the middle of several, whose begin and end are forgotten."""
-        s, count = self.piece.s, len(self.piece.s) - 1
+        count = len(s) - 1
         whole = s[-1] - s[0]
         around = np.concatenate([np.tile(np.arange(count), LAPS), [count]])
         laps = np.concatenate([*(s[:-1] + lap * whole for lap in range(LAPS)), [s[-1] + (LAPS - 1) * whole]])
@@ -122,8 +130,8 @@ class PieceSolver:
             time, unit = self._way.time_of(where), limits.unit("effort", j)
             return RetimingError(
                 f"no motion along the way: to hold the robot still where the trajectory is at t = {time:.4g} s "
-                f"(s = {where:.3g} of the way) {limits.actuators[j].name} needs {abs(needed):.4g} {unit}, and its limit "
-                f"is {limits.effort[j]:.4g} {unit}. Raise that limit, or lighten the robot or its load",
+                f"(s = {where:.3g} of the way) {limits.actuators[j].name} needs {abs(needed):.4g} {unit}, and its "
+                f"limit is {limits.effort[j]:.4g} {unit}. Raise that limit, or lighten the robot or its load",
                 limits=[limits.named("effort", j)],
                 place=where,
                 t=time,

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.retiming.rows import LimitRows
@@ -95,7 +96,11 @@ def _range(step: _Step) -> tuple[float, float] | Blocked:
 
 
 def _zeros(
-    upper: tuple[Array, Array], lower: tuple[Array, Array], least: float, most: float, of: tuple[Array, Array]
+    upper: tuple[Array, Array],
+    lower: tuple[Array, Array],
+    least: float,
+    most: float,
+    of: tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]],
 ) -> tuple[float, float] | Blocked:
     """Where the lowest of the lines `upper` is above the highest of `lower`: each g - b x."""
     ends = []

@@ -52,7 +52,7 @@ class WayTerms(Frozen):
     @property
     def per_acceleration(self) -> Array:
         """M q', shape (k, n)."""
-        return np.einsum("kij,kj->ki", self.mass, self.rates)
+        return np.asarray(np.einsum("kij,kj->ki", self.mass, self.rates))
 
     @property
     def per_square(self) -> Array:

@@ -53,7 +53,8 @@ class TimeLaw(Frozen):
         return self.shortest + (0.0 if self.goes_round else 2.0 * self.half)
 
     def at(self, t: Array) -> Array:
-        """Way lengths of the average at times from 0 to its duration, shape (len(t),)."""
+        """Way lengths of the average at times from 0 to its duration, shape (len(t),); of one that goes round they go
+        on beyond both ends."""
         times, speeds, s = self.times, self.speeds, self.s
         if self.goes_round:
             whole = s[-1] - s[0]
@@ -83,7 +84,7 @@ class TimeLaw(Frozen):
             found[some] += np.sum(np.where(away >= 0.0, -1.0, 1.0) * left**4 * jumps[near], axis=1) / (
                 24.0 * self.half**2
             )
-        return np.asarray(np.clip(found, self.s[0], self.s[-1]) if not self.goes_round else found)
+        return np.asarray(found if self.goes_round else np.clip(found, self.s[0], self.s[-1]))
 
 
 def law_of(s: Array, squares: Array, half: float, *, goes_round: bool = False) -> TimeLaw:
