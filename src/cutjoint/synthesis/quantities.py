@@ -19,6 +19,9 @@ from cutjoint.errors import InputError
 from cutjoint.motion import Reference, Trajectory
 from cutjoint.motion.reference import Desired
 from cutjoint.reprs import line
+from cutjoint.retiming import limits_of, retime
+from cutjoint.stiffness import Springs, stiffness
+from cutjoint.workspace import workspace
 
 Goal = Literal["most", "least"]
 INSTANTS = 33
@@ -145,21 +148,29 @@ def _workspace(subject: Subject, options: Options) -> float:
 
 def _stiffness(subject: Subject, options: Options) -> float:
     """The least of moving the tool along any direction, the worst along a trajectory."""
+    springs = Springs({one.name: float(options["actuator"]) for one in subject.chain.actuators})
     worst = np.inf
     for one in subject.along(str(options["trajectory"]))[:: INSTANTS // 8]:
-        found = stiffness(subject.chain, one.posture, actuators=float(options["actuator"]))
-        worst = min(worst, found.least)
+        worst = min(worst, stiffness(subject.chain, springs, one.posture).translation.softest)
     return float(worst)
 
 
 def _cycle(subject: Subject, options: Options) -> float:
-    from cutjoint.retiming import retime
-
-    found = retime(subject.chain, subject.trajectories[str(options["trajectory"])], effort=float(options["effort"]))
-    return float(found.duration)
+    limits = limits_of(subject.chain, effort=float(options["effort"]))
+    return float(retime(subject.chain, subject.trajectories[str(options["trajectory"])], limits).duration)
 
 
 QUANTITIES: Mapping[str, QuantityRow] = {
+    "workspace": QuantityRow(
+        "extent of the workspace around home", "{extent}", "most", _workspace, {"cells": ("cells along an axis", 24.0)}
+    ),
+    "stiffness": QuantityRow(
+        "least stiffness against a push at the tool, along a trajectory",
+        "N/m",
+        "most",
+        _stiffness,
+        {"trajectory": TRAJECTORY, "actuator": ("stiffness of each actuator [N/m] or [N m/rad]", None)},
+    ),
     "isotropy": QuantityRow(
         "least 1 / condition number of the tool's Jacobian along a trajectory",
         "",

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.errors import InputError
@@ -82,9 +81,7 @@ def lattice_for(filler: Filler, goals: Goals, limits: Mapping[str, Range], cells
     return _fine(filler, goals, _found(filler, goals, ranges, stride), limits, cells)
 
 
-def _found(
-    filler: Filler, goals: Goals, limits: Sequence[Range | None], stride: Array
-) -> list[Range]:
+def _found(filler: Filler, goals: Goals, limits: Sequence[Range | None], stride: Array) -> list[Range]:
     """How far it goes along every axis, a cell of a coarse filling wider than was reached."""
     stride = np.array(stride)
     for axis, one in enumerate(limits):
@@ -137,9 +134,7 @@ def _widened(low: Array, high: Array, stride: Array, limits: Sequence[Range | No
     return found
 
 
-def _fine(
-    filler: Filler, goals: Goals, ranges: Sequence[Range], limits: Mapping[str, Range], cells: int
-) -> Lattice:
+def _fine(filler: Filler, goals: Goals, ranges: Sequence[Range], limits: Mapping[str, Range], cells: int) -> Lattice:
     breadths = np.array([high - low for low, high in ranges])
     steps = np.zeros(len(ranges))
     for unit in set(goals.units):

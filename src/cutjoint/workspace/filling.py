@@ -21,6 +21,7 @@ from cutjoint.workspace.walking import FINEST, Walker, march
 Told = Callable[[float], None]
 """Called with the number of cells that are reached."""
 
+
 @dataclass(frozen=True, eq=False)
 class Filled:
     """Cells that are reached.

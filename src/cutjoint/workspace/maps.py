@@ -164,11 +164,15 @@ def chosen_maps(names: Sequence[str], survey: Survey) -> tuple[str, ...]:
         if name not in MAPS:
             raise UnknownNameError("map", name, list(MAPS))
         if MAPS[name].of_places and not places:
-            raise InputError(f"map {name} is of forces and speeds of the tool point, which {survey.robot.name} does not lead")
+            raise InputError(
+                f"map {name} is of forces and speeds of the tool point, which {survey.robot.name} does not lead"
+            )
         if MAPS[name].of_chains and not isinstance(survey.robot, CompiledChain):
             raise InputError(f"map {name} is of closed chains; {survey.robot.name} is a reduced model")
         if survey.goals.free:
-            raise InputError(f"maps need a task of as many coordinates as there are actuators; {survey.robot.name} has another")
+            raise InputError(
+                f"maps need a task of as many coordinates as there are actuators; {survey.robot.name} has another"
+            )
     if len(set(names)) < len(names):
         raise InputError(f"a map is asked for twice among {', '.join(names)}")
     return tuple(names)

@@ -43,7 +43,7 @@ def _designs(ax: Axes, found: Synthesis, taken: int) -> None:
     second = goals[1] if several else goals[0]
     doing = [k for k, one in enumerate(found.designs) if not one.why]
     if not several:
-        numbers = {k: k for k in range(len(found.designs))}
+        numbers = {k: float(k) for k in range(len(found.designs))}
         ax.set_xlabel("design, in the order of the search")
     else:
         numbers = {k: found.designs[k].found[goals[0].name] for k in doing}
