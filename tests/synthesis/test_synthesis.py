@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cutjoint.chain import ClosedChain
-from cutjoint.description import Frame, Inertial, Joint, JointType, Link, RobotDescription, load_description
+from cutjoint.description import Frame, Inertial, Joint, JointType, Limits, Link, RobotDescription, load_description
 from cutjoint.description.transforms import placement
 from cutjoint.errors import InputError, Interrupted, UnknownNameError
 from cutjoint.robots import load
@@ -223,3 +224,22 @@ def test_quantities_say_what_they_need() -> None:
         Want("mass", {})
     with pytest.raises(UnknownNameError, match="trajectory"):
         Want("effort", {"trajectry": "hold"}, "least")
+
+
+def test_what_has_no_meaning_is_told_before_the_search() -> None:
+    plain = arm()
+    slide = Joint("slide", JointType.PRISMATIC, "rod", "block", placement((0.8, 0.0, 0.0)), limits=Limits(-0.5, 0.5))
+    block = Link("block", Inertial(0.5, np.zeros(3), 0.01 * np.eye(3)))
+    mixed = replace(
+        plain,
+        links=(*plain.links, block),
+        joints=(*plain.joints, slide),
+        actuators=("hinge", "slide"),
+        tool=Frame("block"),
+    )
+    roll = Variable("roll", "mount", ("roll",), -0.1, 0.1)
+    asked = problem_of(ClosedChain(mixed), [roll], [Want("effort", {"trajectory": "hold"}, "least")])
+    with pytest.raises(InputError, match="take power"):
+        synthesise(asked, designs=2)
+    with pytest.raises(InputError, match="at least 2"):
+        synthesise(problem(Want("mass", {}, "least")), designs=1)

@@ -77,6 +77,22 @@ class Design(Frozen):
     __repr__ = line("values", "found", "why")
 
 
+def check_problem(problem: DesignProblem) -> None:
+    """Look whether all that is wanted has a meaning for the robot as it is.
+
+    Raises:
+        InputError: something has not, or a package is missing.
+    """
+    try:
+        subject = Subject(ClosedChain(problem.robot, problem.home), problem.trajectories)
+        for want in problem.wants:
+            QUANTITIES[want.quantity].judge(subject, want.options)
+    except InputError:
+        raise
+    except CutjointError:
+        return  # what the robot as it is cannot do, another design may
+
+
 def judged(problem: DesignProblem, values: npt.ArrayLike) -> Design:
     """What a design comes to; one that does not close, follow or keep the bounds says why."""
     numbers = np.asarray(values, dtype=np.float64)
@@ -86,8 +102,6 @@ def judged(problem: DesignProblem, values: npt.ArrayLike) -> Design:
         subject = Subject(chain, problem.trajectories)
         for want in problem.wants:
             found[want.name] = QUANTITIES[want.quantity].judge(subject, want.options)
-    except InputError:
-        raise
     except CutjointError as error:
         return Design(numbers, found, f"{type(error).__name__}: {error}")
     missed = [want for want in problem.wants if want.missed_by(found[want.name])]

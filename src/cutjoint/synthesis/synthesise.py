@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cutjoint.doors import door
 from cutjoint.errors import InputError, Interrupted
-from cutjoint.synthesis.judging import DesignProblem, judged
+from cutjoint.synthesis.judging import DesignProblem, check_problem
 from cutjoint.synthesis.result import Synthesis
 from cutjoint.synthesis.search import Told, searched
 
@@ -26,7 +26,7 @@ def synthesise(problem: DesignProblem, designs: int = 200, seed: int = 1, told: 
     """
     if designs < 2:
         raise InputError(f"designs must be at least 2, found {designs}")
-    judged(problem, problem.now)  # what has no meaning for the robot is said before any worker starts
+    check_problem(problem)
     try:
         found = searched(problem, designs, seed, told)
     except Interrupted as stop:
