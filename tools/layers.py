@@ -21,7 +21,20 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / PACKAGE
 
 # Room -> the rooms it may import, besides itself.  `cutjoint` is the package's own __init__.
 BASE = frozenset(
-    {"errors", "arrays", "doors", "extras", "files", "interrupts", "reprs", "tables", "texts", "tolerances"}
+    {
+        "errors",
+        "arrays",
+        "doors",
+        "extras",
+        "files",
+        "interrupts",
+        "pool",
+        "reprs",
+        "settings",
+        "tables",
+        "texts",
+        "tolerances",
+    }
 )
 MODEL = BASE | {"mechanism"}
 CHAIN = MODEL | {"description", "chain"}
@@ -39,6 +52,8 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     "reprs": frozenset({"errors"}),
     "files": frozenset({"errors", "interrupts"}),
     "interrupts": frozenset(),
+    "pool": frozenset({"errors", "interrupts"}),
+    "settings": frozenset({"errors", "files", "reprs"}),
     "tolerances": frozenset(),
     "plugins": frozenset({"errors", "files"}),
     "mechanism": BASE,
@@ -81,7 +96,9 @@ OUTSIDE: Mapping[str, frozenset[str]] = {
     "extras": frozenset(),
     "files": frozenset(),
     "interrupts": frozenset(),
+    "pool": frozenset(),
     "reprs": frozenset({"numpy"}),
+    "settings": frozenset(),
     "tables": frozenset(),
     "texts": frozenset({"rich"}),
     "tolerances": frozenset(),

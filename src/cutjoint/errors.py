@@ -302,6 +302,20 @@ class ToleranceError(CutjointError):
         super().__init__(message)
 
 
+class RetimingError(CutjointError):
+    """No motion along a way keeps its limits.
+
+    Attributes:
+        limits: which limits leave none, such as `effort of arm1`.
+        place: where on the way, 0 to 1.
+        t: when the trajectory was there [s].
+    """
+
+    def __init__(self, message: str, *, limits: Sequence[str], place: float, t: float) -> None:
+        self.limits, self.place, self.t = tuple(limits), place, t
+        super().__init__(message)
+
+
 class SimulationError(CutjointError):
     """A run could not go on.  Nothing is lost: what was simulated until then is in `result`.
 

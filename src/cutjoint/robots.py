@@ -91,6 +91,35 @@ PUBLISHED: dict[str, Published] = {
 """Folder under urdf/ -> its published model."""
 
 
+def named_trajectory(spec: str, chain: ClosedChain, mechanism: Mechanism | None = None) -> Trajectory:
+    """The trajectory that `spec` names: "paper" is that of the robot's paper, all else as of `motion.trajectory`, from
+    the home posture of `mechanism` (default: `chain`) on.
+
+    Raises:
+        UnknownNameError: no such trajectory.
+        InputError: its numbers are wrong, or the robot has no published trajectory.
+    """
+    from cutjoint.motion.catalogue import TRAJECTORIES, trajectory
+
+    name, _, rest = spec.partition(":")
+    if name != "paper":
+        try:
+            return trajectory(spec, chain if mechanism is None else mechanism)
+        except UnknownNameError as error:
+            if error.kind != "trajectory":
+                raise
+            hint = "`cutjoint simulate --help` explains all"
+            raise UnknownNameError("trajectory", error.name, ("paper", *error.known), hint) from error
+    if rest:
+        raise InputError(f"'{spec}' is no trajectory; paper takes no numbers")
+    robot = chain.description.name
+    known = [name for name, row in PUBLISHED.items() if row.path is not None]
+    if robot not in known:
+        others = ", ".join(f"{one}{row.form}" for one, row in TRAJECTORIES.items())
+        raise InputError(f"{robot} has no published trajectory (known: {', '.join(known)}); use {others}")
+    return PUBLISHED[robot].trajectory()
+
+
 Dynamics = Literal["real", "ideal"]
 """Whether joints have what their files say (damping, friction, springs, rotors, stops, bushings), or move freely."""
 

@@ -55,6 +55,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
     ],
     "size": [(f"fourbar --motors {HERE}/motors.csv --json", 1)],
     "reproduce": [],
+    "synthesise": [(f"{HERE}/order.toml --designs 2", 0), (f"{HERE}/order.toml --designs 2 --json", 0)],
     "view": [(f"fourbar --html {HERE}/page.html", 0)],
     "play": [],
     "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
@@ -95,6 +96,7 @@ SLOW: dict[str, list[tuple[str, int]]] = {
         ("fivebar --workspace --tool-speed 1 --tool-acceleration 5 --samples 10 --json", 0),
         (f"{HERE}/hostile --trajectory about-home --bearings", 0),
     ],
+    "synthesise": [(f"{HERE}/order.toml --designs 12 -o better", 0), (f"{HERE}/never.toml --designs 3", 1)],
     "play": [(f"fivebar --trajectory hold --html {HERE}/page.html", 0)],
     "export": [(f"stewart --to urdf -o {HERE}/stewart.urdf", 0)],
     "compile": [
@@ -199,6 +201,16 @@ WRONG: dict[str, list[str]] = {
         "fourbar --payload -1",
     ],
     "reproduce": ["delta", f"cpm --output {HERE}/no/page.html", f"cpm --output {HERE}"],
+    "synthesise": [
+        "",
+        f"{HERE}",
+        f"{HERE}/no.toml",
+        f"{HERE}/text.npz",
+        f"{HERE}/wrong.toml",
+        f"{HERE}/order.toml --designs 1",
+        f"{HERE}/order.toml -o {HERE}/hostile",
+        f"{HERE}/order.toml -o {HERE}/no/folder",
+    ],
     "view": ["", "cpm --port -1", "cpm --size 3 --html x.html", f"cpm --html {HERE}/no/page.html"],
     "play": ["", "cpm", "none.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
     "export": ["cpm --to none", f"cpm -o {HERE}"],
@@ -246,6 +258,10 @@ def folder(tmp_path: Path, result: bytes) -> Path:
     headings = "name,rated_torque [N m],peak_torque [N m],max_speed [rpm],rotor_inertia [kg cm2]"
     (tmp_path / "motors.csv").write_text(f"{headings}\n{ODD},1e-6,2e-6,3000,0.1\n")
     (tmp_path / "wrong.csv").write_text(f"{headings.replace('[rpm]', '[kg]')}\na,1,2,3000,0.1\n")
+    order = '[[vary]]\npath = "links.crank_link.mass"\nrange = [0.1, 0.9]\n[[want]]\nquantity = "mass"\n'
+    (tmp_path / "order.toml").write_text(f'robot = "fourbar"\n{order}')
+    (tmp_path / "never.toml").write_text(f'robot = "fourbar"\n{order}at_most = 0.01\n')
+    (tmp_path / "wrong.toml").write_text(f'robot = "fourbar"\ndesings = 3\n{order}')
     return tmp_path
 
 

@@ -10,7 +10,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import cutjoint
-from cutjoint import control, crosscheck, description, drafting, motion, simulation, sizing
+from cutjoint import (
+    control,
+    crosscheck,
+    description,
+    drafting,
+    motion,
+    settings,
+    simulation,
+    sizing,
+    synthesis,
+)
 from cutjoint.chain import GearForce
 from cutjoint.chain.modes import ModeSeeker
 from cutjoint.chain.physics import Elastic
@@ -109,6 +119,7 @@ def quick_seeds() -> Iterator[object]:
     yield from _of_papers(paper, other)
     yield from _of_runs(robot, reference)
     yield from _sizing(robot, reference)
+    yield from _of_answers(robot)
 
 
 def _sizing(robot: cutjoint.ClosedChain, reference: motion.Reference) -> Iterator[object]:
@@ -218,6 +229,16 @@ def slow_seeds() -> Iterator[object]:
     yield from _in_hand(robot)
     with LiveView(robot) as view:
         yield from (view, view.bridge)
+
+
+def _of_answers(robot: cutjoint.ClosedChain) -> Iterator[object]:
+    """Settings, and a synthesis."""
+    yield from (settings.Settings({"a": 1}, "file.toml"), settings.MISSING)
+    lighter = synthesis.Variable("mass", "path", ("links.left_distal.mass",), 0.1, 0.9)
+    problem = synthesis.problem_of(robot, [lighter], [synthesis.Want("mass", {}, "least")])
+    design = synthesis.judged(problem, problem.now)
+    yield from (problem, design, synthesis.Synthesis(problem, (design,)), synthesis.SynthesisOrder(problem, 2, 1))
+    yield from (synthesis.Subject(robot, {}), synthesis.QUANTITIES["mass"])
 
 
 def _in_hand(robot: cutjoint.ClosedChain) -> Iterator[object]:

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from cutjoint.commands.reproduce import command
 from cutjoint.errors import CutjointError
-from cutjoint.experiments.pool import run_all
+from cutjoint.pool import run_all
 
 app = typer.Typer()
 app.command()(command)

@@ -18,8 +18,8 @@ from cutjoint.commands import completing
 from cutjoint.control.catalogue import LAWS, law_row
 from cutjoint.control.law import GainHelp
 from cutjoint.control.outside import GROUP as LAW_GROUP
-from cutjoint.errors import InputError, UnknownNameError, shown
-from cutjoint.motion.catalogue import TRAJECTORIES, describe, trajectory
+from cutjoint.errors import InputError, shown
+from cutjoint.motion.catalogue import TRAJECTORIES, describe
 from cutjoint.motion.outside import GROUP as PATH_GROUP
 from cutjoint.plugins import installed
 
@@ -217,22 +217,6 @@ def trajectory_of(chain: ClosedChain, spec: str, mechanism: Mechanism | None = N
         UnknownNameError: no such trajectory.
         InputError: its numbers are wrong, or the robot has no published trajectory.
     """
-    from cutjoint.robots import PUBLISHED
+    from cutjoint.robots import named_trajectory
 
-    name, _, rest = spec.partition(":")
-    if name != "paper":
-        try:
-            return trajectory(spec, chain if mechanism is None else mechanism)
-        except UnknownNameError as error:
-            if error.kind != "trajectory":
-                raise
-            hint = "`cutjoint simulate --help` explains all"
-            raise UnknownNameError("trajectory", error.name, ("paper", *error.known), hint) from error
-    if rest:
-        raise InputError(f"'{spec}' is no trajectory; paper takes no numbers")
-    robot = chain.description.name
-    known = [name for name, row in PUBLISHED.items() if row.path is not None]
-    if robot not in known:
-        others = ", ".join(f"{one}{row.form}" for one, row in TRAJECTORIES.items())
-        raise InputError(f"{robot} has no published trajectory (known: {', '.join(known)}); use {others}")
-    return PUBLISHED[robot].trajectory()
+    return named_trajectory(spec, chain, mechanism)

@@ -21,6 +21,7 @@ from cutjoint.description.model import (
     Variant,
 )
 from cutjoint.description.paths import paths
+from cutjoint.description.stretching import mounted, stretched
 from cutjoint.description.values import value, with_values
 
 __all__ = [
@@ -43,8 +44,10 @@ __all__ = [
     "check",
     "check_description",
     "load_description",
+    "mounted",
     "paths",
     "read_checked",
+    "stretched",
     "value",
     "with_values",
     "write",

@@ -11,9 +11,9 @@ import numpy as np
 
 from cutjoint.experiments import cpm
 from cutjoint.experiments.gains import SmallestGain
-from cutjoint.experiments.pool import Key, Outcome
 from cutjoint.experiments.tables import Claim, Verdict
 from cutjoint.papers.cpm.published import CIRCLE, FORCE_LIMIT, SETTLING_TIME
+from cutjoint.pool import Key, Outcome
 from cutjoint.simulation import Result
 
 Found = Mapping[Key, Outcome]

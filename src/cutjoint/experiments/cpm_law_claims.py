@@ -21,10 +21,10 @@ from cutjoint.control import Law
 from cutjoint.experiments import cpm, cpm_laws
 from cutjoint.experiments.cpm_claims import TITLES, Found, run_of
 from cutjoint.experiments.cpm_laws import Damping, Held, Response, UpdateRate
-from cutjoint.experiments.pool import Key, Task
 from cutjoint.experiments.tables import Claim, Verdict
 from cutjoint.mechanism import Mechanism
 from cutjoint.papers.cpm import CpmModel
+from cutjoint.pool import Key, Task
 from cutjoint.simulation import Result
 
 ZERO = 1e-9

@@ -9,10 +9,10 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.experiments import cpm, cpm_law_claims
 from cutjoint.experiments.cpm_claims import RULED, TITLES, Found, claims, rule_of, run_of
-from cutjoint.experiments.pool import Key, Task
 from cutjoint.experiments.tables import claims_table, cost_table, errata_table
 from cutjoint.papers.cpm.errata import ERRATA
 from cutjoint.papers.cpm.published import CIRCLE, FORCE_LIMIT, SETTLING_TIME, Table3Row
+from cutjoint.pool import Key, Task
 from cutjoint.report import Panel, Section, ToolPath, figure
 from cutjoint.report.page import Picture
 from cutjoint.robots import hypothesis_cost_of

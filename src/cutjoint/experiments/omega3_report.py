@@ -8,10 +8,10 @@ import numpy as np
 
 from cutjoint.experiments import omega3
 from cutjoint.experiments.gains import GAINS
-from cutjoint.experiments.pool import Key, Outcome, Task
 from cutjoint.experiments.tables import Verdict, cost_table, errata_table
 from cutjoint.papers.omega3.errata import ERRATA
 from cutjoint.papers.omega3.published import ERROR_BOUND, SETTLING_TIME
+from cutjoint.pool import Key, Outcome, Task
 from cutjoint.report import Panel, Section, ToolPath, figure
 from cutjoint.report.page import Picture
 from cutjoint.robots import hypothesis_cost_of

@@ -8,7 +8,7 @@ from typing import cast
 
 from cutjoint.errors import Interrupted, UnknownNameError
 from cutjoint.experiments import cpm_report, omega3_report, unfinished
-from cutjoint.experiments.pool import Key, Outcome, Task, run_all
+from cutjoint.pool import Key, Outcome, Task, run_all
 from cutjoint.report import Section
 from cutjoint.tables import TextTable
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from cutjoint import interrupts
 from cutjoint.compile import kept
 from cutjoint.description import catalogue
-from cutjoint.experiments.pool import Key, Outcome
+from cutjoint.pool import Key, Outcome
 
 KIND = "reproduction/runs"
 DECISIVE = ("numpy", "scipy", "pin")

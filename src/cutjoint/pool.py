@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 import traceback
-from collections.abc import Callable, Generator, Hashable, Iterator, Mapping
+from collections.abc import Callable, Generator, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from multiprocessing import connection, get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection
@@ -38,9 +38,30 @@ def run_all(tasks: Mapping[K, Task], done: Callable[[int], None] | None = None) 
     Raises:
         Interrupted: a `KeyboardInterrupt` came; `result` holds what was done.
     """
-    workers = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1, MOST)
+    with workers(len(tasks)) as run:
+        return run(tasks, done)
+
+
+Run: TypeAlias = Callable[..., dict[Any, Outcome]]
+"""`run_all` in processes that are there already."""
+
+
+@contextmanager
+def workers(most: int = MOST) -> Iterator[Run]:
+    """What runs tasks as `run_all` does, as often as wanted in the block, in the same processes, at most `most`."""
+    count = min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1, MOST, most)
+    if count <= 1:
+        yield lambda tasks, done=None: _gathered(tasks, _here(tasks), done)
+        return
+    with _workers(count) as pipes:
+        yield lambda tasks, done=None: _gathered(tasks, _beside(tasks, pipes), done)
+
+
+def _gathered(
+    tasks: Mapping[K, Task], each: Generator[tuple[K, Outcome], None, None], done: Callable[[int], None] | None
+) -> dict[K, Outcome]:
+    """What the tasks returned, in their order."""
     found: dict[K, Outcome] = {}
-    each = _here(tasks) if workers == 1 else _beside(tasks, min(workers, len(tasks)))
     try:
         with interrupts.asking(), contextlib.closing(each):
             for key, outcome in each:
@@ -60,24 +81,23 @@ def _here(tasks: Mapping[K, Task]) -> Generator[tuple[K, Outcome], None, None]:
         interrupts.check()
 
 
-def _beside(tasks: Mapping[K, Task], count: int) -> Generator[tuple[K, Outcome], None, None]:
-    """In `count` processes, in the order in which they are done."""
+def _beside(tasks: Mapping[K, Task], pipes: Sequence[Connection]) -> Generator[tuple[K, Outcome], None, None]:
+    """In the processes behind the pipes, in the order in which they are done."""
     left = list(tasks.items())[::-1]
-    with _workers(count) as workers:
-        busy: dict[Connection, K] = {}
-        for pipe in workers:
-            if left:
+    busy: dict[Connection, K] = {}
+    for pipe in pipes:
+        if left:
+            busy[pipe], task = left.pop()
+            pipe.send(task)
+    while busy:
+        ready = connection.wait(list(busy), OFTEN)
+        for pipe in [one for one in busy if one in ready]:
+            key = busy.pop(pipe)
+            yield key, _answer(pipe, key)
+            if left and not interrupts.waiting():
                 busy[pipe], task = left.pop()
                 pipe.send(task)
-        while busy:
-            ready = connection.wait(list(busy), OFTEN)
-            for pipe in [one for one in busy if one in ready]:
-                key = busy.pop(pipe)
-                yield key, _answer(pipe, key)
-                if left and not interrupts.waiting():
-                    busy[pipe], task = left.pop()
-                    pipe.send(task)
-            interrupts.check()
+        interrupts.check()
 
 
 def _answer(pipe: Connection, key: Hashable) -> Outcome:
