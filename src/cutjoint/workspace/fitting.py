@@ -114,8 +114,8 @@ def largest(space: Workspace, kind: str = "box", *, margin: float = 0.0, upright
     body = body_of(space)
     if not body.full.any():
         raise InputError(
-            f"the region of {space.robot} is nowhere two cells thick along every axis, so that nothing is known to fit; "
-            "use more cells"
+            f"the region of {space.robot} is nowhere two cells thick along every axis, so that nothing is known to "
+            "fit; use more cells"
         )
     # in steps of the grid nothing is too small or too large to be squared
     unit = float(body.steps.max())
@@ -149,11 +149,11 @@ def _check_axes(kind: str, names: tuple[str, ...], units: tuple[str, ...], margi
 
 def _extent(kind: str, breadths: Array, upright: int) -> float:
     if kind == "box":
-        return math.prod(breadths.tolist())
+        return float(breadths.prod())
     if kind == "cylinder":
-        return math.pi / 4.0 * math.prod(breadths.tolist())
+        return math.pi / 4.0 * float(breadths.prod())
     d = len(breadths)
-    return math.pi ** (d / 2.0) / math.gamma(d / 2.0 + 1.0) * float(breadths[0] / 2.0) ** d
+    return float(math.pi ** (d / 2.0) / math.gamma(d / 2.0 + 1.0) * float(breadths[0] / 2.0) ** d)
 
 
 Placed = tuple[Array, Array] | None
@@ -255,7 +255,7 @@ def _cylinder_of_layers(body: GridBody, margin: float, axis: int) -> Array | Non
             if bound**2 * (count - 1) * step <= best:  # nor can a longer one be
                 most[i, j] = 0.0
             elif length == 1 or bound**2 * length * step > best:
-                room = distances(layers[i : j + 1].all(axis=0), around)
+                room = distances(np.asarray(layers[i : j + 1].all(axis=0)), around)
                 at = np.unravel_index(int(room.argmax()), room.shape)
                 most[i, j] = room[at]
                 if most[i, j] ** 2 * length * step > best:
@@ -266,7 +266,7 @@ def _cylinder_of_layers(body: GridBody, margin: float, axis: int) -> Array | Non
 
 
 def _climbed(value: Callable[[Array], float], at: Array, steps: Array) -> Array:
-    """The place near `at` where `value` is largest: by steps along the axes and their diagonals, halved where none helps."""
+    """The place near `at` where `value` is largest: by steps along axes and diagonals, halved where none helps."""
     size, best = 0.5, value(at)
     ways = [*np.eye(len(at))]
     ways += [a + sign * b for i, a in enumerate(np.eye(len(at))) for b in np.eye(len(at))[:i] for sign in (1.0, -1.0)]

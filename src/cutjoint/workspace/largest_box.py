@@ -20,13 +20,14 @@ MOST_WORK = 2_000_000_000
 TOGETHER = 2**21
 """Blocks of the pictures that are looked at together."""
 Corners = tuple[tuple[int, ...], tuple[int, ...]]
+NOTHING: Corners = ((0, 0, 0), (0, 0, 0))
 
 
 def largest_box(full: Mask) -> Corners | None:
     """First and last block (exclusive) along every axis of the largest box of blocks; None where none is full.
 
-    Where the search would be too long, blocks are taken together by twos, threes and so on: the box found is inside, and
-    by at most as many blocks a side shorter.
+    Where the search would be too long, blocks are taken together by twos, threes and so on: the box found is inside,
+    and by at most as many blocks a side shorter.
     """
     if not full.any():
         return None
@@ -40,7 +41,7 @@ def largest_box(full: Mask) -> Corners | None:
     if not grouped.any():
         return None
     solid = grouped.reshape(grouped.shape + (1,) * (3 - full.ndim))
-    order = np.argsort([-size for size in solid.shape], kind="stable")  # the most layers are the cheapest as columns
+    order = np.argsort(-np.array(solid.shape), kind="stable")  # the most layers are the cheapest as columns
     low, high = _search(solid.transpose(order))
     back = np.argsort(order)
     lows, highs = (
@@ -51,7 +52,7 @@ def largest_box(full: Mask) -> Corners | None:
 
 def _work(full: Mask) -> float:
     columns, rows, layers = sorted((*full.shape, 1, 1)[:3], reverse=True)
-    return columns * rows**2 / 2.0 * layers**2 / 2.0
+    return float(columns * rows**2 * layers**2) / 4.0
 
 
 def _together(full: Mask, group: int) -> Mask:
@@ -61,7 +62,7 @@ def _together(full: Mask, group: int) -> Mask:
     for axis in range(full.ndim):
         count = full.shape[axis] // group
         shape = (*full.shape[:axis], count, group, *full.shape[axis + 1 :])
-        full = full.take(range(count * group), axis).reshape(shape).all(axis=axis + 1)
+        full = np.asarray(full.take(range(count * group), axis).reshape(shape).all(axis=axis + 1))
     return full
 
 
@@ -76,7 +77,7 @@ def _search(full: Mask) -> Corners:
     for i in range(0, len(ranges), size):
         bounds[i : i + size] = _pictures(below, ranges[i : i + size]).sum(axis=(0, 1))
     bounds *= ranges[:, 1] - ranges[:, 0]
-    best, found = 0, ((0, 0, 0), (0, 0, 0))
+    best, found = 0, NOTHING
     order = np.argsort(-bounds, kind="stable")
     for i in range(0, len(order), size):
         some = order[i : i + size]
@@ -101,7 +102,7 @@ def _widest(pictures: Mask, ranges: npt.NDArray[np.int64], best: int) -> tuple[i
     runs = np.zeros((columns + 1, rows, count), dtype=np.int16)  # of full blocks, that end at a column
     for column in range(columns):
         np.add(runs[column], 1, out=runs[column + 1], where=pictures[column])
-    layers, found = (ranges[:, 1] - ranges[:, 0]).astype(np.int64), ((0, 0, 0), (0, 0, 0))
+    layers, found = ranges[:, 1] - ranges[:, 0], NOTHING
     longest = int(layers.max()) * int(runs.max())
     by_row = np.ascontiguousarray(runs[1:].transpose(1, 0, 2))
     for first in range(rows):

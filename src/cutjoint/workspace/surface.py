@@ -144,7 +144,8 @@ def write_surface(made: Surface, path: str | Path) -> Path:
         InputError: as of `check_surface`, or numbers that STL cannot keep apart.
     """
     target = check_surface(path)
-    return write_whole(target, {".stl": _stl, ".ply": _ply, ".obj": _obj}[target.suffix.lower()](made))
+    suffix = target.suffix.lower()
+    return write_whole(target, _stl(made) if suffix == ".stl" else _ply(made) if suffix == ".ply" else _obj(made))
 
 
 def _about(made: Surface) -> str:
@@ -162,7 +163,10 @@ def _stl(made: Surface) -> bytes:
     normals = np.cross(b - a, c - a)
     sizes = np.linalg.norm(normals, axis=1, keepdims=True)
     rows = np.zeros(len(triangles), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
-    rows["normal"], rows["corners"] = np.divide(normals, sizes, out=np.zeros_like(normals), where=sizes > 0.0), triangles
+    rows["normal"], rows["corners"] = (
+        np.divide(normals, sizes, out=np.zeros_like(normals), where=sizes > 0.0),
+        triangles,
+    )
     head = f"cutjoint: {_about(made)}"[:80].ljust(80).encode()  # nor may it begin with "solid"
     return head + len(rows).to_bytes(4, "little") + rows.tobytes()
 
