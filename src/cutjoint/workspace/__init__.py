@@ -1,5 +1,19 @@
 """The workspace: where the tool of a robot can be, without a singularity between, and how well the robot does there."""
 
+from cutjoint.workspace.files import load, save
+from cutjoint.workspace.fitting import FittedShape, largest
 from cutjoint.workspace.region import FieldMap, GridAxis, Workspace
+from cutjoint.workspace.surface import Surface, surface, write_surface
 
-__all__ = ["FieldMap", "GridAxis", "Workspace"]
+__all__ = [
+    "FieldMap",
+    "FittedShape",
+    "GridAxis",
+    "Surface",
+    "Workspace",
+    "largest",
+    "load",
+    "save",
+    "surface",
+    "write_surface",
+]
