@@ -24,9 +24,9 @@ from cutjoint.reprs import one_line
 from cutjoint.workspace.region import Workspace
 
 Faces = npt.NDArray[np.int64]
-SPREAD = 0.7
+SPREAD = 1.0
 """Of the bell, in steps of the grid."""
-AROUND = 4
+AROUND = 6
 """Cells that are not reached around the grid: further than the bell is felt."""
 LEVELS = (0.1, 0.9)
 """Of the spread cells, between which the surface is taken: nearer to 0 or 1 it would follow the bell's ends."""

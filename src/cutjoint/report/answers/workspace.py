@@ -20,7 +20,7 @@ from cutjoint.report.figures import BLUE, COLOURS, DASHES, INK, Drawing, drawabl
 from cutjoint.simulation.panels import scaled
 from cutjoint.workspace import FieldMap, FittedShape, GridAxis, Workspace
 from cutjoint.workspace.grid_body import body_of
-from cutjoint.workspace.surface import SPREAD, volume_unit
+from cutjoint.workspace.surface import AROUND, SPREAD, volume_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +34,8 @@ PLANES = ((0, 1), (0, 2), (1, 2))
 MOST_CURVES = 6
 ODD = 2.0
 """Percent of the worst cells whose values may be beyond the scale of colours, such as those beside a singularity."""
-WORDS = {"box": "largest box", "cylinder": "largest cylinder", "sphere": "largest sphere"}
+WORDS = {"box": ("stretch", "rectangle", "box"), "sphere": ("stretch", "disc", "sphere"), "cylinder": ("cylinder",) * 3}
+"""A shape over one, two and three axes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +86,7 @@ def workspace_picture(
         return sheet(lambda drawn: _curves(drawn, shown, bool(what)), _title(space), (9.0, 5.4))
     if len(names) == 2:
         return sheet(lambda drawn: _flat(drawn, shown), _title(space), (9.0, 6.4))
-    return sheet(lambda drawn: _slices(drawn, shown), _title(space), (13.0, 5.6))
+    return sheet(lambda drawn: _slices(drawn, shown), _title(space), (13.0, _height(space)))
 
 
 def _title(space: Workspace) -> str:
@@ -122,13 +123,26 @@ def _through(
     return tuple(int(np.abs(axis.values - value).argmin()) for axis, value in zip(space.axes, point, strict=True))
 
 
+def _ratios(space: Workspace) -> list[float]:
+    """Breadths of the three slices to each other."""
+    if len({axis.unit for axis in space.axes}) > 1:
+        return [1.0, 1.0, 1.0]
+    spans = [high - low for low, high in (_span(space, k) for k in range(3))]
+    ratios = [spans[i] for i, _ in PLANES]
+    return [max(one, 0.45 * max(ratios)) for one in ratios]
+
+
+def _height(space: Workspace) -> float:
+    """Of the sheet of three slices [inch], so that there is little left around them."""
+    if len({axis.unit for axis in space.axes}) > 1:
+        return 5.6
+    tallest = max(high - low for low, high in (_span(space, k) for k in (1, 2)))
+    return float(np.clip(9.6 * tallest / sum(_ratios(space)) + 2.0, 4.6, 8.0))
+
+
 def _slices(drawn: Figure, shown: _Shown) -> None:
     axes = shown.space.axes
-    spans = [_span(shown.space, k) for k in range(3)]
-    alike = len({axis.unit for axis in axes}) == 1
-    ratios = [spans[i][1] - spans[i][0] for i, _ in PLANES] if alike else [1.0, 1.0, 1.0]
-    most = max(ratios)
-    panels = drawn.subplots(1, 3, width_ratios=[max(one, 0.45 * most) for one in ratios])
+    panels = drawn.subplots(1, 3, width_ratios=_ratios(shown.space))
     painted = None
     for panel, (i, j) in zip(panels, PLANES, strict=True):
         (k,) = {0, 1, 2} - {i, j}
@@ -166,7 +180,9 @@ def _slice(panel: Axes, shown: _Shown, i: int, j: int) -> QuadMesh | None:
         low, high = _limits(shown.field)
         colours = "viridis" if shown.field.best == "high" else "viridis_r"
         painted = panel.pcolormesh(x, y, values, cmap=colours, vmin=low, vmax=high, rasterized=True)
-    around = gaussian_filter(np.pad(inside, 4).astype(float), SPREAD)[3:-3, 3:-3]
+    around = gaussian_filter(np.pad(inside, AROUND).astype(float), SPREAD)[
+        AROUND - 1 : 1 - AROUND, AROUND - 1 : 1 - AROUND
+    ]
     wide, tall = (np.concatenate([[2 * v[0] - v[1]], v, [2 * v[-1] - v[-2]]]) for v in (x, y))
     if inside.any():
         panel.contour(wide, tall, around, levels=[0.5], colors=[INK], linewidths=1.6)
@@ -178,6 +194,7 @@ def _slice(panel: Axes, shown: _Shown, i: int, j: int) -> QuadMesh | None:
         limit(factor * low, factor * high)
         (panel.set_xlabel if k == i else panel.set_ylabel)(f"{space.axes[k].name} [{unit}]")
     panel.locator_params(nbins=5)
+    panel.grid(False)
     if space.axes[i].unit == space.axes[j].unit:
         panel.set_aspect("equal")
     return painted
@@ -223,9 +240,9 @@ def _curves(drawn: Figure, shown: _Shown, one_map: bool) -> None:
             panel.set_yticks([])
         else:
             panel.plot(x, field.values, color=colour if len(fields) > 1 else BLUE)
-            panel.set_ylabel(drawable(_named(field)))
-    panels[0].set_title("reached where shaded", fontweight="normal")
-    panels[-1].set_xlabel(f"{space.axes[0].name} [{unit}]")
+            panel.set_title(drawable(field.title))
+            panel.set_ylabel(f"[{field.unit or '-'}]")
+    panels[-1].set_xlabel(f"{space.axes[0].name} [{unit}]; reached where shaded")
 
 
 def _runs(inside: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tuple[int, int]]:
@@ -261,7 +278,9 @@ def _legend(drawn: Figure, shown: _Shown) -> None:
     rows = [Line2D([], [], color=INK, linewidth=1.6, label="boundary")]
     for shape, dash in zip(shown.shapes, DASHES, strict=False):
         margin = f", margin {shape.margin:.3g} {shape.units[0]}" if shape.margin else ""
-        label = f"{WORDS[shape.kind]}: {shape.extent:.4g} {volume_unit(shape.units)}{margin}"
+        label = (
+            f"largest {WORDS[shape.kind][len(shape.names) - 1]}: {shape.extent:.4g} {volume_unit(shape.units)}{margin}"
+        )
         rows.append(Line2D([], [], color=OUTLINE, linewidth=2.2, linestyle=dash, label=label))
     drawn.legend(handles=rows, loc="outside lower center", ncols=2, handlelength=2.8)
 
