@@ -2,6 +2,7 @@
 
 from cutjoint.workspace.files import load, save
 from cutjoint.workspace.fitting import FittedShape, largest
+from cutjoint.workspace.in_world import WorldShape, in_world
 from cutjoint.workspace.region import FieldMap, GridAxis, Workspace
 from cutjoint.workspace.surface import Surface, surface, write_surface
 
@@ -11,6 +12,8 @@ __all__ = [
     "GridAxis",
     "Surface",
     "Workspace",
+    "WorldShape",
+    "in_world",
     "largest",
     "load",
     "save",

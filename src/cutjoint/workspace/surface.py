@@ -21,6 +21,7 @@ from cutjoint.errors import InputError
 from cutjoint.extras import needed
 from cutjoint.files import check_place, write_whole
 from cutjoint.reprs import one_line
+from cutjoint.workspace.grid_body import Mask
 from cutjoint.workspace.region import Workspace
 
 Faces = npt.NDArray[np.int64]
@@ -89,10 +90,8 @@ def surface(space: Workspace) -> Surface:
     if not space.inside.any():
         raise InputError(f"no cell of the workspace of {space.robot} is reached, so it has no surface; use more cells")
     measure = needed("skimage.measure", "the surface of a workspace")
-    from scipy.ndimage import gaussian_filter
-
     steps = np.array([axis.step for axis in space.axes])
-    spread = gaussian_filter(np.pad(space.inside, AROUND).astype(float), SPREAD)
+    spread = spread_cells(space.inside)
     wanted = space.extent / space.cell
     least, most = LEVELS[0], min(LEVELS[1], 0.99 * float(spread.max()))
 
@@ -114,6 +113,14 @@ def surface(space: Workspace) -> Surface:
     faces = faces.copy()
     faces.setflags(write=False)
     return Surface(space.robot, names, units, readonly((vertices - AROUND) * steps + start), faces)
+
+
+def spread_cells(inside: Mask) -> Array:
+    """Reached cells as 1 and others as 0, spread by a bell, with `AROUND` cells more at every side: 1/2 about at the
+    boundary."""
+    from scipy.ndimage import gaussian_filter
+
+    return np.asarray(gaussian_filter(np.pad(inside, AROUND).astype(float), SPREAD))
 
 
 def _enclosed(vertices: Array, faces: Faces) -> float:

@@ -20,7 +20,7 @@ from cutjoint.report.figures import BLUE, COLOURS, DASHES, INK, Drawing, drawabl
 from cutjoint.simulation.panels import scaled
 from cutjoint.workspace import FieldMap, FittedShape, GridAxis, Workspace
 from cutjoint.workspace.grid_body import body_of
-from cutjoint.workspace.surface import AROUND, SPREAD, volume_unit
+from cutjoint.workspace.surface import AROUND, spread_cells, volume_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -166,8 +166,6 @@ def _flat(drawn: Figure, shown: _Shown) -> None:
 
 def _slice(panel: Axes, shown: _Shown, i: int, j: int) -> QuadMesh | None:
     """The plane of axes i and j through the chosen point."""
-    from scipy.ndimage import gaussian_filter
-
     space = shown.space
     pick = tuple(slice(None) if k in (i, j) else shown.at[k] for k in range(len(space.axes)))
     (x, x_unit), (y, y_unit) = (_scaled_axis(space, k) for k in (i, j))
@@ -180,9 +178,7 @@ def _slice(panel: Axes, shown: _Shown, i: int, j: int) -> QuadMesh | None:
         low, high = _limits(shown.field)
         colours = "viridis" if shown.field.best == "high" else "viridis_r"
         painted = panel.pcolormesh(x, y, values, cmap=colours, vmin=low, vmax=high, rasterized=True)
-    around = gaussian_filter(np.pad(inside, AROUND).astype(float), SPREAD)[
-        AROUND - 1 : 1 - AROUND, AROUND - 1 : 1 - AROUND
-    ]
+    around = spread_cells(inside)[(slice(AROUND - 1, 1 - AROUND),) * 2]
     wide, tall = (np.concatenate([[2 * v[0] - v[1]], v, [2 * v[-1] - v[-2]]]) for v in (x, y))
     if inside.any():
         panel.contour(wide, tall, around, levels=[0.5], colors=[INK], linewidths=1.6)
