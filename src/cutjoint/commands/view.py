@@ -90,14 +90,14 @@ def places_of(chain: ClosedChain, file: Path, coloured: str) -> Places:
         raise InputError(f"the tool of {chain.name} has no task, so that no workspace of it can be placed")
     with progress(f"workspace {file}"):
         shape = in_world(space, task, coloured)
-    title, low_is_good = "Workspace", False
+    quantity, low_is_good = "", False
     points, values = shape.points, shape.values
     if coloured:
         field = space.maps[coloured]
-        title, low_is_good = f"Workspace by {field.title} [{field.unit or '-'}]", field.best == "low"
+        quantity, low_is_good = f"{field.title} [{field.unit or '-'}]", field.best == "low"
         told = np.isfinite(values)
         points, values = points[told], values[told]
-    return Places(title, points, values, low_is_good, shape.vertices, shape.faces)
+    return Places("Workspace", points, values, quantity, low_is_good, shape.vertices, shape.faces)
 
 
 def write_files(document: Document, html: Path | None, png: Path | None, time: float, size: str) -> None:

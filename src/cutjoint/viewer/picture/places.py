@@ -16,14 +16,14 @@ from cutjoint.arrays import Array, Frozen
 from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.reprs import one_line
-from cutjoint.viewer.picture.figure import ROOT, Figure
+from cutjoint.viewer.picture.figure import ROOT, WORKSPACE, Figure
 
-PLAIN = "#0072b2"
+PLAIN = f"#{WORKSPACE:06x}"
 SCALE = ("#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725")
 """From dark to yellow, evenly."""
-FILM = 0.3
-"""Opacity of the surface."""
-DOT = 0.018
+FILM, THIN_FILM = 0.3, 0.1
+"""Opacity of the surface, without and with points in it."""
+DOT = 0.022
 """Size of a point, in half the extent of what is seen."""
 BOTH_SIDES = 2
 ODD = 2.0
@@ -47,6 +47,7 @@ class Places(Frozen):
         title: what they are, under which they are shown and hidden.
         points: shape (count, 3) [m]; may be none.
         values: of the points, for their colours, shape (count,); none where all have one colour.
+        quantity: what the values are, with its unit.
         low_is_good: whether the lowest values are the best ones.
         vertices: of the triangles, shape (count, 3) [m]; may be none.
         faces: three vertices a triangle, shape (triangles, 3).
@@ -58,6 +59,7 @@ class Places(Frozen):
     title: str
     points: Array = field(default_factory=_no_rows)
     values: Array = field(default_factory=_no_values)
+    quantity: str = ""
     low_is_good: bool = False
     vertices: Array = field(default_factory=_no_rows)
     faces: Array = field(default_factory=_no_rows)
@@ -99,11 +101,15 @@ def show_places(figure: Figure, places: Places) -> None:
             # both packed in columns, which is how the page reads them
             points, colours = places.points.T.astype(np.float32), _colours(places).T.astype(np.float32)
             figure.scene.set_object(f"{at}/cloud", g.PointCloud(points, colours, size=DOT))
-            alone = len(places.values) > 0 or not len(places.faces)  # what has one colour tells no more than its surface
+            alone = len(places.values) > 0 or not len(
+                places.faces
+            )  # what has one colour tells no more than its surface
             figure.toggle(f"{places.title}: points{_told(places)}", [f"{at}/cloud"], alone)
         if len(places.faces):
-            colour = int(PLAIN[1:], 16)
-            film = g.MeshPhongMaterial(color=colour, opacity=FILM, transparent=True, side=BOTH_SIDES, depthWrite=False)
+            opacity = THIN_FILM if len(places.values) else FILM
+            film = g.MeshPhongMaterial(
+                color=WORKSPACE, opacity=opacity, transparent=True, side=BOTH_SIDES, depthWrite=False
+            )
             mesh = g.TriangularMeshGeometry(places.vertices, places.faces.astype(np.uint32))
             figure.scene.set_object(f"{at}/surface", g.Mesh(mesh, film))
             figure.toggle(f"{places.title}: surface", [f"{at}/surface"], True)
@@ -114,7 +120,7 @@ def legend_of(places: Places) -> list[dict[str, str | bool]]:
     if not len(places.values):
         return [{"text": places.title, "colour": PLAIN}]
     return [
-        {"text": f"{places.title}: {value:.3g}", "colour": colour}
+        {"text": f"{places.quantity or places.title}: {value:.3g}", "colour": colour}
         for value, colour in zip(places.ends, (SCALE[0], SCALE[-1]), strict=True)
     ]
 
@@ -123,7 +129,7 @@ def _told(places: Places) -> str:
     if not len(places.values):
         return ""
     dark, yellow = places.ends
-    return f", {dark:.3g} (dark) to {yellow:.3g} (yellow)"
+    return f", {places.quantity} {dark:.3g} (dark) to {yellow:.3g} (yellow)"
 
 
 def _colours(places: Places) -> Array:
