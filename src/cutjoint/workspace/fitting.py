@@ -26,6 +26,7 @@ from cutjoint.workspace.region import Workspace
 
 Kind = Literal["box", "cylinder", "sphere"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
+ROUNDING = 1e-9
 FINEST = 1e-3
 """Shortest step of a search for a better place, in steps of the grid."""
 
@@ -77,12 +78,13 @@ class FittedShape(Frozen):
         return float(next(b for b, name in zip(self.breadths, self.names, strict=True) if name != self.upright)) / 2.0
 
     def holds(self, points: Array) -> Mask:
-        """Whether points (count, axes) are in it."""
+        """Whether points (count, axes) are in it, those on its boundary included."""
         gaps = np.abs(np.asarray(points, dtype=float) - self.centre) / (self.breadths / 2.0)
-        if self.kind == "box":
-            return np.asarray((gaps <= 1.0).all(axis=1))
-        round_ones = [name != self.upright for name in self.names]
-        return np.asarray((gaps[:, round_ones] ** 2).sum(axis=1) <= 1.0) & (gaps <= 1.0).all(axis=1)
+        held = (gaps <= 1.0 + ROUNDING).all(axis=1)
+        if self.kind != "box":
+            around = [name != self.upright for name in self.names]
+            held &= (gaps[:, around] ** 2).sum(axis=1) <= 1.0 + ROUNDING
+        return np.asarray(held)
 
 
 @door
@@ -119,7 +121,7 @@ def largest(space: Workspace, kind: str = "box", *, margin: float = 0.0, upright
         )
     # in steps of the grid nothing is too small or too large to be squared
     unit = float(body.steps.max())
-    scaled = GridBody(body.inside, np.zeros(len(names)), body.steps / unit)
+    scaled = GridBody(body.inside, np.zeros(len(names)), body.steps / unit)  # which begins at 0
     axis = names.index(stands) if kind == "cylinder" else -1
     found = {"box": _box, "cylinder": _cylinder, "sphere": _sphere}[kind](scaled, margin / unit, axis)
     if found is None:
@@ -161,10 +163,23 @@ Placed = tuple[Array, Array] | None
 
 
 def _box(body: GridBody, margin: float, _: int) -> Placed:
+    found = [
+        _grown(body, margin, low + inset, high - inset)
+        for narrowed, inset in ((margin, 0.0), (0.0, margin))
+        for low, high in _box_of_blocks(body, narrowed)
+        if (high - low > 2.0 * inset).all()
+    ]
+    return max(found, key=lambda one: float(one[1].prod()), default=None)
+
+
+def _box_of_blocks(body: GridBody, margin: float) -> list[tuple[Array, Array]]:
+    """Lowest and highest coordinates of the largest box of blocks that keep a margin, if there is one."""
     corners = largest_box(full_blocks(body.narrowed(margin)))
-    if corners is None:
-        return None
-    low, high = (np.array(one) * body.steps + body.start for one in corners)
+    return [] if corners is None else [(np.array(corners[0]) * body.steps, np.array(corners[1]) * body.steps)]
+
+
+def _grown(body: GridBody, margin: float, low: Array, high: Array) -> tuple[Array, Array]:
+    """A box that keeps the margin, moved out side by side, first where it gains most, until none can be moved."""
     below, above = body.obstacles
     while True:
         best, gain = None, TOUCHING
@@ -172,54 +187,43 @@ def _box(body: GridBody, margin: float, _: int) -> Placed:
             others = np.arange(len(low)) != axis
             # how near an obstacle may come along this axis, by its gaps along the others
             gaps = np.maximum(np.maximum(below - high, low - above), 0.0)[:, others]
-            beside = _overlapping(below, above, low, high)[:, others].all(axis=1)
+            beside = ((below < high - TOUCHING) & (above > low + TOUCHING))[:, others].all(axis=1)
             squares = (gaps**2).sum(axis=1)
-            near = (squares < margin**2) if margin > 0.0 else beside
+            near = (squares < (margin - TOUCHING) ** 2) if margin > TOUCHING else beside
             room = np.sqrt(np.maximum(margin**2 - squares[near], 0.0))
             start, end = above[near, axis], below[near, axis]
             lower = (start + room)[start <= low[axis] + TOUCHING].max(initial=-np.inf)
             upper = (end - room)[end >= high[axis] - TOUCHING].min(initial=np.inf)
-            for side, to in ((low, lower), (high, upper)):
-                more = abs(to - side[axis]) / (high[axis] - low[axis])
-                outward = to < side[axis] if side is low else to > side[axis]
-                if outward and math.isfinite(to) and more > gain:
+            for side, to, outward in ((low, lower, low[axis] - lower), (high, upper, upper - high[axis])):
+                more = outward / (high[axis] - low[axis])
+                if math.isfinite(to) and more > gain:
                     best, gain = (side, axis, to), more
         if best is None:
             return (low + high) / 2.0, high - low
         best[0][best[1]] = best[2]
 
 
-def _overlapping(below: Array, above: Array, low: Array, high: Array) -> Mask:
-    return np.asarray((below < high - TOUCHING) & (above > low + TOUCHING))
-
-
 def _sphere(body: GridBody, margin: float, _: int) -> Placed:
     at = np.unravel_index(int(body.distance.argmax()), body.distance.shape)
-    centre, most = np.array(at) * body.steps + body.start, float(body.distance[at])
+    starts = [np.array(at) * body.steps, *((low + high) / 2.0 for low, high in _box_of_blocks(body, 0.0))]
     below, above = body.obstacles
-    gaps = np.maximum(np.maximum(below - centre, centre - above), 0.0)
-    near = np.linalg.norm(gaps, axis=1) <= most + 4.0 * math.hypot(*body.steps.tolist())
-    below, above = below[near], above[near]
 
     def radius(at: Array) -> float:
         gaps = np.maximum(np.maximum(below - at, at - above), 0.0)
         return math.sqrt(float((gaps**2).sum(axis=1).min())) - margin
 
-    centre = _climbed(radius, centre, body.steps)
+    centre = max((_climbed(radius, start, body.steps) for start in starts), key=radius)
     size = radius(centre)
     return (centre, np.full(len(centre), 2.0 * size)) if size > 0.0 else None
 
 
 def _cylinder(body: GridBody, margin: float, axis: int) -> Placed:
-    start = _cylinder_of_layers(body, margin, axis)
-    if start is None:
-        return None
     below, above = body.obstacles
     around = np.arange(3) != axis
 
     def radius(at: Array) -> float:
         gap = np.maximum(below[:, axis] - at[3], at[2] - above[:, axis])
-        near = gap < margin if margin > 0.0 else gap < -TOUCHING
+        near = gap < margin - TOUCHING
         room = np.sqrt(margin**2 - np.maximum(gap[near], 0.0) ** 2)
         gaps = np.maximum(np.maximum(below[near][:, around] - at[:2], at[:2] - above[near][:, around]), 0.0)
         return float((np.sqrt((gaps**2).sum(axis=1)) - room).min(initial=np.inf))
@@ -228,16 +232,22 @@ def _cylinder(body: GridBody, margin: float, axis: int) -> Placed:
         size = radius(at) if at[3] > at[2] else -1.0
         return size * size * float(at[3] - at[2]) if size > 0.0 else -1.0
 
+    starts = _cylinder_of_layers(body, margin, axis)
+    for low, high in _box_of_blocks(body, 0.0):
+        starts.append(np.array([*((low + high) / 2.0)[around], low[axis] + margin, high[axis] - margin]))
     steps = np.concatenate([body.steps[around], body.steps[[axis, axis]]])
-    found = _climbed(volume, start, steps)
+    found = max((_climbed(volume, start, steps) for start in starts), key=volume)
+    if volume(found) <= 0.0:
+        return None
     centre, breadths = np.empty(3), np.empty(3)
     centre[around], centre[axis] = found[:2], (found[2] + found[3]) / 2.0
     breadths[around], breadths[axis] = 2.0 * radius(found), found[3] - found[2]
-    return (centre, breadths) if volume(found) > 0.0 else None
+    return centre, breadths
 
 
-def _cylinder_of_layers(body: GridBody, margin: float, axis: int) -> Array | None:
-    """The best cylinder about a centre of cells that ends at layers of them: its middle (2 numbers), low and high end.
+def _cylinder_of_layers(body: GridBody, margin: float, axis: int) -> list[Array]:
+    """The best cylinder about a centre of cells that ends at layers of them, if there is one: its middle (2 numbers),
+    low and high end.
 
     The radius over a range of layers is at most that over a part of it, so ranges are taken from short to long, and
     those that can be no better than the best one are not measured.
@@ -246,7 +256,7 @@ def _cylinder_of_layers(body: GridBody, margin: float, axis: int) -> Array | Non
     around = np.delete(body.steps, axis)
     step, count = float(body.steps[axis]), len(layers)
     most = np.full((count, count), np.inf)  # radius over the layers i to j, or what it is at most
-    best, found = 0.0, None
+    best, found = 0.0, list[Array]()
     for length in range(1, count):
         for i in range(count - length):
             j = i + length
@@ -260,8 +270,7 @@ def _cylinder_of_layers(body: GridBody, margin: float, axis: int) -> Array | Non
                 most[i, j] = room[at]
                 if most[i, j] ** 2 * length * step > best:
                     best = most[i, j] ** 2 * length * step
-                    middle = np.array(at) * around + np.delete(body.start, axis)
-                    found = np.array([*middle, *(body.start[axis] + step * np.array([i, j]))])
+                    found = [np.array([*(np.array(at) * around), step * i, step * j])]
     return found
 
 

@@ -31,6 +31,8 @@ AROUND = 6
 """Cells that are not reached around the grid: further than the bell is felt."""
 LEVELS = (0.1, 0.9)
 """Of the spread cells, between which the surface is taken: nearer to 0 or 1 it would follow the bell's ends."""
+FINE = 1e-4
+"""Part of a surface's breadth that the numbers of a file must tell apart."""
 SUFFIXES = (".stl", ".ply", ".obj")
 TRIES = 12
 CLOSE = 1e-4
@@ -163,8 +165,11 @@ def _about(made: Surface) -> str:
 
 def _stl(made: Surface) -> bytes:
     corners = made.vertices.astype(np.float32)
-    if len(np.unique(corners, axis=0)) < len(np.unique(made.vertices, axis=0)):
-        raise InputError("the triangles are smaller than the 32-bit numbers of STL tell apart here; write .ply or .obj")
+    least = float(np.ptp(made.vertices, axis=0).min()) * FINE
+    if float(np.spacing(np.abs(corners).max())) > least:
+        raise InputError(
+            "so small and so far from the origin, the 32-bit numbers of STL cannot hold it; write .ply or .obj"
+        )
     triangles = corners[made.faces]
     a, b, c = np.moveaxis(made.vertices[made.faces], 1, 0)
     normals = np.cross(b - a, c - a)
