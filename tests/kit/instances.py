@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import cutjoint
-from cutjoint import control, crosscheck, description, drafting, motion, simulation
+from cutjoint import control, crosscheck, description, drafting, motion, simulation, workspace
 from cutjoint.chain import GearForce
 from cutjoint.chain.modes import ModeSeeker
 from cutjoint.chain.physics import Elastic
@@ -27,8 +27,9 @@ from cutjoint.simulation import hardware, integrators, reactions_of
 from cutjoint.simulation.panel import Shown
 from cutjoint.simulation.panels import PANELS, panels_of
 from cutjoint.tables import TextTable
-from cutjoint.viewer import LiveView, show
+from cutjoint.viewer import LiveView, Places, show
 from cutjoint.viewer.film.recording import from_result
+from tests.kit.regions import ball, region
 
 
 def walked(seeds: Iterator[object], most: int = 4) -> dict[type, object]:
@@ -174,6 +175,14 @@ def _of_runs(robot: cutjoint.ClosedChain, reference: motion.Reference) -> Iterat
         Section("section", ("words",)),
     )
     yield from_result(robot, result)
+    yield from _of_workspaces()
+
+
+def _of_workspaces() -> Iterator[object]:
+    """A workspace, and what is fitted into, drawn and shown of it."""
+    space = region(ball, 8)
+    yield from (space, workspace.largest(space, "cylinder"), workspace.surface(space), Places("Workspace"))
+    yield workspace.in_world(space, cutjoint.published("omega3").task)
 
 
 def slow_seeds() -> Iterator[object]:
