@@ -3,10 +3,13 @@
 from cutjoint.workspace.files import load, save
 from cutjoint.workspace.fitting import FittedShape, largest
 from cutjoint.workspace.in_world import WorldShape, in_world
+from cutjoint.workspace.map import workspace
+from cutjoint.workspace.maps import MAPS
 from cutjoint.workspace.region import FieldMap, GridAxis, Workspace
 from cutjoint.workspace.surface import Surface, surface, write_surface
 
 __all__ = [
+    "MAPS",
     "FieldMap",
     "FittedShape",
     "GridAxis",
@@ -18,5 +21,6 @@ __all__ = [
     "load",
     "save",
     "surface",
+    "workspace",
     "write_surface",
 ]
