@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, readonly
 from cutjoint.workspace import FieldMap, GridAxis, Workspace
 
 Inside = Callable[..., np.ndarray]
@@ -23,9 +23,10 @@ def region(
     reach: float = 1.1,
     extent: float | None = None,
     names: tuple[str, ...] = NAMES,
+    ways: bool = False,
 ) -> Workspace:
     """A workspace of the points at which `inside`, a function of coordinates over -`reach` to `reach`, holds; then
-    scaled and moved.  `extent` is that before scaling."""
+    scaled and moved.  `extent` is that before scaling; `ways` whether it is known where they end between cells."""
     counts = (cells,) * axes if isinstance(cells, int) else cells
     plain = [np.linspace(-reach, reach, count) for count in counts]
     start = np.broadcast_to(np.asarray(at, dtype=float), len(counts))
@@ -42,7 +43,24 @@ def region(
         "condition": FieldMap("condition number", "", quality, "low"),
         "speed": FieldMap("worst speed", "m/s", 1.0 / quality),
     }
-    return Workspace("drawn", grid, {"rz": 0.25}, reached, float(size), q, maps, ("drawn", "not computed"))
+    parts = _ways(inside, plain, reached) if ways else None
+    return Workspace("drawn", grid, {"rz": 0.25}, reached, float(size), q, maps, ("drawn", "not computed"), parts)
+
+
+def _ways(inside: Inside, plain: list[Array], reached: np.ndarray) -> Array:
+    """What part of the way from every cell to the next is inside, by halving."""
+    found = []
+    for axis, values in enumerate(plain):
+        for step in (values[1] - values[0], values[0] - values[1]):
+            low, high = np.zeros(reached.shape), np.ones(reached.shape)
+            for _ in range(40):
+                middle = 0.5 * (low + high)
+                at = list(np.meshgrid(*plain, indexing="ij"))
+                at[axis] = at[axis] + middle * step
+                good = np.asarray(inside(*at), dtype=bool)
+                low, high = np.where(good, middle, low), np.where(good, high, middle)
+            found.append(np.where(reached, np.where(low > 1.0 - 1e-9, 1.0, low), 0.0))
+    return readonly(np.array(found))
 
 
 def ball(*x: Array) -> np.ndarray:

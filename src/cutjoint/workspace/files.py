@@ -114,6 +114,8 @@ def _npz(space: Workspace) -> bytes:
         f"axis{k}": axis.values for k, axis in enumerate(space.axes)
     }
     arrays |= {"inside": np.asarray(space.inside, dtype=bool), "q": space.q}
+    if space.ways is not None:
+        arrays["ways"] = space.ways
     arrays |= {f"map{k}": one.values for k, one in enumerate(space.maps.values())}
     buffer = io.BytesIO()
     # numpy's stubs take any array for its option allow_pickle.
@@ -154,9 +156,11 @@ def _workspace(archive: ArrayArchive) -> Workspace:
     if bad := [name for name, one in maps.items() if not np.isnan(one.values[~inside]).all()]:
         raise ValueError(f"map '{bad[0]}' has numbers in cells that are not reached")
     held = readonly_mapping({name: float(value) for name, value in held.items()})
-    return Workspace(
-        robot, axes, held, inside, float(extent), _numbers(archive, "q"), readonly_mapping(maps), tuple(told)
-    )
+    ways = _numbers(archive, "ways") if "ways" in archive.names else None
+    if ways is not None and not ((ways >= 0.0) & (ways <= 1.0)).all():
+        raise ValueError("its ways are parts, and some are not between 0 and 1")
+    q = _numbers(archive, "q")
+    return Workspace(robot, axes, held, inside, float(extent), q, readonly_mapping(maps), tuple(told), ways)
 
 
 def _numbers(archive: ArrayArchive, name: str) -> Array:
@@ -203,6 +207,7 @@ def _check_arrays(archive: ArrayArchive, axes: int, maps: int) -> None:
     """
     wanted = [f"axis{k}" for k in range(axes)] + ["inside", "q"] + [f"map{k}" for k in range(maps)]
     there = [name for name in archive.names if name not in ("kind", "schema", "about")]
+    wanted += ["ways"] if "ways" in there else []
     if missing := [name for name in wanted if name not in there]:
         raise ValueError(f"it lacks {', '.join(missing)}")
     if unknown := [name for name in there if name not in wanted]:
@@ -212,6 +217,8 @@ def _check_arrays(archive: ArrayArchive, axes: int, maps: int) -> None:
     wrong = [f"{name} {archive.shape(name)}" for name, shape in shapes.items() if archive.shape(name) != shape]
     if archive.shape("q")[:-1] != cells:
         wrong.append(f"q {archive.shape('q')}")
+    if "ways" in there and archive.shape("ways") != (2 * axes, *cells):
+        wrong.append(f"ways {archive.shape('ways')}")
     if wrong or min(cells) < 2:
         raise ValueError(f"over a grid of {cells} cells its arrays do not fit: {', '.join(wrong) or 'too few cells'}")
     kinds = {name: "bool" if name == "inside" else "float64" for name in wanted}

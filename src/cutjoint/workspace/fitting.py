@@ -10,7 +10,6 @@ margin to all that is not.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -20,15 +19,14 @@ from cutjoint.arrays import Array, Frozen
 from cutjoint.doors import door
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.reprs import line
-from cutjoint.workspace.grid_body import TOUCHING, GridBody, Mask, body_of, distances, full_blocks
-from cutjoint.workspace.largest_box import largest_box
+from cutjoint.workspace.grid_body import GridBody, Mask, body_of
+from cutjoint.workspace.placing import box_in, cylinder_in, sphere_in
 from cutjoint.workspace.region import Workspace
 
 Kind = Literal["box", "cylinder", "sphere"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 ROUNDING = 1e-9
-FINEST = 1e-3
-"""Shortest step of a search for a better place, in steps of the grid."""
+"""A point on the boundary of a shape is in it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +121,7 @@ def largest(space: Workspace, kind: str = "box", *, margin: float = 0.0, upright
     unit = float(body.steps.max())
     scaled = GridBody(body.inside, np.zeros(len(names)), body.steps / unit)  # which begins at 0
     axis = names.index(stands) if kind == "cylinder" else -1
-    found = {"box": _box, "cylinder": _cylinder, "sphere": _sphere}[kind](scaled, margin / unit, axis)
+    found = {"box": box_in, "cylinder": cylinder_in, "sphere": sphere_in}[kind](scaled, margin / unit, axis)
     if found is None:
         widest = float(scaled.distance.max()) * unit
         raise InputError(
@@ -156,135 +154,3 @@ def _extent(kind: str, breadths: Array, upright: int) -> float:
         return math.pi / 4.0 * float(breadths.prod())
     d = len(breadths)
     return float(math.pi ** (d / 2.0) / math.gamma(d / 2.0 + 1.0) * float(breadths[0] / 2.0) ** d)
-
-
-Placed = tuple[Array, Array] | None
-"""Centre and breadths of a shape, shapes (axes,)."""
-
-
-def _box(body: GridBody, margin: float, _: int) -> Placed:
-    found = [
-        _grown(body, margin, low + inset, high - inset)
-        for narrowed, inset in ((margin, 0.0), (0.0, margin))
-        for low, high in _box_of_blocks(body, narrowed)
-        if (high - low > 2.0 * inset).all()
-    ]
-    return max(found, key=lambda one: float(one[1].prod()), default=None)
-
-
-def _box_of_blocks(body: GridBody, margin: float) -> list[tuple[Array, Array]]:
-    """Lowest and highest coordinates of the largest box of blocks that keep a margin, if there is one."""
-    corners = largest_box(full_blocks(body.narrowed(margin)))
-    return [] if corners is None else [(np.array(corners[0]) * body.steps, np.array(corners[1]) * body.steps)]
-
-
-def _grown(body: GridBody, margin: float, low: Array, high: Array) -> tuple[Array, Array]:
-    """A box that keeps the margin, moved out side by side, first where it gains most, until none can be moved."""
-    below, above = body.obstacles
-    while True:
-        best, gain = None, TOUCHING
-        for axis in range(len(low)):
-            others = np.arange(len(low)) != axis
-            # how near an obstacle may come along this axis, by its gaps along the others
-            gaps = np.maximum(np.maximum(below - high, low - above), 0.0)[:, others]
-            beside = ((below < high - TOUCHING) & (above > low + TOUCHING))[:, others].all(axis=1)
-            squares = (gaps**2).sum(axis=1)
-            near = (squares < (margin - TOUCHING) ** 2) if margin > TOUCHING else beside
-            room = np.sqrt(np.maximum(margin**2 - squares[near], 0.0))
-            start, end = above[near, axis], below[near, axis]
-            lower = (start + room)[start <= low[axis] + TOUCHING].max(initial=-np.inf)
-            upper = (end - room)[end >= high[axis] - TOUCHING].min(initial=np.inf)
-            for side, to, outward in ((low, lower, low[axis] - lower), (high, upper, upper - high[axis])):
-                more = outward / (high[axis] - low[axis])
-                if math.isfinite(to) and more > gain:
-                    best, gain = (side, axis, to), more
-        if best is None:
-            return (low + high) / 2.0, high - low
-        best[0][best[1]] = best[2]
-
-
-def _sphere(body: GridBody, margin: float, _: int) -> Placed:
-    at = np.unravel_index(int(body.distance.argmax()), body.distance.shape)
-    starts = [np.array(at) * body.steps, *((low + high) / 2.0 for low, high in _box_of_blocks(body, 0.0))]
-    below, above = body.obstacles
-
-    def radius(at: Array) -> float:
-        gaps = np.maximum(np.maximum(below - at, at - above), 0.0)
-        return math.sqrt(float((gaps**2).sum(axis=1).min())) - margin
-
-    centre = max((_climbed(radius, start, body.steps) for start in starts), key=radius)
-    size = radius(centre)
-    return (centre, np.full(len(centre), 2.0 * size)) if size > 0.0 else None
-
-
-def _cylinder(body: GridBody, margin: float, axis: int) -> Placed:
-    below, above = body.obstacles
-    around = np.arange(3) != axis
-
-    def radius(at: Array) -> float:
-        gap = np.maximum(below[:, axis] - at[3], at[2] - above[:, axis])
-        near = gap < margin - TOUCHING
-        room = np.sqrt(margin**2 - np.maximum(gap[near], 0.0) ** 2)
-        gaps = np.maximum(np.maximum(below[near][:, around] - at[:2], at[:2] - above[near][:, around]), 0.0)
-        return float((np.sqrt((gaps**2).sum(axis=1)) - room).min(initial=np.inf))
-
-    def volume(at: Array) -> float:
-        size = radius(at) if at[3] > at[2] else -1.0
-        return size * size * float(at[3] - at[2]) if size > 0.0 else -1.0
-
-    starts = _cylinder_of_layers(body, margin, axis)
-    for low, high in _box_of_blocks(body, 0.0):
-        starts.append(np.array([*((low + high) / 2.0)[around], low[axis] + margin, high[axis] - margin]))
-    steps = np.concatenate([body.steps[around], body.steps[[axis, axis]]])
-    found = max((_climbed(volume, start, steps) for start in starts), key=volume)
-    if volume(found) <= 0.0:
-        return None
-    centre, breadths = np.empty(3), np.empty(3)
-    centre[around], centre[axis] = found[:2], (found[2] + found[3]) / 2.0
-    breadths[around], breadths[axis] = 2.0 * radius(found), found[3] - found[2]
-    return centre, breadths
-
-
-def _cylinder_of_layers(body: GridBody, margin: float, axis: int) -> list[Array]:
-    """The best cylinder about a centre of cells that ends at layers of them, if there is one: its middle (2 numbers),
-    low and high end.
-
-    The radius over a range of layers is at most that over a part of it, so ranges are taken from short to long, and
-    those that can be no better than the best one are not measured.
-    """
-    layers = np.moveaxis(body.narrowed(margin), axis, 0)
-    around = np.delete(body.steps, axis)
-    step, count = float(body.steps[axis]), len(layers)
-    most = np.full((count, count), np.inf)  # radius over the layers i to j, or what it is at most
-    best, found = 0.0, list[Array]()
-    for length in range(1, count):
-        for i in range(count - length):
-            j = i + length
-            bound = min(most[i, j - 1], most[i + 1, j]) if length > 1 else np.inf
-            most[i, j] = bound
-            if bound**2 * (count - 1) * step <= best:  # nor can a longer one be
-                most[i, j] = 0.0
-            elif length == 1 or bound**2 * length * step > best:
-                room = distances(np.asarray(layers[i : j + 1].all(axis=0)), around)
-                at = np.unravel_index(int(room.argmax()), room.shape)
-                most[i, j] = room[at]
-                if most[i, j] ** 2 * length * step > best:
-                    best = most[i, j] ** 2 * length * step
-                    found = [np.array([*(np.array(at) * around), step * i, step * j])]
-    return found
-
-
-def _climbed(value: Callable[[Array], float], at: Array, steps: Array) -> Array:
-    """The place near `at` where `value` is largest: by steps along axes and diagonals, halved where none helps."""
-    size, best = 0.5, value(at)
-    ways = [*np.eye(len(at))]
-    ways += [a + sign * b for i, a in enumerate(np.eye(len(at))) for b in np.eye(len(at))[:i] for sign in (1.0, -1.0)]
-    while size > FINEST:
-        tried = [at + sign * size * way * steps for way in ways for sign in (1.0, -1.0)]
-        values = [value(one) for one in tried]
-        k = int(np.argmax(values))
-        if values[k] > best:
-            at, best = tried[k], values[k]
-        else:
-            size /= 2.0
-    return at

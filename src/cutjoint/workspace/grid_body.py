@@ -1,6 +1,7 @@
 """The body that a grid of cells tells for sure, and what stands around it.
 
-Whether a point is reached is known at the centres of the cells alone.  A *block* is the box between 2^d neighbouring
+Whether a point is reached is known at the centres of the cells, and how far the ways between them are reached; the
+latter is put onto a finer grid first.  A *block* is the box between 2^d neighbouring
 centres; it is *full* where all of them are reached, and the full blocks together are the body: for a convex region it
 lies inside, elsewhere it leaves it by no more than the square of a step over the radius of the boundary.  Blocks that
 are not full, those beyond the grid among them, are the *obstacles* of every shape that is to be inside.
@@ -19,9 +20,12 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
+from cutjoint.workspace.level import level_of
 from cutjoint.workspace.region import Workspace
 
 Mask = npt.NDArray[np.bool_]
+FINEST, FINEST_CELLS = 4, 4_000_000
+"""A finer grid has at most so many cells a step, and about so many in all."""
 TOUCHING = 1e-9
 """Boxes that overlap by less than this part of a step only touch."""
 
@@ -66,9 +70,18 @@ class GridBody:
 
 
 def body_of(space: Workspace) -> GridBody:
-    """The body that the grid of `space` tells."""
-    start = np.array([axis.values[0] for axis in space.axes])
-    return GridBody(np.asarray(space.inside, dtype=bool), start, np.array([axis.step for axis in space.axes]))
+    """The body that the grid of `space` tells; where it is known how far the ways between cells are reached, that of a
+    finer grid of up to `FINEST_CELLS`, on which the level is interpolated."""
+    start, steps = np.array([axis.values[0] for axis in space.axes]), np.array([axis.step for axis in space.axes])
+    if space.ways is None:
+        return GridBody(np.asarray(space.inside, dtype=bool), start, steps)
+    from scipy.ndimage import zoom
+
+    level = level_of(space)
+    finer = int(np.clip(round((FINEST_CELLS / level.size) ** (1.0 / level.ndim)), 1, FINEST))
+    counts = [(count - 1) * finer + 1 for count in level.shape]
+    fine = zoom(level, [a / b for a, b in zip(counts, level.shape, strict=True)], order=1)
+    return GridBody(np.asarray(fine >= 0.0), start - steps, steps / finer)
 
 
 def full_blocks(inside: Mask) -> Mask:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, readonly
 from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
@@ -129,6 +129,7 @@ def finished(survey: Survey, filled: Filled, maps: Sequence[str], told: Told | N
         q=_block(q, lattice),
         maps=mapped(maps, survey, filled, told),
         told=survey.told,
+        ways=readonly(filled.ways.reshape(-1, *lattice.shape)),
     )
 
 

@@ -1,9 +1,10 @@
 """The boundary of a workspace as a closed surface of triangles, and files of it.
 
 Marching cubes (W. E. Lorensen, H. E. Cline, 1987; in the form of T. Lewiner, H. Lopes, A. W. Vieira, G. Tavares:
-Efficient implementation of marching cubes' cases with topological guarantees, 2003) on the reached cells, spread by a
-Gauss bell of `SPREAD` steps so that the surface has no stairs.  The level at which the surface is taken is the one with
-which it encloses the workspace's `extent`, in which the boundary is finer than the cells.
+Efficient implementation of marching cubes' cases with topological guarantees, 2003) on the reached cells.  Every vertex
+lies between a cell that is reached and one that is not, and is moved to where that way ends, as far as the workspace
+knows.  Where it does not, the cells are spread by a Gauss bell of `SPREAD` steps so that the surface has no stairs, and
+the surface is taken at the level with which it encloses the workspace's `extent`.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +24,7 @@ from cutjoint.extras import needed
 from cutjoint.files import check_place, write_whole
 from cutjoint.reprs import one_line
 from cutjoint.workspace.grid_body import Mask
+from cutjoint.workspace.level import parts_of
 from cutjoint.workspace.region import Workspace
 
 Faces = npt.NDArray[np.int64]
@@ -93,28 +96,53 @@ def surface(space: Workspace) -> Surface:
         raise InputError(f"no cell of the workspace of {space.robot} is reached, so it has no surface; use more cells")
     measure = needed("skimage.measure", "the surface of a workspace")
     steps = np.array([axis.step for axis in space.axes])
+    if space.ways is None:
+        vertices, faces, around = _spread_surface(measure, space)
+    else:
+        vertices, faces, around = *_cut(measure, np.pad(space.inside, 1).astype(float), 0.5), 1
+        vertices = _moved(vertices, space)
+    start = np.array([axis.values[0] for axis in space.axes])
+    names, units = tuple(axis.name for axis in space.axes), tuple(axis.unit for axis in space.axes)
+    faces.setflags(write=False)
+    return Surface(space.robot, names, units, readonly((vertices - around) * steps + start), faces)
+
+
+def _cut(measure: ModuleType, values: Array, level: float) -> tuple[Array, Faces]:
+    """The surface at which values have a level, in cells; its triangles anticlockwise seen from where they are less."""
+    points, triangles, _, _ = measure.marching_cubes(values, level)
+    vertices, faces = np.asarray(points, dtype=np.float64), np.array(triangles, dtype=np.int64)
+    return vertices, faces if _enclosed(vertices, faces) > 0.0 else faces[:, ::-1].copy()
+
+
+def _moved(vertices: Array, space: Workspace) -> Array:
+    """Vertices midway between a cell that is reached and one that is not, moved to where that way ends; those in the
+    middle of eight cells stay."""
+    inside, parts = np.pad(space.inside, 1), parts_of(space)
+    low, high = np.floor(vertices + 1e-3).astype(int), np.ceil(vertices - 1e-3).astype(int)
+    between = high - low
+    moved = vertices.copy()
+    for axis in range(3):
+        rows = np.flatnonzero((between[:, axis] == 1) & (between.sum(axis=1) == 1))
+        a, b = tuple(low[rows].T), tuple(high[rows].T)
+        forwards, backwards = parts[(2 * axis, *a)], parts[(2 * axis + 1, *b)]
+        moved[rows, axis] = low[rows, axis] + np.where(inside[a], forwards, 1.0 - backwards)
+    return moved
+
+
+def _spread_surface(measure: ModuleType, space: Workspace) -> tuple[Array, Faces, int]:
+    """The surface of the spread cells that encloses the extent, in cells, and how many there are around the grid."""
     spread = spread_cells(space.inside)
     wanted = space.extent / space.cell
     least, most = LEVELS[0], min(LEVELS[1], 0.99 * float(spread.max()))
-
-    def cut(level: float) -> tuple[Array, Faces, float]:
-        points, triangles, _, _ = measure.marching_cubes(spread, level)
-        vertices, faces = np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int64)
-        volume = _enclosed(vertices, faces)
-        return vertices, (faces if volume > 0.0 else faces[:, ::-1]), abs(volume)
-
     level = min(0.5, most)
     for _ in range(TRIES):
-        vertices, faces, volume = cut(level)
+        vertices, faces = _cut(measure, spread, level)
+        volume = _enclosed(vertices, faces)
         if abs(volume - wanted) <= CLOSE * wanted or most - least < 1e-4:
             break
         least, most = (least, level) if volume < wanted else (level, most)
         level = (least + most) / 2.0
-    start = np.array([axis.values[0] for axis in space.axes])
-    names, units = tuple(axis.name for axis in space.axes), tuple(axis.unit for axis in space.axes)
-    faces = faces.copy()
-    faces.setflags(write=False)
-    return Surface(space.robot, names, units, readonly((vertices - AROUND) * steps + start), faces)
+    return vertices, faces, AROUND
 
 
 def spread_cells(inside: Mask) -> Array:

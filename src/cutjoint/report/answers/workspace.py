@@ -19,7 +19,8 @@ from cutjoint.report.answers.sheet import sheet
 from cutjoint.report.figures import BLUE, COLOURS, DASHES, INK, Drawing, drawable
 from cutjoint.simulation.panels import scaled
 from cutjoint.workspace import FieldMap, FittedShape, GridAxis, Workspace
-from cutjoint.workspace.grid_body import body_of
+from cutjoint.workspace.grid_body import distances
+from cutjoint.workspace.level import level_of
 from cutjoint.workspace.surface import AROUND, spread_cells, volume_unit
 
 if TYPE_CHECKING:
@@ -104,9 +105,9 @@ def _through(
     if shapes:
         point = max(shapes, key=lambda one: one.extent).centre.copy()
     else:
-        body = body_of(space)
-        deep = body.distance if body.distance.any() else space.inside.astype(float)
-        at = np.unravel_index(int(deep.argmax()), deep.shape)
+        steps = np.array([axis.step for axis in space.axes])
+        deep = distances(space.inside, steps)
+        at = np.unravel_index(int((deep if deep.any() else space.inside).argmax()), deep.shape)
         point = np.array([axis.values[k] for axis, k in zip(space.axes, at, strict=True)])
     if isinstance(given, Mapping):
         for name, value in given.items():
@@ -178,10 +179,10 @@ def _slice(panel: Axes, shown: _Shown, i: int, j: int) -> QuadMesh | None:
         low, high = _limits(shown.field)
         colours = "viridis" if shown.field.best == "high" else "viridis_r"
         painted = panel.pcolormesh(x, y, values, cmap=colours, vmin=low, vmax=high, rasterized=True)
-    around = spread_cells(inside)[(slice(AROUND - 1, 1 - AROUND),) * 2]
+    around = _around(space, pick).T
     wide, tall = (np.concatenate([[2 * v[0] - v[1]], v, [2 * v[-1] - v[-2]]]) for v in (x, y))
     if inside.any():
-        panel.contour(wide, tall, around, levels=[0.5], colors=[INK], linewidths=1.6)
+        panel.contour(wide, tall, around, levels=[0.0], colors=[INK], linewidths=1.6)
     for shape, dash in zip(shown.shapes, DASHES, strict=False):
         _outline(panel, shown, shape, (i, j), dash)
     for k, unit, limit in ((i, x_unit, panel.set_xlim), (j, y_unit, panel.set_ylim)):
@@ -194,6 +195,13 @@ def _slice(panel: Axes, shown: _Shown, i: int, j: int) -> QuadMesh | None:
     if space.axes[i].unit == space.axes[j].unit:
         panel.set_aspect("equal")
     return painted
+
+
+def _around(space: Workspace, pick: tuple[slice | int, ...]) -> Array:
+    """Positive inside the region and negative outside, in a slice of cells, with one more cell at every side."""
+    if space.ways is None:
+        return spread_cells(space.inside[pick])[(slice(AROUND - 1, 1 - AROUND),) * 2] - 0.5
+    return level_of(space)[tuple(one if isinstance(one, slice) else one + 1 for one in pick)]
 
 
 def _outline(panel: Axes, shown: _Shown, shape: FittedShape, plane: tuple[int, int], dash: object) -> None:
