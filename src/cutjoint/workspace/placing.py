@@ -25,6 +25,7 @@ Placed = tuple[Array, Array] | None
 
 
 def box_in(body: GridBody, margin: float, _: int) -> Placed:
+    """The largest box along the axes, None where none fits."""
     found = [
         _grown(body, margin, low + inset, high - inset)
         for narrowed, inset in ((margin, 0.0), (0.0, margin))
@@ -66,6 +67,7 @@ def _grown(body: GridBody, margin: float, low: Array, high: Array) -> tuple[Arra
 
 
 def sphere_in(body: GridBody, margin: float, _: int) -> Placed:
+    """The largest sphere, None where none fits."""
     at = np.unravel_index(int(body.distance.argmax()), body.distance.shape)
     starts = [np.array(at) * body.steps, *((low + high) / 2.0 for low, high in _box_of_blocks(body, 0.0))]
 
@@ -122,6 +124,7 @@ class _Standing:
 
 
 def cylinder_in(body: GridBody, margin: float, axis: int) -> Placed:
+    """The largest cylinder along an axis, None where none fits."""
     around = np.arange(3) != axis
     starts = _cylinder_of_layers(body, margin, axis)
     for low, high in _box_of_blocks(body, 0.0):
