@@ -20,6 +20,10 @@ NEAR = 6.0
 """Obstacles so many steps of the grid further away than those that are touched are looked at while a shape is moved."""
 FINEST = 1e-3
 """Shortest step of a search for a better place, in steps of the grid."""
+GAIN = 1e-6
+"""Part of the volume or radius that a move must gain."""
+MOST_MOVES = 100
+Value = Callable[[Array], float]
 Placed = tuple[Array, Array] | None
 """Centre and breadths of a shape, shapes (axes,)."""
 
@@ -74,19 +78,19 @@ def sphere_in(body: GridBody, margin: float, _: int) -> Placed:
     def gaps_to(at: Array, below: Array, above: Array) -> Array:
         return np.asarray(np.linalg.norm(np.maximum(np.maximum(below - at, at - above), 0.0), axis=1))
 
-    def climbed(start: Array, below: Array, above: Array) -> Array:
-        return _climbed(lambda at: float(gaps_to(at, below, above).min()), start, body.steps)
+    every = body.obstacles
 
-    def placed(start: Array) -> tuple[Array, float]:
-        below, above = body.obstacles
-        gaps = gaps_to(start, below, above)
-        near = gaps <= gaps.min() + NEAR
-        centre = climbed(start, below[near], above[near])
-        if math.dist(centre, start) > NEAR / 2.0:  # others may be nearer there
-            centre = climbed(centre, below, above)
-        return centre, float(gaps_to(centre, below, above).min()) - margin
+    def radius(at: Array) -> float:
+        return float(gaps_to(at, *every).min()) - margin
 
-    centre, size = max(map(placed, starts), key=lambda one: one[1])
+    def radius_near(at: Array) -> Value:
+        gaps = gaps_to(at, *every)
+        below, above = (one[gaps <= gaps.min() + NEAR] for one in every)
+        return lambda to: float(gaps_to(to, below, above).min()) - margin
+
+    found = [_settled(radius, radius_near, start, body.steps) for start in starts]
+    centre = max(found, key=radius)
+    size = radius(centre)
     return (centre, np.full(len(centre), 2.0 * size)) if size > 0.0 else None
 
 
@@ -132,12 +136,9 @@ def cylinder_in(body: GridBody, margin: float, axis: int) -> Placed:
     steps = np.concatenate([body.steps[around], body.steps[[axis, axis]]])
     every = _Standing(*body.obstacles, margin, axis)
 
-    def placed(start: Array) -> Array:
-        at = _climbed(every.near(start).volume, start, steps)
-        moved = np.abs(at - start).max() + abs(every.radius(at) - every.radius(start))
-        return _climbed(every.volume, start, steps) if moved > NEAR / 2.0 else at
-
-    found = max(map(placed, starts), key=every.volume)
+    found = max(
+        (_settled(every.volume, lambda at: every.near(at).volume, start, steps) for start in starts), key=every.volume
+    )
     if every.volume(found) <= 0.0:
         return None
     centre, breadths = np.empty(3), np.empty(3)
@@ -175,16 +176,29 @@ def _cylinder_of_layers(body: GridBody, margin: float, axis: int) -> list[Array]
     return found
 
 
-def _climbed(value: Callable[[Array], float], at: Array, steps: Array) -> Array:
-    """The place near `at` where `value` is largest: by steps along axes and diagonals, halved where none helps."""
-    size, best = 0.5, value(at)
+def _settled(value: Value, near: Callable[[Array], Value], at: Array, steps: Array) -> Array:
+    """The place near `at` where `value` is largest; `near` gives it for a surrounding of `NEAR`, quicker to ask."""
+    for _ in range(MOST_MOVES):
+        to = _climbed(near(at), at, steps)
+        if value(to) <= value(at):
+            break
+        moved, at = float(np.abs(to - at).max()), to
+        if moved < FINEST:
+            break
+    return at
+
+
+def _climbed(value: Value, start: Array, steps: Array) -> Array:
+    """The place within half of `NEAR` where `value` is largest: by steps along axes and diagonals, halved where none
+    helps."""
+    at, size, best = start, 0.5, value(start)
     ways = [*np.eye(len(at))]
     ways += [a + sign * b for i, a in enumerate(np.eye(len(at))) for b in np.eye(len(at))[:i] for sign in (1.0, -1.0)]
-    while size > FINEST:
+    while size > FINEST and np.abs(at - start).max() < NEAR / 2.0:
         tried = [at + sign * size * way * steps for way in ways for sign in (1.0, -1.0)]
         values = [value(one) for one in tried]
         k = int(np.argmax(values))
-        if values[k] > best:
+        if values[k] > best + GAIN * abs(best):
             at, best = tried[k], values[k]
         else:
             size /= 2.0
