@@ -1,7 +1,8 @@
 """The workspace: where the tool of a robot can be, without a singularity between, and how well the robot does there."""
 
-from cutjoint.workspace.map import workspace
+from cutjoint.workspace.map import workspace, workspaces
 from cutjoint.workspace.maps import MAPS
+from cutjoint.workspace.orientations import orientation_workspace
 from cutjoint.workspace.region import FieldMap, GridAxis, Workspace
 
-__all__ = ["MAPS", "FieldMap", "GridAxis", "Workspace", "workspace"]
+__all__ = ["MAPS", "FieldMap", "GridAxis", "Workspace", "orientation_workspace", "workspace", "workspaces"]

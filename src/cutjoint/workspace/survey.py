@@ -14,6 +14,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.collisions import SelfCollisions
 from cutjoint.compile import CompiledChain, CompiledPaper, compiled
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Pose, Posture, Task
@@ -22,7 +23,7 @@ from cutjoint.papers.reduced_model import ClosedFormModel
 from cutjoint.reprs import line
 from cutjoint.workspace.bounding import Filler, Range, bounded
 from cutjoint.workspace.filling import Filled, Told, fill
-from cutjoint.workspace.goals import Goals, chosen_axes
+from cutjoint.workspace.goals import Goals, chosen_axes, pose_of
 from cutjoint.workspace.lattice import Lattice
 from cutjoint.workspace.published import ClosedForm
 from cutjoint.workspace.walking import ChainWalker, SlowWalker, Walker, Watch
@@ -112,8 +113,8 @@ class _Walked:
         self.walker, self.at, self._told = walker, walker.at, told
         self.size = 8 * (len(walker.start) + 4 * len(walker.at) + 8)
 
-    def fill(self, lattice: Lattice, *, coarse: bool) -> Filled:
-        return fill(self.walker, lattice, 2 if coarse else 5, None if coarse else self._told)
+    def fill(self, lattice: Lattice, *, coarse: bool, begun: Filled | None = None) -> Filled:
+        return fill(self.walker, lattice, 2 if coarse else 5, None if coarse else self._told, begun)
 
 
 class _Calculated:
@@ -122,7 +123,7 @@ class _Calculated:
     def __init__(self, form: ClosedForm) -> None:
         self.form, self.at, self.size = form, form.at, 300
 
-    def fill(self, lattice: Lattice, *, coarse: bool) -> Filled:
+    def fill(self, lattice: Lattice, *, coarse: bool, begun: Filled | None = None) -> Filled:
         return self.form.fill(lattice)
 
 
@@ -210,8 +211,8 @@ def _held_start(robot: Mechanism, start: Posture, asked: Asked, axes: Sequence[s
     """The start, with what is held there."""
     if not asked.held:
         return start
-    task, tool = robot.task, robot.tool(start)
-    here = dict(zip(task.names, task.coordinates(Pose(tool.position, tool.rotation)).tolist(), strict=True))
+    task = robot.task
+    here = dict(zip(task.names, task.coordinates(pose_of(robot, start)).tolist(), strict=True))
     try:
         wanted = {**here, **asked.held}
         return robot.reach(wanted, start, limits="respect" if respected else "ignore")
@@ -228,8 +229,7 @@ def _others(
     robot: Mechanism, task: Task, start: Posture, axes: Sequence[str], held: Mapping[str, float]
 ) -> dict[str, float]:
     """All coordinates that the grid is not over."""
-    tool = robot.tool(start)
-    here = dict(zip(task.names, task.coordinates(Pose(tool.position, tool.rotation)).tolist(), strict=True))
+    here = dict(zip(task.names, task.coordinates(pose_of(robot, start)).tolist(), strict=True))
     return {name: float(held.get(name, value)) for name, value in here.items() if name not in axes}
 
 
@@ -245,7 +245,10 @@ def _walker(
 
 
 def _collision_watch(robot: Mechanism, start: Posture) -> Watch:
-    raise InputError("collisions are not looked for yet")
+    if not isinstance(robot, CompiledChain):
+        raise InputError(f"{robot.name} has no shapes that could touch; take the robot's closed chain")
+    looked = SelfCollisions(robot.chain, start)
+    return lambda q: np.array([not looked.touch(one) for one in q], dtype=bool)
 
 
 def _length(robot: Mechanism, start: Posture) -> float:
