@@ -1,8 +1,8 @@
 """Workspaces of robots that turn their tools, by sets of orientations.
 
-Where the turns are held, a workspace is one of constant orientation.  Of a set of orientations the tool can have some at
-a point (the reachable workspace of that set) or all of them (the dextrous one): union and intersection of the workspaces
-of constant orientation, on one lattice, each joined with the start turned there.
+Where the turns are held, a workspace is one of constant orientation.  Of a set of orientations the tool can have some
+at a point (the reachable workspace of that set) or all of them (the dextrous one): union and intersection of the
+workspaces of constant orientation, on one lattice, each joined with the start turned there.
 """
 
 from __future__ import annotations

@@ -136,7 +136,7 @@ def surveyed(robot: Mechanism, asked: Asked, told: Told | None = None) -> Survey
         robot = compiled(robot)
     task = robot.task
     free, words = _freedoms(robot, task)
-    said = asked.axes if asked.axes is not None else (tuple(asked.region) or None)
+    said = _said_axes(task, asked)
     start = robot.home if asked.near is None else asked.near
     axes = _best_axes(robot, start, task, free) if free < len(task.names) and said is None else said
     axes = chosen_axes(task, axes, asked.held)
@@ -168,6 +168,14 @@ def surveyed(robot: Mechanism, asked: Asked, told: Told | None = None) -> Survey
     ranges = {name: _pair(name, one) for name, one in asked.region.items()}
     stride = np.array([TURN if unit == "rad" else LENGTHS * _length(robot, start) for unit in goals.units])
     return Survey(robot, goals, start, filler, bounded(goals, ranges, filler.at), stride, walker, words)
+
+
+def _said_axes(task: Task, asked: Asked) -> tuple[str, ...] | None:
+    """The axes that are said: by themselves, or by ranges of what is not an axis as a rule."""
+    if asked.axes is not None or not asked.region:
+        return asked.axes
+    usual = chosen_axes(task, None, {name: value for name, value in asked.held.items() if name in task.names})
+    return None if set(asked.region) <= set(usual) else tuple(asked.region)
 
 
 def _freedoms(robot: Mechanism, task: Task) -> tuple[int, tuple[str, ...]]:
