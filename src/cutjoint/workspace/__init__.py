@@ -3,8 +3,9 @@
 from cutjoint.workspace.files import load, save
 from cutjoint.workspace.fitting import FittedShape, largest
 from cutjoint.workspace.in_world import WorldShape, in_world
-from cutjoint.workspace.map import workspace
+from cutjoint.workspace.map import workspace, workspaces
 from cutjoint.workspace.maps import MAPS
+from cutjoint.workspace.orientations import orientation_workspace
 from cutjoint.workspace.region import FieldMap, GridAxis, Workspace
 from cutjoint.workspace.surface import Surface, surface, write_surface
 
@@ -19,8 +20,10 @@ __all__ = [
     "in_world",
     "largest",
     "load",
+    "orientation_workspace",
     "save",
     "surface",
     "workspace",
+    "workspaces",
     "write_surface",
 ]

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen
+from cutjoint.chain import ClosedChain
+from cutjoint.compile import CompiledChain
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism, Pose, Posture, Task
 from cutjoint.mechanism.task import NAMES
@@ -50,8 +52,7 @@ class Goals(Frozen):
 
     def of(self, posture: Posture, robot: Mechanism) -> Array:
         """Coordinates of the grid at a posture, shape (axes,)."""
-        tool = robot.tool(posture)
-        here = self.task.coordinates(Pose(tool.position, tool.rotation))
+        here = self.task.coordinates(pose_of(robot, posture))
         return np.array([here[self.task.names.index(name)] for name in self.names])
 
     def frames(self, at: Array) -> Array:
@@ -84,6 +85,18 @@ class Goals(Frozen):
                 turned = since @ turned_rows(nudge * along[None])[0] @ self.task.home.rotation
                 found[:, k, 3:] = turned.reshape(-1, 9)
         return found
+
+
+def pose_of(robot: Mechanism, posture: Posture) -> Pose:
+    """Pose of the tool, of a robot whose actuators do not determine its motion too."""
+    chain = robot.geometry if isinstance(robot, CompiledChain) else robot
+    if isinstance(chain, ClosedChain):
+        tool = chain.description.tool
+        assert tool is not None
+        link = chain.link_placements(posture)[tool.link] @ tool.placement
+        return Pose(link[:3, 3], link[:3, :3])
+    here = robot.tool(posture)
+    return Pose(here.position, here.rotation)
 
 
 def turned_rows(vectors: Array) -> Array:

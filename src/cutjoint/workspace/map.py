@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
+from cutjoint.chain import ClosedChain
+from cutjoint.compile import CompiledChain, compiled
 from cutjoint.doors import door
-from cutjoint.errors import InputError
+from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
 from cutjoint.workspace.bounding import filled_whole, lattice_for
 from cutjoint.workspace.filling import Filled, Told
@@ -137,3 +140,43 @@ def _block(values: Array, lattice: Lattice) -> Array:
     found = values.reshape(*lattice.shape, values.shape[1])
     found.setflags(write=False)
     return found
+
+
+@door
+def workspaces(
+    robot: ClosedChain | CompiledChain,
+    *,
+    axes: Sequence[str] | None = None,
+    held: Mapping[str, float] | None = None,
+    cells: int | None = None,
+    assembly: Assembly = "home",
+    limits: JointLimits = "respect",
+    maps: Sequence[str] = (),
+    told: Told | None = None,
+) -> tuple[Workspace, ...]:
+    """The workspaces of all working modes of a chain, that of home first: each is joined with one of the postures that
+    hold the tool as home does (`ClosedChain.working_modes`).  Those that cannot have what is held are left out, which
+    the first one tells.
+
+    Args:
+        robot: the chain.
+        axes, held, cells, assembly, limits, maps, told: as of `workspace`.
+
+    Raises:
+        InputError, UnknownNameError, ActuationError, UnreachableError, LimitError, SingularError: as of `workspace`.
+    """
+    chain = robot.chain if isinstance(robot, CompiledChain) else robot
+    fast = robot if isinstance(robot, CompiledChain) else compiled(chain)
+
+    def joined_with(mode: Posture) -> Workspace:
+        return workspace(
+            fast, axes=axes, held=held, cells=cells, near=mode, assembly=assembly, limits=limits, maps=maps, told=told
+        )
+
+    found, left = [joined_with(chain.home)], []
+    for number, mode in enumerate(chain.working_modes().postures[1:], start=2):
+        try:
+            found.append(joined_with(mode))
+        except CutjointError as error:
+            left.append(f"working mode {number} is left out: {error}")
+    return (replace(found[0], told=(*found[0].told, *left)), *found[1:])
