@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cutjoint.commands import options
+from cutjoint.commands import options, workspace_files
 from cutjoint.commands.output import print_json, say, show
 from cutjoint.commands.progress import progress
 from cutjoint.errors import InputError
@@ -83,6 +83,12 @@ def command(
     dextrous: Annotated[
         float | None, typer.Option(metavar="TILT", help="Where all orientations within TILT [rad] of home's are had.")
     ] = None,
+    picture: workspace_files.Picture = None,
+    through: workspace_files.Through = None,
+    surface: workspace_files.SurfaceFile = None,
+    save: workspace_files.Save = None,
+    largest: workspace_files.Largest = None,
+    margin: workspace_files.Margin = None,
     json: options.Json = False,
 ) -> None:
     """Where the tool can be without a singularity between, and how well the robot does there.
@@ -97,6 +103,9 @@ def command(
     chosen = _names(maps) if maps else ()
     tilts = {name: tilt for name, tilt in (("reachable", reachable), ("dextrous", dextrous)) if tilt is not None}
     _check_together(tilts, ranges, chosen, modes, published, collisions)
+    kinds = _names(largest) if largest is not None else ()
+    wanted = workspace_files.WantedFiles(picture, _numbers("--through", through or []), surface, save, kinds, margin)
+    wanted.check(single=modes is WorkingModes.HOME)
 
     from cutjoint.robots import load
     from cutjoint.robots import published as published_model
@@ -105,12 +114,19 @@ def command(
     model: Mechanism = published_model(robot) if published else load(robot, variant, home, lenient=lenient)
     with progress(f"{model.name}: workspace", None, "cells") as told:
         found = _found(model, names, ranges, held, cells, chosen, modes, assembly, limits, collisions, tilts, told)
+    shapes = wanted.fitted(found[0])
+    written = wanted.write(found[0], shapes)
     if json:
         data = [_data(one) for one in found]
+        if shapes:
+            data[0]["largest"] = workspace_files.shapes_data(shapes)
         print_json(data[0] if modes is WorkingModes.HOME else {"working_modes": data})
         return
     for number, one in enumerate(found, start=1):
         _show(one, f", working mode {number} of {len(found)}" if modes is WorkingModes.ALL else "")
+    workspace_files.show_shapes(shapes)
+    for sentence in written:
+        say(sentence)
 
 
 def _check_together(

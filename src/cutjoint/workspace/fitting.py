@@ -10,6 +10,7 @@ margin to all that is not.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -25,6 +26,8 @@ from cutjoint.workspace.region import Workspace
 
 Kind = Literal["box", "cylinder", "sphere"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
+WORDS = {"box": ("stretch", "rectangle", "box"), "sphere": ("stretch", "disc", "sphere"), "cylinder": ("cylinder",) * 3}
+"""A shape over one, two and three axes."""
 ROUNDING = 1e-9
 """A point on the boundary of a shape is in it."""
 
@@ -57,6 +60,11 @@ class FittedShape(Frozen):
     upright: str = ""
 
     __repr__ = line("kind", "centre", "breadths", "extent", "margin")
+
+    @property
+    def word(self) -> str:
+        """What it is called over so many axes: a box is a rectangle over two."""
+        return WORDS[self.kind][len(self.names) - 1]
 
     @property
     def low(self) -> Array:
@@ -102,16 +110,13 @@ def largest(space: Workspace, kind: str = "box", *, margin: float = 0.0, upright
         InputError: the margin is negative or not finite; a round shape or a margin over axes in m and rad; a cylinder
             over fewer than three axes; or nothing fits.
     """
-    if kind not in KINDS:
-        raise UnknownNameError("shape", kind, KINDS)
+    check_kinds((kind,), margin)
     names, units = tuple(axis.name for axis in space.axes), tuple(axis.unit for axis in space.axes)
-    if not (math.isfinite(margin) and margin >= 0.0):
-        raise InputError(f"margin must be a length of 0 or more [{units[0]}], found {margin!r}")
     stands = upright or ("z" if "z" in names else names[-1])
     if stands not in names:
         raise UnknownNameError("axis", upright, names)
     _check_axes(kind, names, units, margin, names.index(stands))
-    body = body_of(space)
+    body, steps = body_of(space), np.array([axis.step for axis in space.axes])
     if not body.full.any():
         raise InputError(
             f"the region of {space.robot} is nowhere two cells thick along every axis, so that nothing is known to "
@@ -132,8 +137,22 @@ def largest(space: Workspace, kind: str = "box", *, margin: float = 0.0, upright
     centre, breadths = found[0] * unit + body.start, found[1] * unit
     extent = _extent(kind, breadths, axis)
     return FittedShape(
-        kind, names, units, centre, breadths, extent, margin, body.steps, stands if kind == "cylinder" else ""
+        kind, names, units, centre, breadths, extent, margin, steps, stands if kind == "cylinder" else ""
     )
+
+
+def check_kinds(kinds: Sequence[str], margin: float) -> None:
+    """Look at kinds of shapes, and the margin that they keep.
+
+    Raises:
+        UnknownNameError: no such kind.
+        InputError: the margin is negative or not finite.
+    """
+    for kind in kinds:
+        if kind not in KINDS:
+            raise UnknownNameError("shape", kind, KINDS)
+    if not (math.isfinite(margin) and margin >= 0.0):
+        raise InputError(f"margin must be a length of 0 or more [m or rad], found {margin!r}")
 
 
 def _check_axes(kind: str, names: tuple[str, ...], units: tuple[str, ...], margin: float, upright: int) -> None:

@@ -35,8 +35,6 @@ PLANES = ((0, 1), (0, 2), (1, 2))
 MOST_CURVES = 6
 ODD = 2.0
 """Percent of the worst cells whose values may be beyond the scale of colours, such as those beside a singularity."""
-WORDS = {"box": ("stretch", "rectangle", "box"), "sphere": ("stretch", "disc", "sphere"), "cylinder": ("cylinder",) * 3}
-"""A shape over one, two and three axes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,9 +280,7 @@ def _legend(drawn: Figure, shown: _Shown) -> None:
     rows = [Line2D([], [], color=INK, linewidth=1.6, label="boundary")]
     for shape, dash in zip(shown.shapes, DASHES, strict=False):
         margin = f", margin {shape.margin:.3g} {shape.units[0]}" if shape.margin else ""
-        label = (
-            f"largest {WORDS[shape.kind][len(shape.names) - 1]}: {shape.extent:.4g} {volume_unit(shape.units)}{margin}"
-        )
+        label = f"largest {shape.word}: {shape.extent:.4g} {volume_unit(shape.units)}{margin}"
         rows.append(Line2D([], [], color=OUTLINE, linewidth=2.2, linestyle=dash, label=label))
     drawn.legend(handles=rows, loc="outside lower center", ncols=2, handlelength=2.8)
 
