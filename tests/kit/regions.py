@@ -24,6 +24,7 @@ def region(
     extent: float | None = None,
     names: tuple[str, ...] = NAMES,
     ways: bool = False,
+    robot: str = "drawn",
 ) -> Workspace:
     """A workspace of the points at which `inside`, a function of coordinates over -`reach` to `reach`, holds; then
     scaled and moved.  `extent` is that before scaling; `ways` whether it is known where they end between cells."""
@@ -44,7 +45,7 @@ def region(
         "speed": FieldMap("worst speed", "m/s", 1.0 / quality),
     }
     parts = _ways(inside, plain, reached) if ways else None
-    return Workspace("drawn", grid, {"rz": 0.25}, reached, float(size), q, maps, ("drawn", "not computed"), parts)
+    return Workspace(robot, grid, {"rz": 0.25}, reached, float(size), q, maps, ("drawn", "not computed"), parts)
 
 
 def _ways(inside: Inside, plain: list[Array], reached: np.ndarray) -> Array:
