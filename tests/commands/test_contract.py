@@ -45,6 +45,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
     "plot": [("run.npz -o run.html", 0)],
     "report": [],
     "states": [("run.npz -o run.jsonl", 0)],
+    "workspace": [("fivebar --cells 6 --map effort", 0), ("fivebar --cells 4 --axes x --json", 0)],
     "list": [("", 0), ("--json", 0)],
     "info": [("underactuated --no-modes", 0), ("redundant --no-modes --json", 0)],
     "check": [("redundant", 0), (f"{HERE}/wrong.urdf", 1), (f"{HERE}/wrong.urdf --json", 1), ("nothing", 1)],
@@ -69,6 +70,13 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     "states": [("run.npz --out bag --robot fourbar", 0)],
     "cut": [("stewart", 0), ("stewart --cut leg1_tilt --json", 0), (f"{HERE}/hostile -o {HERE}/cut", 0)],
     "new": [(f"{one}_1 -t {one}", 0) for one in ("fivebar", "delta", "stewart", "leg")],
+    "workspace": [
+        ("omega3 --cells 10 --map condition,bearing", 0),
+        ("fivebar --cells 10 --modes all --json", 0),
+        ("stewart --dextrous 0.1 --cells 8 --hold rz=0", 0),
+        ("cpm --published --assembly any", 0),
+        ("redundant --cells 4", 0),
+    ],
     "list": [("--examples", 0)],
     "info": [
         *((one, 0) for one in ("omega3", "stewart", "cpm", "redundant", "talos", "stewart --json")),
@@ -94,6 +102,23 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     ],
 }
 WRONG: dict[str, list[str]] = {
+    "workspace": [
+        "",
+        "none",
+        "fivebar --axes q",
+        "fivebar --cells 0",
+        "fivebar --cells 50000",
+        "fivebar --hold x",
+        "fivebar --hold y=0",
+        "fivebar --range x=1",
+        "fivebar --range x=0.2:0.1",
+        "fivebar --map condtion",
+        "fivebar --collisions",
+        "fivebar --dextrous 0.1",
+        "fivebar --dextrous 0.1 --reachable 0.1",
+        "fivebar --modes all --range x=0:1",
+        "fivebar --published",
+    ],
     "new": [
         "",
         "cpm",
@@ -175,7 +200,7 @@ WRONG: dict[str, list[str]] = {
     "export": ["cpm --to none", f"cpm -o {HERE}"],
     "compile": ["fourbar --functions none", "fourbar --arguments none", "cpm --variant none"],
 }
-TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
+TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile", "workspace")
 
 
 @dataclass
