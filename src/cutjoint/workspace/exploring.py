@@ -124,7 +124,7 @@ class _Calculated:
         self.form, self.at, self.size = form, form.at, 300
 
     def fill(self, lattice: Lattice, *, coarse: bool, begun: Filled | None = None) -> Filled:
-        return self.form.fill(lattice)
+        return self.form.fill(lattice, edges=not coarse)
 
 
 def surveyed(robot: Mechanism, asked: Question, told: Told | None = None) -> Exploring:

@@ -22,6 +22,8 @@ from cutjoint.workspace.region import GridAxis, Workspace
 
 CELLS = 40
 """Cells along the longest axis, as a rule."""
+PUBLISHED_CELLS = 44
+"""The same of a published model, of which a cell costs less."""
 SLOW_CELLS = 16
 """The same of a robot that is asked posture by posture."""
 MOST_CELLS = 100_000
@@ -51,7 +53,8 @@ def workspace(
             led and not held, else the turns.
         region: coordinate -> (least, largest) [m] or [rad]; default as far as is reached.
         held: the other coordinates, where they are held [m] or [rad]; default as at the start.
-        cells: along the longest axis; default 40, of a robot that is asked posture by posture 16.
+        cells: along the longest axis; default 40, of a published model 44, of a
+            robot that is asked posture by posture 16.
         near: the posture to start from, which picks working mode and assembly mode; default home.
         assembly: "home" for the assembly mode of the start, "any" for what is reached through type-2 singularities too.
         limits: whether joint limits are respected or ignored.
@@ -83,7 +86,8 @@ def checked_cells(cells: int | None) -> None:
 
 def filled_for(survey: Exploring, cells: int | None) -> Filled:
     """All that is reached, cropped."""
-    count = cells if cells is not None else SLOW_CELLS if survey.is_slow else CELLS
+    usual = PUBLISHED_CELLS if survey.walker is None else SLOW_CELLS if survey.is_slow else CELLS
+    count = usual if cells is None else cells
     check_memory(survey.filler, len(survey.goals.names), count)
     lattice = lattice_for(survey.filler, survey.goals, survey.limits, count, survey.stride)
     return cropped(filled_whole(survey.filler, lattice))

@@ -1,7 +1,7 @@
 """Leading the tool of many postures side by side from point to point, as far as it can go on one branch.
 
-Who leads is a `CellWalker`.  `march` asks it for whole ways first, and for shorter and shorter ones where the tool does not
-come through; so the end of the way is found to a part of its length.
+Who leads is a `CellWalker`.  `march` asks it for whole ways first, and for shorter and shorter ones where the tool does
+not come through; so the end of the way is found to a part of its length.
 """
 
 from __future__ import annotations
