@@ -57,7 +57,11 @@ USUAL: dict[str, list[tuple[str, int]]] = {
     ],
     "reproduce": [],
     "view": [(f"fourbar --html {HERE}/page.html", 0)],
-    "workspace": [(f"fivebar --cells 8 --save {HERE}/space.npz --largest box -o {HERE}/space.svg", 0)],
+    "workspace": [
+        ("fivebar --cells 6 --map effort", 0),
+        ("fivebar --cells 4 --axes x --json", 0),
+        (f"fivebar --cells 8 --save {HERE}/space.npz --largest box -o {HERE}/space.svg", 0),
+    ],
     "play": [],
     "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
     "compile": [("fourbar --functions tool --no-cache", 0)],
@@ -94,6 +98,11 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     "workspace": [
         (f"fivebar --cells 20 --map condition --largest box,sphere --margin 0.01 --save {HERE}/x.vti --json", 0),
         (f"omega3 --cells 12 --surface {HERE}/x.stl --largest cylinder -o {HERE}/x.png --through z=0.01", 0),
+        ("omega3 --cells 10 --map condition,bearing", 0),
+        ("fivebar --cells 10 --modes all --json", 0),
+        ("stewart --dextrous 0.1 --cells 8 --hold rz=0", 0),
+        ("cpm --published --assembly any", 0),
+        ("redundant --cells 4", 0),
     ],
     "export": [(f"stewart --to urdf -o {HERE}/stewart.urdf", 0)],
     "compile": [
@@ -199,12 +208,26 @@ WRONG: dict[str, list[str]] = {
         "fivebar --margin 1",
         "fivebar --through z=1",
         "fivebar --modes all --save x.npz",
+        "none",
+        "fivebar --axes q",
+        "fivebar --cells 0",
+        "fivebar --cells 50000",
+        "fivebar --hold x",
+        "fivebar --hold y=0",
+        "fivebar --range x=1",
+        "fivebar --range x=0.2:0.1",
+        "fivebar --map condtion",
+        "fivebar --collisions",
+        "fivebar --dextrous 0.1",
+        "fivebar --dextrous 0.1 --reachable 0.1",
+        "fivebar --modes all --range x=0:1",
+        "fivebar --published",
     ],
     "play": ["", "cpm", "none.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
     "export": ["cpm --to none", f"cpm -o {HERE}"],
     "compile": ["fourbar --functions none", "fourbar --arguments none", "cpm --variant none"],
 }
-TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
+TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile", "workspace")
 
 
 @dataclass

@@ -140,19 +140,15 @@ def _check_together(
     """What cannot be asked for together is refused before the work."""
     if len(tilts) > 1:
         raise InputError("--reachable and --dextrous are two questions; ask one of them at a time")
-    for name in tilts:
-        for other, given in (("--range", ranges), ("--map", maps), ("--collisions", collisions)):
-            if given:
-                raise InputError(f"--{name} goes without {other}")
-    if modes is WorkingModes.ALL:
-        for other, given in (
-            ("--range", ranges),
-            ("--collisions", collisions),
-            ("--published", published),
-            *tilts.items(),
-        ):
-            if given:
-                raise InputError(f"--modes all goes without {other if other.startswith('-') else '--' + other}")
+    given = [("--range", bool(ranges)), ("--collisions", collisions)]
+    kinds = [*(f"--{name}" for name in tilts), *(["--modes all"] if modes is WorkingModes.ALL else [])]
+    if len(kinds) > 1:
+        raise InputError(f"{kinds[0]} goes without {kinds[1]}")
+    for kind in kinds:
+        more = [("--published", published)] if kind == "--modes all" else [("--map", bool(maps))]
+        for other, is_given in (*given, *more):
+            if is_given:
+                raise InputError(f"{kind} goes without {other}")
 
 
 def _found(
@@ -171,8 +167,9 @@ def _found(
 ) -> tuple[Workspace, ...]:
     from cutjoint.chain import ClosedChain
     from cutjoint.workspace import orientation_workspace, workspace, workspaces
+    from cutjoint.workspace.exploring import Assembly
 
-    which = assembly.value
+    which: Assembly = "home" if assembly is AssemblyModes.HOME else "any"
     if modes is WorkingModes.ALL and isinstance(model, ClosedChain):
         return workspaces(model, axes=axes, held=held, cells=cells, assembly=which, limits=limits, maps=maps, told=told)
     for kind, tilt in tilts.items():

@@ -67,6 +67,29 @@ def bounded(goals: Goals, given: Region, at: Array) -> dict[str, Range]:
     return found
 
 
+THINNEST = 0.01
+"""What part of its box a workspace may be, where memory is looked at before anything is known of it."""
+
+
+def check_memory(filler: Filler, axes: int, cells: int) -> None:
+    """Look at what a grid would take before any work.
+
+    Raises:
+        InputError: it would not fit into memory, even if it were a hundred times as thin as long.
+    """
+    _check(filler, cells, float(cells) ** axes, axes, THINNEST)
+
+
+def _check(filler: Filler, cells: int, count: float, axes: int, part: float = 1.0) -> None:
+    needed = part * count * filler.size / 2.0**30
+    if needed > MOST:
+        fewer = max(int(cells * (MOST / needed) ** (1.0 / axes)), 3)
+        raise InputError(
+            f"{cells} cells along the longest axis are up to {count:.3g} in all, which take {needed:.3g} GiB or more; "
+            f"the most is {MOST:g} GiB: ask for {fewer} or fewer"
+        )
+
+
 def lattice_for(filler: Filler, goals: Goals, limits: Mapping[str, Range], cells: int, stride: Array) -> Lattice:
     """A lattice over all that is reached, `cells` along its longest axis (of the places, and of the turns).
 
@@ -85,13 +108,7 @@ def lattice_for(filler: Filler, goals: Goals, limits: Mapping[str, Range], cells
         of_it = np.array([one == unit for one in goals.units])
         steps[of_it] = breadths[of_it].max() / cells
     shape = np.maximum(np.ceil(breadths / steps - 1e-9), 3.0)
-    needed = float(np.prod(shape)) * filler.size / 2.0**30
-    if needed > MOST:
-        fewer = max(int(cells * (MOST / needed) ** (1.0 / len(ranges))), 3)
-        raise InputError(
-            f"{cells} cells along the longest axis are {np.prod(shape):.3g} in all, which take {needed:.3g} GiB; the "
-            f"most is {MOST:g} GiB: ask for about {fewer}"
-        )
+    _check(filler, cells, float(np.prod(shape)), len(ranges))
     return _over(ranges, bounds, shape.astype(int).tolist())
 
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array
 from cutjoint.reprs import line
 from cutjoint.workspace.lattice import Lattice, Numbers
-from cutjoint.workspace.walking import FINEST, Walker, march
+from cutjoint.workspace.walking import FINEST, CellWalker, march
 
 Told = Callable[[float], None]
 """Called with the number of cells that are reached."""
@@ -75,7 +75,7 @@ class Filled:
         return np.array(found)
 
 
-def seeds(walker: Walker, lattice: Lattice) -> tuple[Numbers, Array]:
+def seeds(walker: CellWalker, lattice: Lattice) -> tuple[Numbers, Array]:
     """Cells around the posture that the walker starts from, which it comes to, and its states there."""
     cells = lattice.corners(walker.at)
     states = np.tile(walker.start, (len(cells), 1))
@@ -85,7 +85,7 @@ def seeds(walker: Walker, lattice: Lattice) -> tuple[Numbers, Array]:
 
 
 def fill(
-    walker: Walker, lattice: Lattice, finest: int = FINEST, told: Told | None = None, begun: Filled | None = None
+    walker: CellWalker, lattice: Lattice, finest: int = FINEST, told: Told | None = None, begun: Filled | None = None
 ) -> Filled:
     """All cells that the tool can be led to from cell to cell: to the next ones along the axes, and where those end,
     along diagonals too, so that a thin part of the workspace that lies askew is not cut off.
@@ -122,7 +122,7 @@ def embedded(filled: Filled, lattice: Lattice) -> Filled:
 class _Flood:
     """A filling under way."""
 
-    def __init__(self, walker: Walker, lattice: Lattice, finest: int, told: Told | None) -> None:
+    def __init__(self, walker: CellWalker, lattice: Lattice, finest: int, told: Told | None) -> None:
         self._walker, self._lattice, self._finest, self._told = walker, lattice, finest, told
         self._ways = 2 * len(lattice.shape)
         self.inside = np.zeros(lattice.size, dtype=bool)

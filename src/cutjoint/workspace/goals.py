@@ -55,22 +55,35 @@ class Goals(Frozen):
         here = self.task.coordinates(pose_of(robot, posture))
         return np.array([here[self.task.names.index(name)] for name in self.names])
 
+    def places(self, at: Array) -> Array:
+        """Place in the model that coordinates (N, axes) of places ask for, shape (N, 3)."""
+        task, at_home = self.task, self.task.axes == "tool"
+        values = np.empty((len(at), 3))
+        values[:] = 0.0 if at_home else task.home.position
+        for name, value in self.held.items():
+            if NAMES.index(name) < 3:
+                values[:, NAMES.index(name)] = value
+        for column, name in enumerate(self.names):
+            if NAMES.index(name) < 3:
+                values[:, NAMES.index(name)] = at[:, column]
+        if np.array_equal(task.basis, np.eye(3)):
+            return np.asarray(values + ((task.home.position if at_home else 0.0) - self.origin))
+        return np.asarray(values @ task.basis.T + ((task.home.position if at_home else 0.0) - self.origin))
+
     def frames(self, at: Array) -> Array:
         """Place in the model and rotation, row by row, that coordinates (N, axes) ask for, shape (N, 12)."""
-        task, at_home = self.task, self.task.axes == "tool"
-        values = np.zeros((len(at), 6))
-        values[:, :3] = 0.0 if at_home else task.home.position
+        task, turns = self.task, np.zeros((len(at), 3))
         for name, value in self.held.items():
-            values[:, NAMES.index(name)] = value
+            if NAMES.index(name) >= 3:
+                turns[:, NAMES.index(name) - 3] = value
         for column, name in enumerate(self.names):
-            values[:, NAMES.index(name)] = at[:, column]
-        place = values[:, :3] @ task.basis.T + (task.home.position if at_home else 0.0) - self.origin
-        turns = values[:, 3:]
+            if NAMES.index(name) >= 3:
+                turns[:, NAMES.index(name) - 3] = at[:, column]
         if turns.any():
             rotation = turned_rows(turns @ task.basis.T) @ task.home.rotation
         else:
             rotation = np.broadcast_to(task.home.rotation, (len(at), 3, 3))
-        return np.ascontiguousarray(np.concatenate([place, rotation.reshape(len(at), 9)], axis=1))
+        return np.ascontiguousarray(np.concatenate([self.places(at), rotation.reshape(len(at), 9)], axis=1))
 
     def moved(self, frames: Array, nudges: Array) -> Array:
         """Goals `frames` (N, 12), moved along every led coordinate in turn by a little, shape (N, led, 12)."""

@@ -13,15 +13,17 @@ from cutjoint.compile import CompiledChain, compiled
 from cutjoint.doors import door
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
-from cutjoint.workspace.bounding import filled_whole, lattice_for
+from cutjoint.workspace.bounding import check_memory, filled_whole, lattice_for
+from cutjoint.workspace.exploring import Assembly, Exploring, Question, surveyed
 from cutjoint.workspace.filling import Filled, Told
 from cutjoint.workspace.lattice import Lattice, Numbers
 from cutjoint.workspace.maps import chosen_maps, mapped
 from cutjoint.workspace.region import GridAxis, Workspace
-from cutjoint.workspace.survey import Asked, Assembly, Survey, surveyed
 
 CELLS = 40
 """Cells along the longest axis, as a rule."""
+PUBLISHED_CELLS = 44
+"""The same of a published model, of which a cell costs less."""
 SLOW_CELLS = 16
 """The same of a robot that is asked posture by posture."""
 MOST_CELLS = 100_000
@@ -51,7 +53,8 @@ def workspace(
             led and not held, else the turns.
         region: coordinate -> (least, largest) [m] or [rad]; default as far as is reached.
         held: the other coordinates, where they are held [m] or [rad]; default as at the start.
-        cells: along the longest axis; default 40, of a robot that is asked posture by posture 16.
+        cells: along the longest axis; default 40, of a published model 44, of a
+            robot that is asked posture by posture 16.
         near: the posture to start from, which picks working mode and assembly mode; default home.
         assembly: "home" for the assembly mode of the start, "any" for what is reached through type-2 singularities too.
         limits: whether joint limits are respected or ignored.
@@ -67,7 +70,7 @@ def workspace(
         UnreachableError, LimitError, SingularError: what is held cannot be, from the start.
     """
     said = None if axes is None else tuple(axes)
-    asked = Asked(said, region or {}, held or {}, near, assembly, limits, collisions)
+    asked = Question(said, region or {}, held or {}, near, assembly, limits, collisions)
     checked_cells(cells)
     survey = surveyed(robot, asked, told)
     chosen = chosen_maps(maps, survey)
@@ -81,9 +84,11 @@ def checked_cells(cells: int | None) -> None:
         raise InputError(f"cells along the longest axis must be 3 to {MOST_CELLS}, found {cells}")
 
 
-def filled_for(survey: Survey, cells: int | None) -> Filled:
+def filled_for(survey: Exploring, cells: int | None) -> Filled:
     """All that is reached, cropped."""
-    count = cells if cells is not None else SLOW_CELLS if survey.is_slow else CELLS
+    usual = PUBLISHED_CELLS if survey.walker is None else SLOW_CELLS if survey.is_slow else CELLS
+    count = usual if cells is None else cells
+    check_memory(survey.filler, len(survey.goals.names), count)
     lattice = lattice_for(survey.filler, survey.goals, survey.limits, count, survey.stride)
     return cropped(filled_whole(survey.filler, lattice))
 
@@ -106,7 +111,7 @@ def cropped(filled: Filled) -> Filled:
     return Filled(smaller, filled.inside[cells], filled.states[cells], filled.ways[:, cells])
 
 
-def finished(survey: Survey, filled: Filled, maps: Sequence[str], told: Told | None = None) -> Workspace:
+def finished(survey: Exploring, filled: Filled, maps: Sequence[str], told: Told | None = None) -> Workspace:
     """The workspace as a value, with maps over it."""
     lattice, goals = filled.lattice, survey.goals
     if not filled.inside.any():

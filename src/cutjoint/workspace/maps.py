@@ -30,9 +30,9 @@ from cutjoint.compile import CompiledChain
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Load
 from cutjoint.reprs import line
+from cutjoint.workspace.exploring import Exploring, led_jacobian
 from cutjoint.workspace.filling import Filled, Told
 from cutjoint.workspace.region import FieldMap
-from cutjoint.workspace.survey import Survey, led_jacobian
 from cutjoint.workspace.walking import ChainWalker
 
 
@@ -45,7 +45,7 @@ class Cells:
         told: called with how many cells are done.
     """
 
-    def __init__(self, survey: Survey, filled: Filled, told: Told | None) -> None:
+    def __init__(self, survey: Exploring, filled: Filled, told: Told | None) -> None:
         self.survey, self.numbers, self.told = survey, np.flatnonzero(filled.inside), told
         self.states = filled.states[self.numbers]
         self.at = filled.lattice.coordinates(self.numbers)
@@ -166,7 +166,7 @@ MAPS: Mapping[str, Quantity] = {
 """Quantities over the cells, by name."""
 
 
-def chosen_maps(names: Sequence[str], survey: Survey) -> tuple[str, ...]:
+def chosen_maps(names: Sequence[str], survey: Exploring) -> tuple[str, ...]:
     """Names of maps that this robot can have.
 
     Raises:
@@ -192,7 +192,7 @@ def chosen_maps(names: Sequence[str], survey: Survey) -> tuple[str, ...]:
     return tuple(names)
 
 
-def mapped(names: Sequence[str], survey: Survey, filled: Filled, told: Told | None = None) -> dict[str, FieldMap]:
+def mapped(names: Sequence[str], survey: Exploring, filled: Filled, told: Told | None = None) -> dict[str, FieldMap]:
     """The maps over all cells."""
     cells, found = Cells(survey, filled, told), {}
     for name in names:
@@ -204,7 +204,7 @@ def mapped(names: Sequence[str], survey: Survey, filled: Filled, told: Told | No
     return found
 
 
-def _unit(unit: str, survey: Survey) -> str:
+def _unit(unit: str, survey: Exploring) -> str:
     kinds = {one.kind for one in survey.robot.actuators}
     a, f = ("m", "N") if kinds == {"translation"} else ("rad", "N m") if kinds == {"rotation"} else ("m|rad", "N|N m")
     return unit.replace("A", a).replace("F", f)

@@ -19,11 +19,11 @@ from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
 from cutjoint.mechanism.task import NAMES
 from cutjoint.workspace.bounding import filled_whole
+from cutjoint.workspace.exploring import Assembly, Exploring, Question, surveyed
 from cutjoint.workspace.filling import Filled, Told, embedded
 from cutjoint.workspace.lattice import Lattice
 from cutjoint.workspace.map import checked_cells, cropped, filled_for, finished
 from cutjoint.workspace.region import Workspace
-from cutjoint.workspace.survey import Asked, Assembly, Survey, surveyed
 
 Kind = Literal["reachable", "dextrous"]
 """Some orientation of a set, or all of them."""
@@ -60,7 +60,7 @@ def orientation_workspace(
     if not 0.0 < tilt < np.pi:
         raise InputError(f"tilt must be more than 0 and less than pi rad, found {tilt!r}")
     checked_cells(cells)
-    asked = Asked(None if axes is None else tuple(axes), {}, held or {}, near, assembly, limits)
+    asked = Question(None if axes is None else tuple(axes), {}, held or {}, near, assembly, limits)
     survey = surveyed(robot, asked)
     given = dict(held or {})
     turns = [name for name in survey.goals.held if NAMES.index(name) >= 3 and name not in given]
@@ -76,22 +76,25 @@ def orientation_workspace(
             f"{robot.name} cannot turn its tool by {tilt:g} rad to all sides at the start, so nothing is joined "
             "with it; ask for a smaller tilt, or start elsewhere"
         )
-    base = filled_for(surveys[0], cells).lattice
-    parts = []
-    for k, one in enumerate(surveys):
-        # what all of them have lies in what the first has
-        whole = one.filler.fill(base, coarse=False)
-        parts.append(whole if kind == "dextrous" else filled_whole(one.filler, base, whole))
-        if told is not None:
-            told(float(k + 1))
-    lattice = _lattice([one.lattice for one in parts])
-    parts = [embedded(one, lattice) for one in parts]
-    together = _combined(lattice, parts, all_of_them=kind == "dextrous")
+    together = _together(surveys, cells, all_of_them=kind == "dextrous", told=told)
     if not together.inside.any():
         raise InputError(f"at no point that was looked at {robot.name} has all orientations of the set")
     words = f"{kind}: {len(surveys)} orientations, turned by up to {tilt:g} rad in {', '.join(turns)}"
     best = replace(survey, told=(*survey.told, words))
     return finished(best, cropped(together), ())
+
+
+def _together(surveys: Sequence[Exploring], cells: int | None, *, all_of_them: bool, told: Told | None) -> Filled:
+    """Union or intersection of the workspaces of all orientations."""
+    base, parts = filled_for(surveys[0], cells).lattice, list[Filled]()
+    for k, one in enumerate(surveys):
+        # what all of them have lies in what the first has
+        whole = one.filler.fill(base, coarse=False)
+        parts.append(whole if all_of_them else filled_whole(one.filler, base, whole))
+        if told is not None:
+            told(float(k + 1))
+    lattice = _lattice([one.lattice for one in parts])
+    return _combined(lattice, [embedded(one, lattice) for one in parts], all_of_them=all_of_them)
 
 
 def _shifts(turns: Sequence[str], tilt: float) -> list[dict[str, float]]:
@@ -103,7 +106,7 @@ def _shifts(turns: Sequence[str], tilt: float) -> list[dict[str, float]]:
     return found
 
 
-def _turned(survey: Survey, asked: Asked, shift: Mapping[str, float]) -> Survey | None:
+def _turned(survey: Exploring, asked: Question, shift: Mapping[str, float]) -> Exploring | None:
     """The survey with the tool turned; None where it cannot be, at the start."""
     held = {name: value for name, value in survey.goals.held.items() if NAMES.index(name) >= 3}
     turned = {name: value + shift.get(name, 0.0) for name, value in held.items()}

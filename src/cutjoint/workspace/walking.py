@@ -1,7 +1,7 @@
 """Leading the tool of many postures side by side from point to point, as far as it can go on one branch.
 
-Who leads is a `Walker`.  `march` asks it for whole ways first, and for shorter and shorter ones where the tool does not
-come through; so the end of the way is found to a part of its length.
+Who leads is a `CellWalker`.  `march` asks it for whole ways first, and for shorter and shorter ones where the tool does
+not come through; so the end of the way is found to a part of its length.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ compiled answers are thrown away; here what is left open is looked at after ever
 order of elimination fails would part a workspace that is one."""
 
 
-class Walker(Protocol):
+class CellWalker(Protocol):
     """Leads the tool of many postures.  A state is a row of numbers that tells a posture.
 
     Attributes:
@@ -65,7 +65,7 @@ class Walker(Protocol):
         """The posture of a state."""
 
 
-def march(walker: Walker, states: Array, begin: Array, to: Array, finest: int = FINEST) -> tuple[Array, Array]:
+def march(walker: CellWalker, states: Array, begin: Array, to: Array, finest: int = FINEST) -> tuple[Array, Array]:
     """Lead states from coordinates `begin` to coordinates `to`, both (N, axes), as far as they come.
 
     Returns:

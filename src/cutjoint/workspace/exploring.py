@@ -26,7 +26,7 @@ from cutjoint.workspace.filling import Filled, Told, fill
 from cutjoint.workspace.goals import Goals, chosen_axes, pose_of
 from cutjoint.workspace.lattice import Lattice
 from cutjoint.workspace.published import ClosedForm
-from cutjoint.workspace.walking import ChainWalker, SlowWalker, Walker, Watch
+from cutjoint.workspace.walking import CellWalker, ChainWalker, SlowWalker, Watch
 
 Assembly = Literal["home", "any"]
 """Which assembly modes: that of the start alone, or any, through type-2 singularities."""
@@ -37,7 +37,7 @@ LENGTHS = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class Question:
     """What is asked for.
 
     Attributes:
@@ -62,7 +62,7 @@ class Asked:
 
 
 @dataclass(frozen=True, eq=False)
-class Survey:
+class Exploring:
     """A workspace that is being found.
 
     Attributes:
@@ -82,7 +82,7 @@ class Survey:
     filler: Filler
     limits: Mapping[str, Range]
     stride: Array
-    walker: Walker | None
+    walker: CellWalker | None
     told: tuple[str, ...]
 
     __repr__ = line("robot", "goals", "limits")
@@ -109,7 +109,7 @@ class Survey:
 class _Walked:
     """Fills lattices by walks from one posture."""
 
-    def __init__(self, walker: Walker, told: Told | None) -> None:
+    def __init__(self, walker: CellWalker, told: Told | None) -> None:
         self.walker, self.at, self._told = walker, walker.at, told
         self.size = 8 * (len(walker.start) + 4 * len(walker.at) + 8)
 
@@ -124,10 +124,10 @@ class _Calculated:
         self.form, self.at, self.size = form, form.at, 300
 
     def fill(self, lattice: Lattice, *, coarse: bool, begun: Filled | None = None) -> Filled:
-        return self.form.fill(lattice)
+        return self.form.fill(lattice, edges=not coarse)
 
 
-def surveyed(robot: Mechanism, asked: Asked, told: Told | None = None) -> Survey:
+def surveyed(robot: Mechanism, asked: Question, told: Told | None = None) -> Exploring:
     """A workspace that is about to be found; errors as `workspace`."""
     respected, across = are_respected(asked.limits), asked.assembly == "any"
     if asked.assembly not in ("home", "any"):
@@ -155,7 +155,7 @@ def surveyed(robot: Mechanism, asked: Asked, told: Told | None = None) -> Survey
     held = dict(asked.held) if free < len(task.names) else _others(robot, task, start, axes, asked.held)
     origin = np.array(robot.source.origin) if isinstance(robot, CompiledChain) else np.zeros(3)
     goals = Goals(task, axes, held, origin, free < len(task.names))
-    walker: Walker | None = None
+    walker: CellWalker | None = None
     if isinstance(robot, CompiledPaper):
         filler: Filler = _Calculated(ClosedForm(robot, goals, start, across=across))
         words += ("a published model has no limits of joints, and its links no shapes",)
@@ -167,10 +167,10 @@ def surveyed(robot: Mechanism, asked: Asked, told: Told | None = None) -> Survey
         filler = _Walked(walker, told)
     ranges = {name: _pair(name, one) for name, one in asked.region.items()}
     stride = np.array([TURN if unit == "rad" else LENGTHS * _length(robot, start) for unit in goals.units])
-    return Survey(robot, goals, start, filler, bounded(goals, ranges, filler.at), stride, walker, words)
+    return Exploring(robot, goals, start, filler, bounded(goals, ranges, filler.at), stride, walker, words)
 
 
-def _said_axes(task: Task, asked: Asked) -> tuple[str, ...] | None:
+def _said_axes(task: Task, asked: Question) -> tuple[str, ...] | None:
     """The axes that are said: by themselves, or by ranges of what is not an axis as a rule."""
     if asked.axes is not None or not asked.region:
         return asked.axes
@@ -215,7 +215,7 @@ def led_jacobian(robot: Mechanism, task: Task, at: Posture) -> Array:
     return np.asarray(condition.matrix(tool.rotation) @ tool.frame_jacobian)
 
 
-def _held_start(robot: Mechanism, start: Posture, asked: Asked, axes: Sequence[str], respected: bool) -> Posture:
+def _held_start(robot: Mechanism, start: Posture, asked: Question, axes: Sequence[str], respected: bool) -> Posture:
     """The start, with what is held there."""
     if not asked.held:
         return start
@@ -243,7 +243,7 @@ def _others(
 
 def _walker(
     robot: Mechanism, goals: Goals, start: Posture, across: bool, respected: bool, watch: Watch | None
-) -> Walker:
+) -> CellWalker:
     if isinstance(robot, CompiledChain) and not goals.free and len(goals.task.names) == robot.n:
         try:
             return ChainWalker(robot, goals, start, across=across, limits=respected, watch=watch)
