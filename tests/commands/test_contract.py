@@ -32,6 +32,8 @@ from cutjoint.description import catalogue
 from cutjoint.robots import load
 from cutjoint.simulation import ConstrainedPlant, run, save
 from cutjoint.texts import broad
+from cutjoint.workspace import save as save_workspace
+from tests.kit.regions import region
 
 WIDTH = 80
 HOSTILE = ("stewert", "a\nb", "\x1b[31mred\x1b[0m", "[bold]x[/]", "漢字" * 50, "x" * 1_000_000, "\udcff", "-" * 3)
@@ -57,6 +59,11 @@ USUAL: dict[str, list[tuple[str, int]]] = {
     "reproduce": [],
     "synthesise": [(f"{HERE}/order.toml --designs 2", 0), (f"{HERE}/order.toml --designs 2 --json", 0)],
     "view": [(f"fourbar --html {HERE}/page.html", 0)],
+    "workspace": [
+        ("fivebar --cells 6 --map effort", 0),
+        ("fivebar --cells 4 --axes x --json", 0),
+        (f"fivebar --cells 8 --save {HERE}/space.npz --largest box -o {HERE}/space.svg", 0),
+    ],
     "play": [],
     "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
     "compile": [("fourbar --functions tool --no-cache", 0)],
@@ -98,6 +105,16 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     ],
     "synthesise": [(f"{HERE}/order.toml --designs 12 -o better", 0), (f"{HERE}/never.toml --designs 3", 1)],
     "play": [(f"fivebar --trajectory hold --html {HERE}/page.html", 0)],
+    "view": [(f"fivebar --workspace space.npz --map condition --html {HERE}/page.html", 0)],
+    "workspace": [
+        (f"fivebar --cells 20 --map condition --largest box,sphere --margin 0.01 --save {HERE}/x.vti --json", 0),
+        (f"omega3 --cells 12 --surface {HERE}/x.stl --largest cylinder -o {HERE}/x.png --through z=0.01", 0),
+        ("omega3 --cells 10 --map condition,bearing", 0),
+        ("fivebar --cells 10 --modes all --json", 0),
+        ("stewart --dextrous 0.1 --cells 8 --hold rz=0", 0),
+        ("cpm --published --assembly any", 0),
+        ("redundant --cells 4", 0),
+    ],
     "export": [(f"stewart --to urdf -o {HERE}/stewart.urdf", 0)],
     "compile": [
         ("omega3 --functions tool,step --no-cache --measure", 0),
@@ -211,12 +228,48 @@ WRONG: dict[str, list[str]] = {
         f"{HERE}/order.toml -o {HERE}/hostile",
         f"{HERE}/order.toml -o {HERE}/no/folder",
     ],
-    "view": ["", "cpm --port -1", "cpm --size 3 --html x.html", f"cpm --html {HERE}/no/page.html"],
+    "view": [
+        "",
+        "cpm --port -1",
+        "cpm --size 3 --html x.html",
+        f"cpm --html {HERE}/no/page.html",
+        "cpm --workspace run.npz --html x.html",
+        "cpm --workspace space.npz --html x.html",
+        "fivebar --workspace space.npz --map none --html x.html",
+        "cpm --map condition --html x.html",
+    ],
+    "workspace": [
+        "",
+        "fivebar -o x.gif",
+        f"fivebar --save {HERE}/no/x.npz",
+        "fivebar --save x.txt",
+        "fivebar --surface x.off",
+        "fivebar --largest cone",
+        "fivebar --largest box --margin -1",
+        "fivebar --margin 1",
+        "fivebar --through z=1",
+        "fivebar --modes all --save x.npz",
+        "none",
+        "fivebar --axes q",
+        "fivebar --cells 0",
+        "fivebar --cells 50000",
+        "fivebar --hold x",
+        "fivebar --hold y=0",
+        "fivebar --range x=1",
+        "fivebar --range x=0.2:0.1",
+        "fivebar --map condtion",
+        "fivebar --collisions",
+        "fivebar --dextrous 0.1",
+        "fivebar --dextrous 0.1 --reachable 0.1",
+        "fivebar --modes all --range x=0:1",
+        "fivebar --published",
+    ],
     "play": ["", "cpm", "none.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
     "export": ["cpm --to none", f"cpm -o {HERE}"],
     "compile": ["fourbar --functions none", "fourbar --arguments none", "cpm --variant none"],
 }
 TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "size", "reproduce", "view", "play", "export", "compile")
+TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile", "workspace")
 
 
 @dataclass
@@ -252,6 +305,9 @@ def folder(tmp_path: Path, result: bytes) -> Path:
             (hostile / file.name).write_text(text, encoding="utf-8")
     (tmp_path / "wrong.urdf").write_text("<robot name='x'><link name='[b]a&#10;&#9;'/><link nme='b'/></robot>")
     (tmp_path / "open.urdf").write_text("<robot name='x'><link name='a'/></robot>")
+    save_workspace(
+        region(lambda x, z: x**2 + z**2 < 1.0, 6, axes=2, names=("x", "z"), robot="fivebar"), tmp_path / "space.npz"
+    )
     for name in ("run", "other"):
         (tmp_path / f"{name}.npz").write_bytes(result)
     (tmp_path / "text.npz").write_text("this is no result")

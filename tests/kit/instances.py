@@ -20,6 +20,7 @@ from cutjoint import (
     simulation,
     sizing,
     synthesis,
+    workspace,
 )
 from cutjoint.chain import GearForce
 from cutjoint.chain.modes import ModeSeeker
@@ -37,8 +38,13 @@ from cutjoint.simulation import hardware, integrators, reactions_of
 from cutjoint.simulation.panel import Shown
 from cutjoint.simulation.panels import PANELS, panels_of
 from cutjoint.tables import TextTable
-from cutjoint.viewer import LiveView, show
+from cutjoint.viewer import LiveView, Places, show
 from cutjoint.viewer.film.recording import from_result
+from cutjoint.workspace import MAPS, FieldMap, GridAxis, Workspace
+from cutjoint.workspace.exploring import Question
+from cutjoint.workspace.goals import Goals
+from cutjoint.workspace.lattice import Lattice
+from tests.kit.regions import ball, region
 
 
 def walked(seeds: Iterator[object], most: int = 4) -> dict[type, object]:
@@ -146,6 +152,10 @@ def _of_descriptions(robot: cutjoint.ClosedChain) -> Iterator[object]:
     frames = robot._postures.at_home.frames
     yield from (Elastic(frames, np.zeros((6, robot.nv))), TextTable("title", ("a",), [("1",)]))
     yield Problem("found", "expected", "mend", "file.toml", 3)
+    axis, goals = GridAxis("x", "m", np.array([0.0, 0.1])), Goals(robot.task, ("x",), {"z": 0.3}, np.zeros(3))
+    reached, field = np.array([True, False]), FieldMap("condition number", "", np.array([1.5, np.nan]), "low")
+    yield Workspace("fivebar", (axis,), {"z": 0.3}, reached, 0.1, np.zeros((2, 2)), {"condition": field})
+    yield from (goals, Lattice(np.zeros(1), np.full(1, 0.1), (2,), (False,)), MAPS["condition"], Question())
 
 
 def _of_papers(paper: object, other: object) -> Iterator[object]:
@@ -194,6 +204,14 @@ def _of_runs(robot: cutjoint.ClosedChain, reference: motion.Reference) -> Iterat
         Section("section", ("words",)),
     )
     yield from_result(robot, result)
+    yield from _of_workspaces()
+
+
+def _of_workspaces() -> Iterator[object]:
+    """A workspace, and what is fitted into, drawn and shown of it."""
+    space = region(ball, 8)
+    yield from (space, workspace.largest(space, "cylinder"), workspace.surface(space), Places("Workspace"))
+    yield workspace.in_world(space, cutjoint.published("omega3").task)
 
 
 def slow_seeds() -> Iterator[object]:

@@ -14,7 +14,6 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.compile.functions.sample import nearest_turn
 from cutjoint.compile.mechanism import WRENCH, CompiledMechanism
@@ -27,6 +26,10 @@ Given = Mapping[str, npt.ArrayLike] | None
 """Values of parameters by name."""
 Slow = Callable[[Mechanism, Posture, Mapping[str, Array]], Mapping[str, Array]]
 """(model, posture, arguments) -> parts of the result, as the model itself gives them."""
+
+SAME = 1e-6
+"""How far apart, against the farthest target, the tool may be from where it shall be; near type-2 singularities the
+roots of forward kinematics have half of the digits."""
 
 
 def cores() -> int:
@@ -282,13 +285,11 @@ class PaperBatch(Batch):
         if target.shape[1:] != (3,):
             raise InputError(f"a published model is led by points (N, 3), found shape {target.shape}")
         q, found = self.reached_in_any(target)
-        tool, trusted = self._mechanism.library()["tool"].batch(
-            [np.ascontiguousarray(q[found]), np.zeros(self.n), self._values(None)], self.threads
-        )
-        # the tool that goes with these actuators on the branch of home, another one behind a type-2 singularity
-        away = np.abs(tool["position"] - target[found]).max(axis=1, initial=0.0)
-        size = np.abs(target[found] - self._mechanism.tool(self._mechanism.home).position).max(initial=0.0)
-        found[found] = trusted & (away <= tolerances.REACHED.value * max(size, np.finfo(float).tiny))
+        given = [np.ascontiguousarray(q[found]), np.zeros(self.n), self._values(None)]
+        place = self._mechanism.library()["tool"].kernel.batch(given, threads=self.threads)[0]
+        # the tool that goes with these actuators on the branch of home is another one behind a type-2 singularity
+        away = np.abs(place - target[found]).max(axis=1, initial=0.0)
+        found[found] = away <= SAME * np.abs(target[found]).max(initial=np.finfo(float).tiny)
         q[~found] = np.nan
         return q, found
 

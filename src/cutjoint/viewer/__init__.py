@@ -17,21 +17,24 @@ try:
     from cutjoint.viewer.film.playback import playback
     from cutjoint.viewer.film.recording import Recording, from_result, from_trajectory, still
     from cutjoint.viewer.hand.live import LiveView
+    from cutjoint.viewer.picture.places import Places
     from cutjoint.viewer.server.bridge import Bridge
 except ModuleNotFoundError as error:
     raise missing(error.name, "the viewer") from error
 
-__all__ = ["Bridge", "Document", "LiveView", "Recording", "play", "show"]
+__all__ = ["Bridge", "Document", "LiveView", "Places", "Recording", "play", "show"]
 
 
 @door
-def show(chain: ClosedChain, at: Posture | None = None) -> Document:
+def show(chain: ClosedChain, at: Posture | None = None, places: Places | None = None) -> Document:
     """A posture (default home) as a page: shows itself in a notebook, `save`s as HTML, `picture`s as PNG.
+
+    `places` are shown beside the robot, such as its workspace (`cutjoint.workspace.in_world` tells where it is).
 
     Raises:
         InputError, ClosureError: it is no chain, or no posture of it.
     """
-    return playback(chain, still(chain, chain.home if at is None else chain.posture(at)))
+    return playback(chain, still(chain, chain.home if at is None else chain.posture(at)), places=places)
 
 
 @door

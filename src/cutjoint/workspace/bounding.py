@@ -17,7 +17,7 @@ from cutjoint.workspace.lattice import Lattice
 
 COARSE = 25
 """Cells along an axis of a coarse filling."""
-FEWEST = 9
+FEWEST = 5
 """Cells across a workspace from which on a coarse filling tells how far it goes."""
 TRIES = 24
 """Coarse fillings at most, each twice as coarse or fine as the one before."""
@@ -39,8 +39,8 @@ class Filler(Protocol):
     at: Array
     size: int
 
-    def fill(self, lattice: Lattice, *, coarse: bool) -> Filled:
-        """The cells that are reached."""
+    def fill(self, lattice: Lattice, *, coarse: bool, begun: Filled | None = None) -> Filled:
+        """The cells that are reached; `begun` has those of a part of the lattice."""
 
 
 def bounded(goals: Goals, given: Region, at: Array) -> dict[str, Range]:
@@ -60,11 +60,34 @@ def bounded(goals: Goals, given: Region, at: Array) -> dict[str, Range]:
             raise InputError(f"the range of {name} must be two growing numbers [{unit}], found {low:g} to {high:g}")
         if not low <= here <= high:
             raise InputError(
-                f"the range of {name}, {low:g} to {high:g} {unit}, does not hold the start, at {here:.6g} {unit}; widen "
-                "it, or start from a posture in it"
+                f"the range of {name}, {low:g} to {high:g} {unit}, does not hold the start, at {here:.6g} {unit}; "
+                "widen it, or start from a posture in it"
             )
         found[name] = (low, high)
     return found
+
+
+THINNEST = 0.01
+"""What part of its box a workspace may be, where memory is looked at before anything is known of it."""
+
+
+def check_memory(filler: Filler, axes: int, cells: int) -> None:
+    """Look at what a grid would take before any work.
+
+    Raises:
+        InputError: it would not fit into memory, even if it were a hundred times as thin as long.
+    """
+    _check(filler, cells, float(cells) ** axes, axes, THINNEST)
+
+
+def _check(filler: Filler, cells: int, count: float, axes: int, part: float = 1.0) -> None:
+    needed = part * count * filler.size / 2.0**30
+    if needed > MOST:
+        fewer = max(int(cells * (MOST / needed) ** (1.0 / axes)), 3)
+        raise InputError(
+            f"{cells} cells along the longest axis are up to {count:.3g} in all, which take {needed:.3g} GiB or more; "
+            f"the most is {MOST:g} GiB: ask for {fewer} or fewer"
+        )
 
 
 def lattice_for(filler: Filler, goals: Goals, limits: Mapping[str, Range], cells: int, stride: Array) -> Lattice:
@@ -77,87 +100,59 @@ def lattice_for(filler: Filler, goals: Goals, limits: Mapping[str, Range], cells
     Raises:
         InputError: it goes on without end, nothing is reached, or it would not fit into memory.
     """
-    ranges = [limits.get(name) for name in goals.names]
-    return _fine(filler, goals, _found(filler, goals, ranges, stride), limits, cells)
+    bounds = [limits.get(name, (-math.inf, math.inf)) for name in goals.names]
+    ranges = _found(filler, goals, bounds, stride)
+    breadths = np.array([high - low for low, high in ranges])
+    steps = np.zeros(len(ranges))
+    for unit in set(goals.units):
+        of_it = np.array([one == unit for one in goals.units])
+        steps[of_it] = breadths[of_it].max() / cells
+    shape = np.maximum(np.ceil(breadths / steps - 1e-9), 3.0)
+    _check(filler, cells, float(np.prod(shape)), len(ranges))
+    return _over(ranges, bounds, shape.astype(int).tolist())
 
 
-def _found(filler: Filler, goals: Goals, limits: Sequence[Range | None], stride: Array) -> list[Range]:
+def _found(filler: Filler, goals: Goals, bounds: Sequence[Range], stride: Array) -> list[Range]:
     """How far it goes along every axis, a cell of a coarse filling wider than was reached."""
-    stride = np.array(stride)
-    for axis, one in enumerate(limits):
-        if one is not None:
-            stride[axis] = (one[1] - one[0]) / COARSE
+    half = 0.5 * COARSE * stride
+    ranges = [
+        (low, high) if math.isfinite(low) else (here - one, here + one)
+        for (low, high), here, one in zip(bounds, filler.at.tolist(), half.tolist(), strict=True)
+    ]
     for _ in range(TRIES):
-        lattice = _coarse(filler.at, limits, stride)
-        filled = filler.fill(lattice, coarse=True)
+        filled = filler.fill(_over(ranges, bounds, [COARSE] * len(ranges)), coarse=True)
+        steps, touched = filled.lattice.steps, filled.touched
         if not filled.inside.any():
-            stride *= 0.5
+            ranges = [
+                (0.5 * (low + here), 0.5 * (high + here)) for (low, high), here in zip(ranges, filler.at, strict=True)
+            ]
             continue
-        low, high = _box(filled)
-        across = np.round((high - low) / stride).astype(int) + 1
-        touched = filled.touched
-        if touched.any():
-            stride[touched] *= 2.0
-            continue
-        thin = (across < FEWEST) & (np.array([one is None for one in limits]) | (across < 3))
-        if not thin.any():
-            return _widened(low, high, stride, limits)
-        stride[thin] *= np.maximum(across[thin] + 2.0, 2.0) / (2.0 * FEWEST)
+        at = filled.lattice.coordinates(np.flatnonzero(filled.inside))
+        low, high = at.min(axis=0), at.max(axis=0)
+        fine = (high - low) / steps + 1.5 >= FEWEST
+        for axis, (first, last) in enumerate(ranges):
+            more = 0.75 * (last - first) if touched[axis] else steps[axis]
+            if touched[axis] or not touched.any():
+                ranges[axis] = (max(low[axis] - more, bounds[axis][0]), min(high[axis] + more, bounds[axis][1]))
+        if not touched.any() and fine.all():
+            return ranges
     raise InputError(
         f"the workspace of {goals.task.robot} has no end along {', '.join(goals.names)} that could be found, or is too "
         "thin; say the range of every coordinate"
     )
 
 
-def _coarse(at: Array, limits: Sequence[Range | None], stride: Array) -> Lattice:
-    free = Lattice.around(at, stride, COARSE)
-    first, shape, ends = np.array(free.first), list(free.shape), list(free.ends)
-    for axis, one in enumerate(limits):
-        if one is not None:
-            count = max(int(round((one[1] - one[0]) / stride[axis])), 3)
-            stride[axis] = (one[1] - one[0]) / count
-            first[axis], shape[axis], ends[axis] = one[0] + 0.5 * stride[axis], count, True
-    return Lattice(first, stride, tuple(shape), tuple(ends))
-
-
-def _box(filled: Filled) -> tuple[Array, Array]:
-    """Least and largest coordinates of what is reached."""
-    at = filled.lattice.coordinates(np.flatnonzero(filled.inside))
-    return np.asarray(at.min(axis=0)), np.asarray(at.max(axis=0))
-
-
-def _widened(low: Array, high: Array, stride: Array, limits: Sequence[Range | None]) -> list[Range]:
-    found = []
-    for axis, one in enumerate(limits):
-        a, b = float(low[axis] - stride[axis]), float(high[axis] + stride[axis])
-        found.append((a, b) if one is None else (max(a, one[0]), min(b, one[1])))
-    return found
-
-
-def _fine(filler: Filler, goals: Goals, ranges: Sequence[Range], limits: Mapping[str, Range], cells: int) -> Lattice:
-    breadths = np.array([high - low for low, high in ranges])
-    steps = np.zeros(len(ranges))
-    for unit in set(goals.units):
-        of_it = [one == unit for one in goals.units]
-        steps[of_it] = breadths[of_it].max() / cells
-    shape = np.maximum(np.ceil(breadths / steps - 1e-9), 3.0)
-    needed = float(np.prod(shape)) * filler.size / 2.0**30
-    if needed > MOST:
-        raise InputError(
-            f"{cells} cells along the longest axis are {np.prod(shape):.3g} in all, which take {needed:.3g} GiB; the "
-            f"most is {MOST:g} GiB: ask for about {int(cells * (MOST / needed) ** (1.0 / len(ranges)))}"
-        )
-    steps = breadths / shape
+def _over(ranges: Sequence[Range], bounds: Sequence[Range], shape: Sequence[int]) -> Lattice:
+    """So many cells along every axis over ranges, with ends where a range ends at a bound on both sides."""
+    steps = np.array([(high - low) / count for (low, high), count in zip(ranges, shape, strict=True)])
     first = np.array([low for low, _ in ranges]) + 0.5 * steps
-    ends = tuple(
-        name in limits and (low, high) == limits[name] for name, (low, high) in zip(goals.names, ranges, strict=True)
-    )
-    return Lattice(first, steps, tuple(int(one) for one in shape), ends)
+    ends = tuple((low, high) == bound for (low, high), bound in zip(ranges, bounds, strict=True))
+    return Lattice(first, steps, tuple(shape), ends)
 
 
-def filled_whole(filler: Filler, lattice: Lattice) -> Filled:
+def filled_whole(filler: Filler, lattice: Lattice, begun: Filled | None = None) -> Filled:
     """The cells that are reached; where they come to an end of the lattice that is none, of one that goes further."""
-    filled = filler.fill(lattice, coarse=False)
+    filled = filler.fill(lattice, coarse=False) if begun is None else begun
     for _ in range(TRIES):
         touched = filled.touched
         if not touched.any():
@@ -165,12 +160,12 @@ def filled_whole(filler: Filler, lattice: Lattice) -> Filled:
         block = filled.inside.reshape(lattice.shape)
         first, shape, ends = np.array(lattice.first), list(lattice.shape), list(lattice.ends)
         for axis in np.flatnonzero(touched).tolist():
-            more = max(shape[axis] // 10, 2)
+            more = max(shape[axis] // 3, 2)
             if block.take(0, axis).any():
                 first[axis] -= more * lattice.steps[axis]
                 shape[axis] += more
             if block.take(-1, axis).any():
                 shape[axis] += more
         lattice = replace(lattice, first=first, shape=tuple(shape), ends=tuple(ends))
-        filled = filler.fill(lattice, coarse=False)
+        filled = filler.fill(lattice, coarse=False, begun=filled)
     return filled

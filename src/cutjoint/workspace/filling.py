@@ -16,7 +16,7 @@ import numpy.typing as npt
 from cutjoint.arrays import Array
 from cutjoint.reprs import line
 from cutjoint.workspace.lattice import Lattice, Numbers
-from cutjoint.workspace.walking import FINEST, Walker, march
+from cutjoint.workspace.walking import FINEST, CellWalker, march
 
 Told = Callable[[float], None]
 """Called with the number of cells that are reached."""
@@ -75,7 +75,7 @@ class Filled:
         return np.array(found)
 
 
-def seeds(walker: Walker, lattice: Lattice) -> tuple[Numbers, Array]:
+def seeds(walker: CellWalker, lattice: Lattice) -> tuple[Numbers, Array]:
     """Cells around the posture that the walker starts from, which it comes to, and its states there."""
     cells = lattice.corners(walker.at)
     states = np.tile(walker.start, (len(cells), 1))
@@ -84,7 +84,9 @@ def seeds(walker: Walker, lattice: Lattice) -> tuple[Numbers, Array]:
     return cells[done == 1.0], found[done == 1.0]
 
 
-def fill(walker: Walker, lattice: Lattice, finest: int = FINEST, told: Told | None = None) -> Filled:
+def fill(
+    walker: CellWalker, lattice: Lattice, finest: int = FINEST, told: Told | None = None, begun: Filled | None = None
+) -> Filled:
     """All cells that the tool can be led to from cell to cell: to the next ones along the axes, and where those end,
     along diagonals too, so that a thin part of the workspace that lies askew is not cut off.
 
@@ -93,19 +95,34 @@ def fill(walker: Walker, lattice: Lattice, finest: int = FINEST, told: Told | No
         lattice: the cells.
         finest: how often a way is halved to find where it ends.
         told: called now and then with the number of cells that are reached.
+        begun: what was reached on a part of the lattice.
     """
     flood = _Flood(walker, lattice, finest, told)
-    new = flood.begin()
+    new = flood.begin() if begun is None else flood.go_on(begun)
     while len(new):
-        flood.along_axes(new)
-        new = flood.along_diagonals()
+        flood.spread(new)
+        new = flood.to_the_edge()
+        if not len(new):
+            new = flood.along_diagonals()
     return Filled(lattice, flood.inside, flood.states, flood.parts)
+
+
+def embedded(filled: Filled, lattice: Lattice) -> Filled:
+    """The same cells in a larger lattice of the same breadths."""
+    old, cells = filled.lattice, np.flatnonzero(filled.inside)
+    moved = np.round((old.first - lattice.first) / lattice.steps).astype(int)
+    where = np.array(np.unravel_index(cells, old.shape)) + moved[:, None]
+    now = np.ravel_multi_index(tuple(where), lattice.shape)
+    inside, ways = np.zeros(lattice.size, dtype=bool), np.zeros((len(filled.ways), lattice.size))
+    states = np.full((lattice.size, filled.states.shape[1]), np.nan)
+    inside[now], states[now], ways[:, now] = True, filled.states[cells], filled.ways[:, cells]
+    return Filled(lattice, inside, states, ways)
 
 
 class _Flood:
     """A filling under way."""
 
-    def __init__(self, walker: Walker, lattice: Lattice, finest: int, told: Told | None) -> None:
+    def __init__(self, walker: CellWalker, lattice: Lattice, finest: int, told: Told | None) -> None:
         self._walker, self._lattice, self._finest, self._told = walker, lattice, finest, told
         self._ways = 2 * len(lattice.shape)
         self.inside = np.zeros(lattice.size, dtype=bool)
@@ -114,6 +131,7 @@ class _Flood:
         steps = product((-1, 0, 1), repeat=len(lattice.shape))
         self._askew = [one for one in steps if np.count_nonzero(one) > 1]
         self._seen = np.zeros(lattice.size, dtype=bool)
+        self._failed = np.zeros((0, 3), dtype=np.int64)
 
     def begin(self) -> Numbers:
         """Reach the cells around the start."""
@@ -121,41 +139,72 @@ class _Flood:
         self._take(new, found)
         return new
 
+    def go_on(self, begun: Filled) -> Numbers:
+        """Take what was reached on a part of the lattice; returns the cells whose ways are not all known."""
+        whole = embedded(begun, self._lattice)
+        now = np.flatnonzero(whole.inside)
+        self._take(now, whole.states[now])
+        self.parts[:, now] = whole.ways[:, now]
+        new = (whole.ways[:, now] == 0.0).any(axis=0)
+        self._seen[now[~new]] = True
+        return np.asarray(now[new])
+
     def _take(self, cells: Numbers, states: Array) -> None:
         self.inside[cells], self.states[cells] = True, states
         if self._told is not None:
             self._told(float(self.inside.sum()))
 
-    def along_axes(self, new: Numbers) -> None:
-        """Go on from new cells until nothing new is reached."""
-        lattice, waiting = self._lattice, _ways_out(self._lattice, new, self._ways)
+    def spread(self, new: Numbers) -> None:
+        """Go on from new cells by whole cells until nothing new is reached."""
+        waiting = self._unknown(new)
         while len(waiting):
-            # ways to a cell that is reached by now need no walk
-            cells, way, beside = waiting.T
-            known = (beside >= 0) & self.inside[beside]
-            self.parts[way[known], cells[known]] = 1.0
-            waiting = waiting[~known]
-            if not len(waiting):
-                break
             tried, waiting = _one_each(waiting)
             cells, way, beside = tried.T
-            ends = _ends(lattice, cells, way, beside)
-            reached, done = march(self._walker, self.states[cells], lattice.coordinates(cells), ends, self._finest)
-            self.parts[way, cells] = np.where(beside >= 0, done, 0.5 * done)
-            arrived = (done == 1.0) & (beside >= 0)
-            self._take(beside[arrived], reached[arrived])
-            waiting = np.concatenate([waiting, _ways_out(lattice, beside[arrived], self._ways)])
+            begin, ends = self._lattice.coordinates(cells), _ends(self._lattice, cells, way, beside)
+            reached, good = self._walker.step(self.states[cells], begin, ends)
+            self.parts[way[good], cells[good]] = np.where(beside[good] >= 0, 1.0, 0.5)
+            self._failed = np.concatenate([self._failed, tried[~good]])
+            good &= beside >= 0
+            self._take(beside[good], reached[good])
+            waiting = self._open(np.concatenate([waiting, self._unknown(beside[good])]))
+
+    def to_the_edge(self) -> Numbers:
+        """Follow all ways that did not lead to the next cell to where they end; returns the cells that came after
+        all."""
+        tried = self._open(self._failed)
+        self._failed = self._failed[:0]
+        if not len(tried):
+            return tried[:, 0]
+        cells, way, beside = tried.T
+        ends = _ends(self._lattice, cells, way, beside)
+        reached, done = march(self._walker, self.states[cells], self._lattice.coordinates(cells), ends, self._finest)
+        self.parts[way, cells] = np.where(beside >= 0, done, 0.5 * done)
+        came = np.flatnonzero((done == 1.0) & (beside >= 0))
+        came = came[np.unique(beside[came], return_index=True)[1]]
+        self._take(beside[came], reached[came])
+        return np.asarray(beside[came])
+
+    def _unknown(self, cells: Numbers) -> Numbers:
+        """Ways out of cells of which nothing is known yet."""
+        ways = _ways_out(self._lattice, cells, self._ways)
+        return self._open(ways[self.parts[ways[:, 1], ways[:, 0]] == 0.0])
+
+    def _open(self, ways: Numbers) -> Numbers:
+        """Those of ways that do not lead to a cell that is reached by now, which need no walk."""
+        cells, way, beside = ways.T
+        known = (beside >= 0) & self.inside[beside]
+        self.parts[way[known], cells[known]] = 1.0
+        return np.asarray(ways[~known])
 
     def along_diagonals(self) -> Numbers:
         """Reach further cells from those at the edge; returns which came."""
-        lattice, edge = self._lattice, np.flatnonzero(self.inside & (self.parts < 1.0).any(axis=0))
-        edge = edge[~self._seen[edge]]
+        lattice, edge = self._lattice, np.flatnonzero(self.inside & (self.parts < 1.0).any(axis=0) & ~self._seen)
         self._seen[edge] = True
         found: list[Numbers] = []
         for by in self._askew:
             beside = lattice.shifted(edge, by)
-            open_ = (beside >= 0) & ~self.inside[beside]
-            cells, beside = edge[open_], beside[open_]
+            free = (beside >= 0) & ~self.inside[beside]
+            cells, beside = edge[free], beside[free]
             begin, to = lattice.coordinates(cells), lattice.coordinates(beside)
             reached, done = march(self._walker, self.states[cells], begin, to, 1)
             self._take(beside[done == 1.0], reached[done == 1.0])

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen
+from cutjoint.chain import ClosedChain
+from cutjoint.compile import CompiledChain
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism, Pose, Posture, Task
 from cutjoint.mechanism.task import NAMES
@@ -50,26 +52,38 @@ class Goals(Frozen):
 
     def of(self, posture: Posture, robot: Mechanism) -> Array:
         """Coordinates of the grid at a posture, shape (axes,)."""
-        tool = robot.tool(posture)
-        here = self.task.coordinates(Pose(tool.position, tool.rotation))
+        here = self.task.coordinates(pose_of(robot, posture))
         return np.array([here[self.task.names.index(name)] for name in self.names])
+
+    def places(self, at: Array) -> Array:
+        """Place in the model that coordinates (N, axes) of places ask for, shape (N, 3)."""
+        task, at_home = self.task, self.task.axes == "tool"
+        values = np.empty((len(at), 3))
+        values[:] = 0.0 if at_home else task.home.position
+        for name, value in self.held.items():
+            if NAMES.index(name) < 3:
+                values[:, NAMES.index(name)] = value
+        for column, name in enumerate(self.names):
+            if NAMES.index(name) < 3:
+                values[:, NAMES.index(name)] = at[:, column]
+        if np.array_equal(task.basis, np.eye(3)):
+            return np.asarray(values + ((task.home.position if at_home else 0.0) - self.origin))
+        return np.asarray(values @ task.basis.T + ((task.home.position if at_home else 0.0) - self.origin))
 
     def frames(self, at: Array) -> Array:
         """Place in the model and rotation, row by row, that coordinates (N, axes) ask for, shape (N, 12)."""
-        task, at_home = self.task, self.task.axes == "tool"
-        values = np.zeros((len(at), 6))
-        values[:, :3] = 0.0 if at_home else task.home.position
+        task, turns = self.task, np.zeros((len(at), 3))
         for name, value in self.held.items():
-            values[:, NAMES.index(name)] = value
+            if NAMES.index(name) >= 3:
+                turns[:, NAMES.index(name) - 3] = value
         for column, name in enumerate(self.names):
-            values[:, NAMES.index(name)] = at[:, column]
-        place = values[:, :3] @ task.basis.T + (task.home.position if at_home else 0.0) - self.origin
-        turns = values[:, 3:]
+            if NAMES.index(name) >= 3:
+                turns[:, NAMES.index(name) - 3] = at[:, column]
         if turns.any():
             rotation = turned_rows(turns @ task.basis.T) @ task.home.rotation
         else:
             rotation = np.broadcast_to(task.home.rotation, (len(at), 3, 3))
-        return np.ascontiguousarray(np.concatenate([place, rotation.reshape(len(at), 9)], axis=1))
+        return np.ascontiguousarray(np.concatenate([self.places(at), rotation.reshape(len(at), 9)], axis=1))
 
     def moved(self, frames: Array, nudges: Array) -> Array:
         """Goals `frames` (N, 12), moved along every led coordinate in turn by a little, shape (N, led, 12)."""
@@ -84,6 +98,18 @@ class Goals(Frozen):
                 turned = since @ turned_rows(nudge * along[None])[0] @ self.task.home.rotation
                 found[:, k, 3:] = turned.reshape(-1, 9)
         return found
+
+
+def pose_of(robot: Mechanism, posture: Posture) -> Pose:
+    """Pose of the tool, of a robot whose actuators do not determine its motion too."""
+    chain = robot.geometry if isinstance(robot, CompiledChain) else robot
+    if isinstance(chain, ClosedChain):
+        tool = chain.description.tool
+        assert tool is not None
+        link = chain.link_placements(posture)[tool.link] @ tool.placement
+        return Pose(link[:3, 3], link[:3, :3])
+    here = robot.tool(posture)
+    return Pose(here.position, here.rotation)
 
 
 def turned_rows(vectors: Array) -> Array:

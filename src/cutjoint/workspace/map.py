@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from cutjoint.arrays import Array
+from cutjoint.arrays import Array, readonly
+from cutjoint.chain import ClosedChain
+from cutjoint.compile import CompiledChain, compiled
 from cutjoint.doors import door
-from cutjoint.errors import InputError
+from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
-from cutjoint.workspace.bounding import filled_whole, lattice_for
+from cutjoint.workspace.bounding import check_memory, filled_whole, lattice_for
+from cutjoint.workspace.exploring import Assembly, Exploring, Question, surveyed
 from cutjoint.workspace.filling import Filled, Told
 from cutjoint.workspace.lattice import Lattice, Numbers
 from cutjoint.workspace.maps import chosen_maps, mapped
 from cutjoint.workspace.region import GridAxis, Workspace
-from cutjoint.workspace.survey import Asked, Assembly, Survey, surveyed
 
 CELLS = 40
 """Cells along the longest axis, as a rule."""
+PUBLISHED_CELLS = 44
+"""The same of a published model, of which a cell costs less."""
 SLOW_CELLS = 16
 """The same of a robot that is asked posture by posture."""
 MOST_CELLS = 100_000
@@ -48,7 +53,8 @@ def workspace(
             led and not held, else the turns.
         region: coordinate -> (least, largest) [m] or [rad]; default as far as is reached.
         held: the other coordinates, where they are held [m] or [rad]; default as at the start.
-        cells: along the longest axis; default 40, of a robot that is asked posture by posture 16.
+        cells: along the longest axis; default 40, of a published model 44, of a
+            robot that is asked posture by posture 16.
         near: the posture to start from, which picks working mode and assembly mode; default home.
         assembly: "home" for the assembly mode of the start, "any" for what is reached through type-2 singularities too.
         limits: whether joint limits are respected or ignored.
@@ -64,7 +70,7 @@ def workspace(
         UnreachableError, LimitError, SingularError: what is held cannot be, from the start.
     """
     said = None if axes is None else tuple(axes)
-    asked = Asked(said, region or {}, held or {}, near, assembly, limits, collisions)
+    asked = Question(said, region or {}, held or {}, near, assembly, limits, collisions)
     checked_cells(cells)
     survey = surveyed(robot, asked, told)
     chosen = chosen_maps(maps, survey)
@@ -78,9 +84,11 @@ def checked_cells(cells: int | None) -> None:
         raise InputError(f"cells along the longest axis must be 3 to {MOST_CELLS}, found {cells}")
 
 
-def filled_for(survey: Survey, cells: int | None) -> Filled:
+def filled_for(survey: Exploring, cells: int | None) -> Filled:
     """All that is reached, cropped."""
-    count = cells if cells is not None else SLOW_CELLS if survey.is_slow else CELLS
+    usual = PUBLISHED_CELLS if survey.walker is None else SLOW_CELLS if survey.is_slow else CELLS
+    count = usual if cells is None else cells
+    check_memory(survey.filler, len(survey.goals.names), count)
     lattice = lattice_for(survey.filler, survey.goals, survey.limits, count, survey.stride)
     return cropped(filled_whole(survey.filler, lattice))
 
@@ -103,7 +111,7 @@ def cropped(filled: Filled) -> Filled:
     return Filled(smaller, filled.inside[cells], filled.states[cells], filled.ways[:, cells])
 
 
-def finished(survey: Survey, filled: Filled, maps: Sequence[str], told: Told | None = None) -> Workspace:
+def finished(survey: Exploring, filled: Filled, maps: Sequence[str], told: Told | None = None) -> Workspace:
     """The workspace as a value, with maps over it."""
     lattice, goals = filled.lattice, survey.goals
     if not filled.inside.any():
@@ -129,6 +137,7 @@ def finished(survey: Survey, filled: Filled, maps: Sequence[str], told: Told | N
         q=_block(q, lattice),
         maps=mapped(maps, survey, filled, told),
         told=survey.told,
+        ways=readonly(filled.ways.reshape(-1, *lattice.shape)),
     )
 
 
@@ -136,3 +145,43 @@ def _block(values: Array, lattice: Lattice) -> Array:
     found = values.reshape(*lattice.shape, values.shape[1])
     found.setflags(write=False)
     return found
+
+
+@door
+def workspaces(
+    robot: ClosedChain | CompiledChain,
+    *,
+    axes: Sequence[str] | None = None,
+    held: Mapping[str, float] | None = None,
+    cells: int | None = None,
+    assembly: Assembly = "home",
+    limits: JointLimits = "respect",
+    maps: Sequence[str] = (),
+    told: Told | None = None,
+) -> tuple[Workspace, ...]:
+    """The workspaces of all working modes of a chain, that of home first: each is joined with one of the postures that
+    hold the tool as home does (`ClosedChain.working_modes`).  Those that cannot have what is held are left out, which
+    the first one tells.
+
+    Args:
+        robot: the chain.
+        axes, held, cells, assembly, limits, maps, told: as of `workspace`.
+
+    Raises:
+        InputError, UnknownNameError, ActuationError, UnreachableError, LimitError, SingularError: as of `workspace`.
+    """
+    chain = robot.chain if isinstance(robot, CompiledChain) else robot
+    fast = robot if isinstance(robot, CompiledChain) else compiled(chain)
+
+    def joined_with(mode: Posture) -> Workspace:
+        return workspace(
+            fast, axes=axes, held=held, cells=cells, near=mode, assembly=assembly, limits=limits, maps=maps, told=told
+        )
+
+    found, left = [joined_with(chain.home)], []
+    for number, mode in enumerate(chain.working_modes().postures[1:], start=2):
+        try:
+            found.append(joined_with(mode))
+        except CutjointError as error:
+            left.append(f"working mode {number} is left out: {error}")
+    return (replace(found[0], told=(*found[0].told, *left)), *found[1:])

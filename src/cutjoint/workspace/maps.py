@@ -8,27 +8,31 @@ by the robot's length, J_0:
     isotropy    1 / condition
     effort      largest effort of one actuator that a force of 1 N on the tool point asks, whatever its direction along
                 the led places: the largest column of J_p
-    speed       largest rate of one actuator at a speed of 1 m/s of the tool point, whatever its direction, the led turns
+    speed       largest rate of one actuator at a speed of 1 m/s of the tool point, whatever its direction, led turns
                 held: the largest row of the columns of J^-1 of places
     stiffness   least stiffness of the tool point against forces, where every actuator has the stiffness 1 N/m or
                 1 N m/rad: 1 / (largest singular value of J_p)^2
     type2       distance to a type-2 singularity, as `ClosedChain.mobility` tells it
+    bearing     largest force in a joint or cut that a force of 1 N on the tool point adds, whatever its direction in
+                space: of all joints and cuts, the largest singular value of what three unit forces add
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile import CompiledChain
 from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.mechanism import Load
 from cutjoint.reprs import line
+from cutjoint.workspace.exploring import Exploring, led_jacobian
 from cutjoint.workspace.filling import Filled, Told
 from cutjoint.workspace.region import FieldMap
-from cutjoint.workspace.survey import Survey, led_jacobian
 from cutjoint.workspace.walking import ChainWalker
 
 
@@ -41,22 +45,18 @@ class Cells:
         told: called with how many cells are done.
     """
 
-    def __init__(self, survey: Survey, filled: Filled, told: Told | None) -> None:
+    def __init__(self, survey: Exploring, filled: Filled, told: Told | None) -> None:
         self.survey, self.numbers, self.told = survey, np.flatnonzero(filled.inside), told
         self.states = filled.states[self.numbers]
         self.at = filled.lattice.coordinates(self.numbers)
-        self._jacobian: Array | None = None
 
-    @property
+    @cached_property
     def jacobian(self) -> Array:
         """Rates of all led coordinates by the actuators, shape (N, led, n)."""
-        if self._jacobian is None:
-            walker = self.survey.walker
-            if isinstance(walker, ChainWalker):
-                self._jacobian = np.linalg.inv(walker.rates(self.states, self.at).actuated)
-            else:
-                self._jacobian = np.array([self._one(state) for state in self.states])
-        return self._jacobian
+        walker = self.survey.walker
+        if isinstance(walker, ChainWalker):
+            return np.asarray(np.linalg.inv(walker.rates(self.states, self.at).actuated))
+        return np.array([self._one(state) for state in self.states])
 
     def _one(self, state: Array) -> Array:
         survey = self.survey
@@ -90,6 +90,7 @@ class Quantity:
         unit: SI unit, in which A stands for that of an actuator's coordinate and F for that of its effort; "" for a
             ratio.
         of_places: whether it needs places that are led.
+        of_chains: whether it needs a closed chain.
     """
 
     title: str
@@ -134,6 +135,18 @@ def _type2(cells: Cells) -> Array:
     return found
 
 
+def _bearing(cells: Cells) -> Array:
+    chain, found = _chain(cells).geometry, np.empty(len(cells.states))
+    for k, state in enumerate(cells.states):
+        at = cells.survey.posture(state)
+        free = [one.force for one in chain.reactions(at)]
+        added = [np.array([one.force for one in chain.reactions(at, loads=Load(axis))]) - free for axis in np.eye(3)]
+        found[k] = np.linalg.norm(np.stack(added, axis=2), ord=2, axis=(1, 2)).max()
+        if cells.told is not None and k % 10 == 0:
+            cells.told(float(k))
+    return found
+
+
 def _chain(cells: Cells) -> CompiledChain:
     robot = cells.survey.robot
     assert isinstance(robot, CompiledChain)
@@ -145,6 +158,7 @@ MAPS: Mapping[str, Quantity] = {
     "isotropy": Quantity("isotropy: 1 / condition number", lambda cells: 1.0 / _condition(cells)),
     "type1": Quantity("distance to type-1 singularities", lambda cells: _singular(cells)[:, -1]),
     "type2": Quantity("distance to type-2 singularities", _type2, of_chains=True),
+    "bearing": Quantity("largest joint force per force at the tool", _bearing, "low", "N/N", of_chains=True),
     "effort": Quantity("largest effort per force at the tool", _effort, "low", "F/N", of_places=True),
     "speed": Quantity("largest actuator speed per tool speed", _speed, "low", "(A/s)/(m/s)", of_places=True),
     "stiffness": Quantity("least stiffness per actuator stiffness", _stiffness, "high", "(N/m)/(F/A)", of_places=True),
@@ -152,7 +166,7 @@ MAPS: Mapping[str, Quantity] = {
 """Quantities over the cells, by name."""
 
 
-def chosen_maps(names: Sequence[str], survey: Survey) -> tuple[str, ...]:
+def chosen_maps(names: Sequence[str], survey: Exploring) -> tuple[str, ...]:
     """Names of maps that this robot can have.
 
     Raises:
@@ -178,7 +192,7 @@ def chosen_maps(names: Sequence[str], survey: Survey) -> tuple[str, ...]:
     return tuple(names)
 
 
-def mapped(names: Sequence[str], survey: Survey, filled: Filled, told: Told | None = None) -> dict[str, FieldMap]:
+def mapped(names: Sequence[str], survey: Exploring, filled: Filled, told: Told | None = None) -> dict[str, FieldMap]:
     """The maps over all cells."""
     cells, found = Cells(survey, filled, told), {}
     for name in names:
@@ -190,7 +204,7 @@ def mapped(names: Sequence[str], survey: Survey, filled: Filled, told: Told | No
     return found
 
 
-def _unit(unit: str, survey: Survey) -> str:
+def _unit(unit: str, survey: Exploring) -> str:
     kinds = {one.kind for one in survey.robot.actuators}
     a, f = ("m", "N") if kinds == {"translation"} else ("rad", "N m") if kinds == {"rotation"} else ("m|rad", "N|N m")
     return unit.replace("A", a).replace("F", f)

@@ -3,6 +3,8 @@ itself, and what is joined with home is kept."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import label
@@ -14,7 +16,7 @@ from cutjoint.workspace.filling import Filled
 from cutjoint.workspace.goals import Goals
 from cutjoint.workspace.lattice import Lattice
 
-HALVINGS = 6
+HALVINGS = 3
 """How often the way from a cell that is reached to one that is not is halved."""
 
 
@@ -34,11 +36,11 @@ class ClosedForm:
 
     def reached(self, at: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
         """Actuated coordinates with the tool at coordinates (N, axes), and whether it comes there."""
-        points = np.ascontiguousarray(self._goals.frames(at)[:, :3])
+        points = self._goals.places(at)
         return self._robot.batch.reached_in_any(points) if self._across else self._robot.batch.reached(points)
 
-    def fill(self, lattice: Lattice) -> Filled:
-        """The cells that are joined with the start."""
+    def fill(self, lattice: Lattice, *, edges: bool = True) -> Filled:
+        """The cells that are joined with the start; `edges` for what part of the ways out of them is reached."""
         states, good = self.reached(lattice.centres())
         shape = lattice.shape
         parts, _ = label(good.reshape(shape), structure=np.ones((3,) * len(shape)))
@@ -46,7 +48,9 @@ class ClosedForm:
         first = [cell for cell in lattice.corners(self.at) if flat[cell]]
         inside = flat == flat[first[0]] if first else np.zeros(lattice.size, dtype=bool)
         states[~inside] = np.nan
-        return Filled(lattice, inside, states, self._ways(lattice, inside))
+        filled = Filled(lattice, inside, states, np.zeros((2 * len(shape), lattice.size)))
+        # a lattice that is too small is asked of anew, and larger
+        return replace(filled, ways=self._ways(lattice, inside)) if edges and not filled.touched.any() else filled
 
     def _ways(self, lattice: Lattice, inside: npt.NDArray[np.bool_]) -> Array:
         ways = np.zeros((2 * len(lattice.shape), lattice.size))

@@ -67,6 +67,8 @@ class Workspace(Values):
         q: actuated coordinates of every cell, NaN where it is not reached, shape (*inside.shape, n).
         maps: name -> quantity over the cells.
         told: what was chosen or left out, in sentences.
+        ways: what part of the way from every cell to the next one is reached, forwards and backwards along axis 1, then
+            axis 2 and so on, shape (2 axes, *inside.shape): where the boundary lies between cells; None if not known.
     """
 
     robot: str
@@ -77,6 +79,7 @@ class Workspace(Values):
     q: Array
     maps: Mapping[str, FieldMap]
     told: tuple[str, ...] = ()
+    ways: Array | None = None
 
     __repr__ = line("robot", "axes", "extent")
 

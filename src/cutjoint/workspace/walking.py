@@ -1,7 +1,7 @@
 """Leading the tool of many postures side by side from point to point, as far as it can go on one branch.
 
-Who leads is a `Walker`.  `march` asks it for whole ways first, and for shorter and shorter ones where the tool does not
-come through; so the end of the way is found to a part of its length.
+Who leads is a `CellWalker`.  `march` asks it for whole ways first, and for shorter and shorter ones where the tool does
+not come through; so the end of the way is found to a part of its length.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ compiled answers are thrown away; here what is left open is looked at after ever
 order of elimination fails would part a workspace that is one."""
 
 
-class Walker(Protocol):
+class CellWalker(Protocol):
     """Leads the tool of many postures.  A state is a row of numbers that tells a posture.
 
     Attributes:
@@ -65,7 +65,7 @@ class Walker(Protocol):
         """The posture of a state."""
 
 
-def march(walker: Walker, states: Array, begin: Array, to: Array, finest: int = FINEST) -> tuple[Array, Array]:
+def march(walker: CellWalker, states: Array, begin: Array, to: Array, finest: int = FINEST) -> tuple[Array, Array]:
     """Lead states from coordinates `begin` to coordinates `to`, both (N, axes), as far as they come.
 
     Returns:
@@ -167,8 +167,8 @@ class ChainWalker:
         where it cannot be trusted."""
         *parts, strain = self._reach.kernel.batch([q, goals, self._values], threads=self._threads)
         after, size, gap = (parts[k] for k in self._places)
-        size[~(strain <= STRAIN) | ~np.isfinite(after).all(axis=1)[:, None]] = np.nan
-        return after, size[:, 0], gap[:, 0]
+        doubtful = ~(strain[:, 0] <= STRAIN) | ~np.isfinite(after.sum(axis=1))
+        return after, np.where(doubtful, np.nan, size[:, 0]), gap[:, 0]
 
     def _joined(self, both: Rates) -> Mask:
         """Whether no singularity lies between postures, the rates of the first ones before those of the others."""
@@ -195,9 +195,9 @@ class ChainWalker:
         count, n = len(q), len(self._nudges)
         after, size, _ = self._step(np.repeat(q, n, axis=0), goals.reshape(count * n, 12))
         moved = (after.reshape(count, n, -1) - q[:, None]).transpose(0, 2, 1)
-        trusted = np.isfinite(size)
+        trusted: Mask = np.asarray(np.isfinite(size))
         full = moved / self._scale[:, None] / NUDGE
-        return Rates(full, moved[:, self._actuated] / self._nudges, trusted.reshape(count, n).all(axis=1))
+        return Rates(full, moved[:, self._actuated] / self._nudges, np.asarray(trusted.reshape(count, n).all(axis=1)))
 
 
 class Rates(NamedTuple):

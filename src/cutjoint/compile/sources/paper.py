@@ -84,7 +84,7 @@ class PaperSource:
             object.__setattr__(made, name, value)
         return made
 
-    def state(self, graph: Graph, q: Sequence[Number], parameters: Sequence[Expression]) -> PaperState:
+    def state(self, graph: Graph, q: Sequence[Expression], parameters: Sequence[Expression]) -> PaperState:
         """The state at the actuated coordinates `q`."""
         p = self.with_expressions(dict(zip(self.parameters, parameters, strict=True)))
         return PaperState(graph, q, self.model.state_at(p, tuple(q), self.branch, FUNCTIONS), self.model.motors)
@@ -97,19 +97,20 @@ class PaperSource:
     def strain_at(self, graph: Graph, q: Sequence[Number], parameters: Sequence[Expression]) -> Number:
         """What the strains at actuated coordinates come to; not a number where one of them is none, which the largest
         of them would hide."""
-        own = self.state(graph, q, parameters).strains
-        return reduce(add, own)
+        p = self.with_expressions(dict(zip(self.parameters, parameters, strict=True)))
+        own: EquationState = self.model.state_at(p, tuple(q), self.branch, FUNCTIONS)
+        strains: list[Number] = [abs(one) for one in own.strains()]
+        return reduce(add, strains)
 
 
 class PaperState:
     """A `TracedState` of a published model: the positions are the actuated coordinates."""
 
     def __init__(
-        self, graph: Graph, q: Sequence[Number], own: EquationState, physics: Sequence[JointPhysics] = ()
+        self, graph: Graph, q: Sequence[Expression], own: EquationState, physics: Sequence[JointPhysics] = ()
     ) -> None:
         self.graph, self.q, self._own, self._motors = graph, list(q), own, tuple(physics)
-        self.strains: list[Number] = [abs(one) for one in own.strains()]
-        self.strain: Number = reduce(maximum, self.strains)
+        self.strain: Number = reduce(maximum, map(abs, own.strains()))
 
     @property
     def actuated(self) -> list[Number]:

@@ -19,6 +19,7 @@ from cutjoint.viewer.film.recording import Recording
 from cutjoint.viewer.film.tracks import FilmTrack, pose_tracks
 from cutjoint.viewer.picture import shapes
 from cutjoint.viewer.picture.figure import ROOT, Figure, css
+from cutjoint.viewer.picture.places import Places, legend_of, show_places
 from cutjoint.viewer.picture.shapes import Colour
 
 DESIRED: Colour = (0.35, 0.36, 0.4, 0.45)
@@ -35,10 +36,13 @@ NAMED = 2
 """Actuators of one colour that the legend names; of more it names the first."""
 
 
-def playback(chain: ClosedChain, recording: Recording, title: str = "") -> Document:
-    """The recording as a page that plays it."""
-    figure = Figure(chain, recording.postures[0], recording.postures[:: max(1, len(recording.postures) // SAMPLES)])
-    legend = _limbs(figure)
+def playback(chain: ClosedChain, recording: Recording, title: str = "", places: Places | None = None) -> Document:
+    """The recording as a page that plays it, with `places` beside the robot."""
+    also = recording.postures[:: max(1, len(recording.postures) // SAMPLES)]
+    figure = Figure(chain, recording.postures[0], also, None if places is None else places.all_points)
+    if places is not None:
+        show_places(figure, places)
+    legend = _limbs(figure) + ([] if places is None else legend_of(places))
     data: dict[str, object] = {
         "title": title or chain.description.title or chain.name,
         "about": list(recording.about),

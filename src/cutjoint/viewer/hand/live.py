@@ -23,6 +23,7 @@ from cutjoint.viewer.hand.panel import ControlPanel
 from cutjoint.viewer.hand.puppet import Puppet
 from cutjoint.viewer.hand.quoting import as_python, as_toml
 from cutjoint.viewer.picture.figure import Figure
+from cutjoint.viewer.picture.places import Places, show_places
 from cutjoint.viewer.server.addresses import LOOPBACK, PORT
 from cutjoint.viewer.server.assets import live_files
 from cutjoint.viewer.server.bridge import Bridge
@@ -68,7 +69,7 @@ def parse(tab: int, message: Message) -> Command | None:
 
 
 class LiveView:
-    """Serves the robot until `stop()`.
+    """Serves the robot, with `places` beside it, until `stop()`.
 
     Raises:
         ViewerError: no port is free.
@@ -76,8 +77,12 @@ class LiveView:
 
     __repr__ = line("url")
 
-    def __init__(self, chain: ClosedChain, *, host: str = LOOPBACK, port: int = PORT) -> None:
-        self.figure = Figure(chain, chain.home)
+    def __init__(
+        self, chain: ClosedChain, *, host: str = LOOPBACK, port: int = PORT, places: Places | None = None
+    ) -> None:
+        self.figure = Figure(chain, chain.home, beside=None if places is None else places.all_points)
+        if places is not None:
+            show_places(self.figure, places)
         self.puppet = Puppet(chain, self.figure.radius)
         self.panel = ControlPanel(self.puppet, self.figure)
         self._session = secrets.token_hex(8)

@@ -47,7 +47,8 @@ FIELD_OF_VIEW = 34.0
 
 
 class Figure:
-    """The scene of one robot; `pose` moves it.  The picture has room for the postures `also`, which it may take.
+    """The scene of one robot; `pose` moves it.  The picture has room for the postures `also`, which it may take, and
+    for the points `beside` it, shape (count, 3) [m].
 
     Attributes:
         scene: what a tab is sent.
@@ -56,7 +57,9 @@ class Figure:
         toggles: what can be shown or hidden: title -> (paths, shown at the start).
     """
 
-    def __init__(self, chain: ClosedChain, at: Posture, also: Sequence[Posture] = ()) -> None:
+    def __init__(
+        self, chain: ClosedChain, at: Posture, also: Sequence[Posture] = (), beside: Array | None = None
+    ) -> None:
         self.chain = chain
         self.scene = Scene()
         self.toggles: dict[str, tuple[list[str], bool]] = {}
@@ -70,6 +73,8 @@ class Figure:
         low, high = self._bounds(placements)
         self.radius = max(float(np.linalg.norm(high - low)) / 2, SMALLEST)
         boxes = np.array([(low, high), *(self._bounds(chain.link_placements(one)) for one in also)])
+        if beside is not None and len(beside):
+            boxes = np.concatenate([boxes, [(beside.min(axis=0), beside.max(axis=0))]])
         middle, most = (low + high) / 2, FURTHEST * self.radius
         low, high = (
             np.maximum(boxes[:, 0].min(axis=0), middle - most),

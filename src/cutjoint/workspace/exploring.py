@@ -14,6 +14,7 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
+from cutjoint.chain.collisions import SelfCollisions
 from cutjoint.compile import CompiledChain, CompiledPaper, compiled
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Pose, Posture, Task
@@ -22,10 +23,10 @@ from cutjoint.papers.reduced_model import ClosedFormModel
 from cutjoint.reprs import line
 from cutjoint.workspace.bounding import Filler, Range, bounded
 from cutjoint.workspace.filling import Filled, Told, fill
-from cutjoint.workspace.goals import Goals, chosen_axes
+from cutjoint.workspace.goals import Goals, chosen_axes, pose_of
 from cutjoint.workspace.lattice import Lattice
 from cutjoint.workspace.published import ClosedForm
-from cutjoint.workspace.walking import ChainWalker, SlowWalker, Walker, Watch
+from cutjoint.workspace.walking import CellWalker, ChainWalker, SlowWalker, Watch
 
 Assembly = Literal["home", "any"]
 """Which assembly modes: that of the start alone, or any, through type-2 singularities."""
@@ -36,7 +37,7 @@ LENGTHS = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class Question:
     """What is asked for.
 
     Attributes:
@@ -61,7 +62,7 @@ class Asked:
 
 
 @dataclass(frozen=True, eq=False)
-class Survey:
+class Exploring:
     """A workspace that is being found.
 
     Attributes:
@@ -81,7 +82,7 @@ class Survey:
     filler: Filler
     limits: Mapping[str, Range]
     stride: Array
-    walker: Walker | None
+    walker: CellWalker | None
     told: tuple[str, ...]
 
     __repr__ = line("robot", "goals", "limits")
@@ -108,12 +109,12 @@ class Survey:
 class _Walked:
     """Fills lattices by walks from one posture."""
 
-    def __init__(self, walker: Walker, told: Told | None) -> None:
+    def __init__(self, walker: CellWalker, told: Told | None) -> None:
         self.walker, self.at, self._told = walker, walker.at, told
         self.size = 8 * (len(walker.start) + 4 * len(walker.at) + 8)
 
-    def fill(self, lattice: Lattice, *, coarse: bool) -> Filled:
-        return fill(self.walker, lattice, 2 if coarse else 5, None if coarse else self._told)
+    def fill(self, lattice: Lattice, *, coarse: bool, begun: Filled | None = None) -> Filled:
+        return fill(self.walker, lattice, 2 if coarse else 5, None if coarse else self._told, begun)
 
 
 class _Calculated:
@@ -122,11 +123,11 @@ class _Calculated:
     def __init__(self, form: ClosedForm) -> None:
         self.form, self.at, self.size = form, form.at, 300
 
-    def fill(self, lattice: Lattice, *, coarse: bool) -> Filled:
-        return self.form.fill(lattice)
+    def fill(self, lattice: Lattice, *, coarse: bool, begun: Filled | None = None) -> Filled:
+        return self.form.fill(lattice, edges=not coarse)
 
 
-def surveyed(robot: Mechanism, asked: Asked, told: Told | None = None) -> Survey:
+def surveyed(robot: Mechanism, asked: Question, told: Told | None = None) -> Exploring:
     """A workspace that is about to be found; errors as `workspace`."""
     respected, across = are_respected(asked.limits), asked.assembly == "any"
     if asked.assembly not in ("home", "any"):
@@ -135,7 +136,7 @@ def surveyed(robot: Mechanism, asked: Asked, told: Told | None = None) -> Survey
         robot = compiled(robot)
     task = robot.task
     free, words = _freedoms(robot, task)
-    said = asked.axes if asked.axes is not None else (tuple(asked.region) or None)
+    said = _said_axes(task, asked)
     start = robot.home if asked.near is None else asked.near
     axes = _best_axes(robot, start, task, free) if free < len(task.names) and said is None else said
     axes = chosen_axes(task, axes, asked.held)
@@ -154,7 +155,7 @@ def surveyed(robot: Mechanism, asked: Asked, told: Told | None = None) -> Survey
     held = dict(asked.held) if free < len(task.names) else _others(robot, task, start, axes, asked.held)
     origin = np.array(robot.source.origin) if isinstance(robot, CompiledChain) else np.zeros(3)
     goals = Goals(task, axes, held, origin, free < len(task.names))
-    walker: Walker | None = None
+    walker: CellWalker | None = None
     if isinstance(robot, CompiledPaper):
         filler: Filler = _Calculated(ClosedForm(robot, goals, start, across=across))
         words += ("a published model has no limits of joints, and its links no shapes",)
@@ -166,7 +167,15 @@ def surveyed(robot: Mechanism, asked: Asked, told: Told | None = None) -> Survey
         filler = _Walked(walker, told)
     ranges = {name: _pair(name, one) for name, one in asked.region.items()}
     stride = np.array([TURN if unit == "rad" else LENGTHS * _length(robot, start) for unit in goals.units])
-    return Survey(robot, goals, start, filler, bounded(goals, ranges, filler.at), stride, walker, words)
+    return Exploring(robot, goals, start, filler, bounded(goals, ranges, filler.at), stride, walker, words)
+
+
+def _said_axes(task: Task, asked: Question) -> tuple[str, ...] | None:
+    """The axes that are said: by themselves, or by ranges of what is not an axis as a rule."""
+    if asked.axes is not None or not asked.region:
+        return asked.axes
+    usual = chosen_axes(task, None, {name: value for name, value in asked.held.items() if name in task.names})
+    return None if set(asked.region) <= set(usual) else tuple(asked.region)
 
 
 def _freedoms(robot: Mechanism, task: Task) -> tuple[int, tuple[str, ...]]:
@@ -206,12 +215,12 @@ def led_jacobian(robot: Mechanism, task: Task, at: Posture) -> Array:
     return np.asarray(condition.matrix(tool.rotation) @ tool.frame_jacobian)
 
 
-def _held_start(robot: Mechanism, start: Posture, asked: Asked, axes: Sequence[str], respected: bool) -> Posture:
+def _held_start(robot: Mechanism, start: Posture, asked: Question, axes: Sequence[str], respected: bool) -> Posture:
     """The start, with what is held there."""
     if not asked.held:
         return start
-    task, tool = robot.task, robot.tool(start)
-    here = dict(zip(task.names, task.coordinates(Pose(tool.position, tool.rotation)).tolist(), strict=True))
+    task = robot.task
+    here = dict(zip(task.names, task.coordinates(pose_of(robot, start)).tolist(), strict=True))
     try:
         wanted = {**here, **asked.held}
         return robot.reach(wanted, start, limits="respect" if respected else "ignore")
@@ -228,14 +237,13 @@ def _others(
     robot: Mechanism, task: Task, start: Posture, axes: Sequence[str], held: Mapping[str, float]
 ) -> dict[str, float]:
     """All coordinates that the grid is not over."""
-    tool = robot.tool(start)
-    here = dict(zip(task.names, task.coordinates(Pose(tool.position, tool.rotation)).tolist(), strict=True))
+    here = dict(zip(task.names, task.coordinates(pose_of(robot, start)).tolist(), strict=True))
     return {name: float(held.get(name, value)) for name, value in here.items() if name not in axes}
 
 
 def _walker(
     robot: Mechanism, goals: Goals, start: Posture, across: bool, respected: bool, watch: Watch | None
-) -> Walker:
+) -> CellWalker:
     if isinstance(robot, CompiledChain) and not goals.free and len(goals.task.names) == robot.n:
         try:
             return ChainWalker(robot, goals, start, across=across, limits=respected, watch=watch)
@@ -245,7 +253,10 @@ def _walker(
 
 
 def _collision_watch(robot: Mechanism, start: Posture) -> Watch:
-    raise InputError("collisions are not looked for yet")
+    if not isinstance(robot, CompiledChain):
+        raise InputError(f"{robot.name} has no shapes that could touch; take the robot's closed chain")
+    looked = SelfCollisions(robot.chain, start)
+    return lambda q: np.array([not looked.touch(one) for one in q], dtype=bool)
 
 
 def _length(robot: Mechanism, start: Posture) -> float:
