@@ -243,7 +243,8 @@ def test_sets_of_orientations() -> None:
 # ---- laws ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("length", [pytest.param(1e-3, marks=pytest.mark.slow), 100.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [1e-3, 100.0])
 def test_size_and_mounting_do_not_matter(length: float) -> None:
     plain = load_description("fivebar")
     size = Size(
@@ -255,6 +256,7 @@ def test_size_and_mounting_do_not_matter(length: float) -> None:
     assert found.extent / length ** len(found.axes) == pytest.approx(one.extent, rel=0.02)
 
 
+@pytest.mark.slow
 def test_cells_are_postures_with_the_tool_there() -> None:
     robot = cutjoint.load("fivebar")
     found = workspace(robot, cells=10, maps=["type1", "type2", "condition", "isotropy", "effort", "speed", "stiffness"])
@@ -326,6 +328,7 @@ def test_held_and_within_ranges() -> None:
     assert line.held == {"x": 0.0}
 
 
+@pytest.mark.slow
 def test_collisions_leave_cells_out() -> None:
     plain = load_description("fivebar")
     shaped = tuple(replace(link, collisions=link.visuals) for link in plain.links)
