@@ -10,7 +10,7 @@ manipulators.  Mechanism and Machine Theory 44 (2009) 966-982.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,6 +78,8 @@ def soften(robot: RobotDescription, springs: Springs, length: float) -> SoftRobo
     for name, stated in springs.of_joints(known, length, robot.name).items():
         if name in closing and name in joints:
             raise InputError(f"'{name}' names both a joint and a cut of {robot.name}")
+        if name in robot.actuators and not known[name]:
+            _need_aligned(joints[name], stated)
         few = {which: stated[which] for which in DIRECTIONS if stated.get(which, np.inf) < np.inf}
         if not few and not any(np.isinf(one) for one in stated.values()):
             raise InputError(f"'{name}' of {robot.name} moves freely every way, so it has no stiffness")
@@ -91,6 +93,16 @@ def soften(robot: RobotDescription, springs: Springs, length: float) -> SoftRobo
         else:
             softer.rod(name, rod, _SAME * length)
     return SoftRobot(softer.robot, tuple(softer.gives))
+
+
+def _need_aligned(joint: Joint, stated: Mapping[str, float]) -> None:
+    """Raises InputError where a bearing would give along what its actuator drives."""
+    turns = joint.type.turns
+    if oblique := [which for which in stated if which.startswith("r") is turns]:
+        raise InputError(
+            f"'{joint.name}' is driven about an axis that lies obliquely in its child's frame, so its bearing would "
+            f"give along it by {', '.join(oblique)}; state its other directions one by one, and that of the actuator"
+        )
 
 
 def free_of_joint(joint: Joint) -> tuple[str, ...]:

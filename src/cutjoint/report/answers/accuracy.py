@@ -34,7 +34,8 @@ def draw_accuracy(found: Accuracy) -> Drawing:
     """
 
     def draw(figure: Figure) -> None:
-        left, right = np.ravel(figure.subfigures(1, 2, width_ratios=(1.2, 1.0)))
+        halves = figure.add_gridspec(1, 2, width_ratios=(1.2, 1.0))
+        left, right = (figure.add_subfigure(halves[0, k]) for k in (0, 1))
         _bars(left.subplots(), found)
         grid = right.subplots(2, 2)
         reach = REACH * float(found.sigma[:3].max())

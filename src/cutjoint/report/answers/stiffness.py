@@ -31,7 +31,8 @@ def draw_stiffness(found: ToolStiffness, wrench: Array) -> Drawing:
     """
 
     def draw(figure: Figure) -> None:
-        left, right = np.ravel(figure.subfigures(1, 2, width_ratios=(1.0, 1.15)))
+        halves = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.15))
+        left, right = (figure.add_subfigure(halves[0, k]) for k in (0, 1))
         grid = left.subplots(2, 2)
         factor, unit = handy(float(np.abs(found.compliance[:3, :3]).max()), "m/N")
         reach = 1.15 * factor * max(_half(found, plane).max() for plane in PLANES)
