@@ -18,6 +18,7 @@ from cutjoint import ClosedChain
 from cutjoint.accuracy import Deviation, accuracy, backlash, growth, sensitivity
 from cutjoint.accuracy.reading import errors_from_file
 from cutjoint.description import load_description, paths, value, with_values
+from cutjoint.description.model import Inertial, JointType
 from cutjoint.errors import ActuationError, CompileError, CutjointError, InputError, RoundingWarning, UnknownNameError
 from cutjoint.mechanism import Posture
 from cutjoint.mechanism.rotations import vector_of
@@ -119,6 +120,26 @@ def test_rods_of_a_pair_together_are_what_the_joints_follow() -> None:
     wanted = by_rebuilding(chain, chain.home, BALLS, 2e-5)
     assert wanted is not None
     assert np.abs(found.matrix[:, 2] - wanted).max() < 1e-8
+
+
+@pytest.mark.slow
+def test_one_rod_of_a_pair_tilts_the_platform_of_a_delta_of_balls() -> None:
+    """Hinges that turn every way at no cost are balls: the redundant rows become equations, and the platform tilts."""
+    robot = load_description("omega3")
+    balls = Springs(joints={"rod*.ry": 0.0, "rod*.rz": 0.0})
+    found = sensitivity(ClosedChain(robot), ["cuts.ball1a.b.z"], springs=balls)
+    assert not found.strained[0]
+    joints = (replace(one, type=JointType.SPHERICAL) if one.name.startswith("rod") else one for one in robot.joints)
+    homes = (
+        replace(one, passive={k: (v, 0.0, 0.0) if k.startswith("rod") else v for k, v in one.passive.items()})
+        for one in robot.homes
+    )
+    heavy = tuple(replace(one, inertial=Inertial(0.1, inertia=1e-4 * np.eye(3))) for one in robot.links)
+    other = ClosedChain(replace(robot, links=heavy, joints=tuple(joints), homes=tuple(homes)))
+    wanted = by_rebuilding(other, other.home, "cuts.ball1a.b.z", 2e-5)
+    assert wanted is not None
+    assert np.abs(wanted[3:]).max() > 10.0
+    assert np.abs(found.matrix[:, 0] - wanted).max() < 1e-8 * np.abs(wanted).max()
 
 
 def test_play_is_that_of_the_softest_springs() -> None:

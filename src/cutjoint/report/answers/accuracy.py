@@ -14,7 +14,7 @@ from cutjoint.stiffness.units import handy, told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 MOST_BARS = 12
 MOST_DOTS = 3000
@@ -36,7 +36,7 @@ def draw_accuracy(found: Accuracy) -> Drawing:
     def draw(figure: Figure) -> None:
         halves = figure.add_gridspec(1, 2, width_ratios=(1.2, 1.0))
         left, right = (figure.add_subfigure(halves[0, k]) for k in (0, 1))
-        _bars(left.subplots(), found)
+        _bars(left, found)
         grid = right.subplots(2, 2)
         reach = REACH * float(found.sigma[:3].max())
         factor, unit = handy(reach, "m")
@@ -48,8 +48,9 @@ def draw_accuracy(found: Accuracy) -> Drawing:
     return sheet(draw, f"Accuracy of {found.robot}")
 
 
-def _bars(ax: Axes, found: Accuracy) -> None:
+def _bars(part: SubFigure, found: Accuracy) -> None:
     """How far each number moves the tool at its bound, the largest share on top."""
+    ax = part.subplots()
     ranked = [one for one in found.ranked if one.bound.any()]
     shown, rest = ranked[:MOST_BARS], ranked[MOST_BARS:]
     sizes = np.array([np.linalg.norm(one.bound[:3]) for one in shown])
@@ -77,7 +78,8 @@ def _bars(ax: Axes, found: Accuracy) -> None:
     if any(one.strained for one in shown):
         from matplotlib.patches import Patch
 
-        ax.legend(handles=[Patch(color=BLUE, label="joints follow"), Patch(color=ORANGE, label="joints must give")])
+        patches = [Patch(color=BLUE, label="joints follow"), Patch(color=ORANGE, label="joints must give")]
+        part.legend(handles=patches, loc="outside lower center", ncols=2)
 
 
 def _scatter(ax: Axes, found: Accuracy, plane: tuple[int, int], factor: float, unit: str, reach: float) -> None:
@@ -117,7 +119,7 @@ def _words(ax: Axes, found: Accuracy) -> None:
         for percent in (95.0, 99.7):
             away, turned = found.within(percent)
             (a, metres), (b, radians) = handy(away, "m"), handy(turned, "rad")
-            lines.append(f"{percent:g} % in {a * away:.3g} {metres}, {b * turned:.3g} {radians}")
+            lines.append(f"{percent:g} % within\n{a * away:.3g} {metres}, {b * turned:.3g} {radians}")
     ax.text(0.5, 0.05, "\n".join(lines), transform=ax.transAxes, ha="center", fontsize=10)
 
 
