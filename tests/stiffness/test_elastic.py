@@ -288,6 +288,28 @@ def test_bearings_at_several_places_add_up() -> None:
     assert np.isclose(found.compliance[4, 4], (1.0 / np.array([50.0, 80.0])).sum())
 
 
+def test_frames_of_links_do_not_matter_to_what_is_as_hard_all_around() -> None:
+    """A driven joint whose axis is none of its child's frame gives across it alone."""
+    turn = random_rotation(np.random.default_rng(5))
+    plain = replace(
+        arm(), joints=(arm().joints[0],), links=arm().links[:2], tool=Frame("rod0", placement([0.4, 0.1, 0.0]))
+    )
+    hinge = plain.joints[0]
+    child = np.eye(4)
+    child[:3, :3] = turn
+    assert plain.tool is not None
+    oblique = replace(
+        plain,
+        joints=(replace(hinge, placement=hinge.placement @ child, axis=turn.T @ hinge.axis),),
+        tool=Frame("rod0", child.T @ plain.tool.placement),
+    )
+    for springs in (Springs(joints={"j0": 1e4}), Springs({"j0": 700.0}, {"j0": 1e4})):
+        wanted, found = (stiffness(ClosedChain(one), springs).compliance for one in (plain, oblique))
+        assert np.abs(found - wanted).max() < 1e-12 * np.abs(wanted).max()
+    with pytest.raises(InputError, match="all around by one number"):
+        stiffness(ClosedChain(oblique), Springs(joints={"j0.rx": 1e4}))
+
+
 def test_weight_softens_what_stands_on_a_spring() -> None:
     """An arm with its mass above (below) the hinge of a spring: k - m g h, and not stable when that is negative."""
     for sign, hard, stable in ((1.0, 5.0, True), (-1.0, 5.0, True), (1.0, 0.1, False)):
