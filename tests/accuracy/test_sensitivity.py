@@ -153,6 +153,7 @@ def test_play_is_that_of_the_softest_springs() -> None:
     assert (np.array([bool(one) for one in alike.strained]) == np.array([bool(one) for one in stated.strained])).all()
 
 
+@pytest.mark.slow
 def test_a_rod_too_long_pushes_as_a_force_does() -> None:
     """Betti: a spring that is 1 m too long moves the tool by k times what a unit force there strains the spring."""
     chain = ClosedChain(replace(load_description("omega3"), gravity=np.zeros(3)))

@@ -217,6 +217,9 @@ def test_a_rigid_direction_is_told() -> None:
     assert np.isinf(found.rotation.stiffness).all()
     assert np.allclose(found.translation.stiffness, 1e5)
     assert np.isclose(found.along([0.0, 0.0, 2.0]), 1e5)
+    turning = found.contributions([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+    assert not found.deflection([0.0, 0.0, 0.0, 1.0, 0.0, 0.0]).any()
+    assert all(one.share == 0.0 for one in turning)
     with pytest.raises(InputError, match="rigid in 3 of 6 directions"):
         _ = found.matrix
     whole = stiffness(lying("stewart"), Springs({"*": 1e5}))

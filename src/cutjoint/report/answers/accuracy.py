@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
 MOST_BARS = 12
+FEWEST_BARS = 6
+"""Room for so many, so that one bar is no wall."""
 MOST_DOTS = 3000
 REACH = 3.3
 """Standard deviations from the middle to the edge."""
@@ -70,6 +72,7 @@ def _bars(part: SubFigure, found: Accuracy) -> None:
     ax.set_yticks(places, [_short(drawable(one.name)) for one in shown], fontsize=10)
     ax.margins(x=0.16)
     ax.set_axisbelow(True)
+    ax.set_ylim(min(-0.6, len(places) - FEWEST_BARS), len(places) - 0.4)
     ax.grid(axis="y", visible=False)
     ax.set_xlabel(f"tool moves at the bound of the number [{unit}]")
     share = sum(one.share for one in rest)
@@ -95,7 +98,7 @@ def _scatter(ax: Axes, found: Accuracy, plane: tuple[int, int], factor: float, u
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
     ax.set_aspect("equal")
-    ax.locator_params(nbins=5)
+    ax.locator_params(nbins=4)
     ax.set_xlabel(f"error {'xyz'[first]} [{unit}]")
     ax.set_ylabel(f"error {'xyz'[second]} [{unit}]")
 
