@@ -97,7 +97,7 @@ def soften(robot: RobotDescription, springs: Springs, length: float) -> SoftRobo
 
 
 @dataclass(frozen=True, eq=False)
-class _Way:
+class _Yield:
     """A slide or a turn: what it is called, along or about which axis (3,), and its stiffness [N/m] or [N m/rad]."""
 
     name: str
@@ -109,11 +109,11 @@ class _Way:
         return self.name.startswith("r")
 
 
-def _ways(stated: Mapping[str, float]) -> list[_Way]:
-    return [_Way(name, np.eye(3)["xyz".index(name[-1])], k) for name, k in stated.items()]
+def _ways(stated: Mapping[str, float]) -> list[_Yield]:
+    return [_Yield(name, np.eye(3)["xyz".index(name[-1])], k) for name, k in stated.items()]
 
 
-def _beside(joint: Joint, ways: list[_Way]) -> list[_Way]:
+def _beside(joint: Joint, ways: list[_Yield]) -> list[_Yield]:
     """Ways without that along which an actuator drives a joint whose axis is none of its child's frame.
 
     Raises:
@@ -128,7 +128,7 @@ def _beside(joint: Joint, ways: list[_Way]) -> list[_Way]:
             f"{'turning ' if joint.type.turns else ''}stiffness all around by one number, '{joint.name}'"
         )
     across = frame_along(joint.axis)
-    beside = [_Way(f"{own[0].name[:-1]}{k + 1}", across[:, k], own[0].hard) for k in (0, 1)]
+    beside = [_Yield(f"{own[0].name[:-1]}{k + 1}", across[:, k], own[0].hard) for k in (0, 1)]
     return [*(way for way in ways if not way.turns), *beside] if joint.type.turns else [*beside, *ways[3:]]
 
 
@@ -166,7 +166,7 @@ class _Softer:
     def __init__(self, robot: RobotDescription) -> None:
         self.robot, self.gives = robot, list[Give]()
 
-    def bearing(self, name: str, ways: list[_Way], joint: Joint | None, cut: CutJoint | None) -> None:
+    def bearing(self, name: str, ways: list[_Yield], joint: Joint | None, cut: CutJoint | None) -> None:
         """Lets a joint or cut give way."""
         if joint is not None:
             first = self._unused(f"{name}~")
@@ -211,7 +211,7 @@ class _Softer:
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
-    def _cut_end(self, cut: CutJoint, kind: str, ways: list[_Way], matrix: Array) -> None:
+    def _cut_end(self, cut: CutJoint, kind: str, ways: list[_Yield], matrix: Array) -> None:
         now = next(one for one in self.robot.cuts if one.name == cut.name)
         end = self._unused(f"{cut.name}~end")
         self._string(cut.name, kind, now.b.link, ways, matrix, end, now.b.placement)
@@ -224,7 +224,7 @@ class _Softer:
         name: str,
         kind: str,
         start: str,
-        ways: list[_Way],
+        ways: list[_Yield],
         matrix: Array,
         end: str,
         place: Array | None = None,
