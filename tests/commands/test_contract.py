@@ -67,6 +67,14 @@ USUAL: dict[str, list[tuple[str, int]]] = {
     "play": [],
     "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
     "compile": [("fourbar --functions tool --no-cache", 0)],
+    "stiffness": [
+        ("fourbar --actuator 1e3 --joint *.x=1e6 --load tool:0,0,-10", 0),
+        ("fourbar --actuator 1e3 --json", 0),
+    ],
+    "accuracy": [
+        ("fourbar -t joints.*.origin.x=0.1mm --backlash 1arcmin --warm 10 --material steel --samples 100", 0),
+        ("fourbar -t tool.x=1e-4 --samples 0 --json", 0),
+    ],
 }
 SLOW: dict[str, list[tuple[str, int]]] = {
     "plot": [
@@ -119,6 +127,17 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     "compile": [
         ("omega3 --functions tool,step --no-cache --measure", 0),
         ("fourbar --functions tool --no-cache --json", 0),
+    ],
+    "stiffness": [
+        (f"{HERE}/hostile --actuator 1e3 --joint *=1e6 -o {HERE}/stiff.png", 0),
+        (f"cpm --actuator 1e6 --trajectory paper --samples 5 -o {HERE}/stiff.svg", 0),
+        ("omega3 --springs stiff.toml --preload tool:0,0,-5 --at 0.1,0.1,0.2 --json", 0),
+        ("cpm --actuator 1e6 --trajectory hold --samples 2 --json", 0),
+    ],
+    "accuracy": [
+        (f"{HERE}/hostile -t cuts.*.a.*[xyz]=0.1mm -o {HERE}/off.png --springs bearings.toml", 0),
+        ("omega3 --errors off.toml --reach 0.11,0.01,0 --json", 0),
+        (f"fivebar -t joints.*.origin.x=1e-4 --samples 1000 --exact -o {HERE}/off.svg", 0),
     ],
 }
 WRONG: dict[str, list[str]] = {
@@ -267,9 +286,59 @@ WRONG: dict[str, list[str]] = {
     "play": ["", "cpm", "none.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
     "export": ["cpm --to none", f"cpm -o {HERE}"],
     "compile": ["fourbar --functions none", "fourbar --arguments none", "cpm --variant none"],
+    "stiffness": [
+        "",
+        "fourbar",
+        "fourbar --actuator",
+        "fourbar --actuator much",
+        "fourbar --actuator 1N/m",
+        "fourbar --actuator none=1",
+        "fourbar --joint crank.rz=1e3",
+        "fourbar --rod base=1",
+        "fourbar --actuator 1e3 --load crank_link:0,0,1",
+        "fourbar --actuator 1e3 --at 1,2",
+        "fourbar --actuator 1e3 --at 1 --reach 0,0,0",
+        "fourbar --actuator 1e3 --trajectory hold --at 1",
+        "fourbar --actuator 1e3 -o x.txt",
+        f"fourbar --springs {HERE}/text.npz",
+        "fourbar --springs none.toml",
+        "underactuated --actuator 1e3",
+    ],
+    "accuracy": [
+        "",
+        "fourbar",
+        "fourbar -t tool.x",
+        "fourbar -t tool.x=long",
+        "fourbar -t tool.x=1deg",
+        "fourbar -t tool.w=1mm",
+        "fourbar -t links.crank_link.mass=1",
+        "fourbar -t tool.x=1mm -t tool.x=2mm",
+        "fourbar --warm 10",
+        "fourbar --warm 10 --material wood",
+        "fourbar --backlash none=1",
+        "fourbar --backlash 1mm",
+        "fourbar --backlash 1arcmin -o x.png",
+        "fourbar -t tool.x=1mm -o x.txt",
+        "fourbar -t tool.x=1mm --samples -1",
+        "fourbar --errors none.toml",
+        "omega3 -t cuts.ball1a.b.z=0.1mm --exact",
+        "underactuated -t tool.x=1mm",
+    ],
 }
 TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "size", "reproduce", "view", "play", "export", "compile")
 TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile", "workspace")
+TAKES_A_ROBOT = (
+    "info",
+    "crosscheck",
+    "simulate",
+    "reproduce",
+    "view",
+    "play",
+    "export",
+    "compile",
+    "stiffness",
+    "accuracy",
+)
 
 
 @dataclass
@@ -318,6 +387,9 @@ def folder(tmp_path: Path, result: bytes) -> Path:
     (tmp_path / "order.toml").write_text(f'robot = "fourbar"\n{order}')
     (tmp_path / "never.toml").write_text(f'robot = "fourbar"\n{order}at_most = 0.01\n')
     (tmp_path / "wrong.toml").write_text(f'robot = "fourbar"\ndesings = 3\n{order}')
+    (tmp_path / "stiff.toml").write_text("[actuators]\n'*' = '3e4 N m/rad'\n[rods]\n'rod*_link' = '20 N/um'\n")
+    (tmp_path / "bearings.toml").write_text("[joints]\n'*' = 1e6\n")
+    (tmp_path / "off.toml").write_text("[tolerances]\n'cuts.ball*.b.z' = '0.1 mm'\n[backlash]\n'*' = '1 arcmin'\n")
     return tmp_path
 
 

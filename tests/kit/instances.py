@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 import cutjoint
 from cutjoint import (
+    accuracy,
     control,
     crosscheck,
     description,
@@ -19,9 +20,11 @@ from cutjoint import (
     settings,
     simulation,
     sizing,
+    stiffness,
     synthesis,
     workspace,
 )
+from cutjoint.accuracy.reading import errors_of
 from cutjoint.chain import GearForce
 from cutjoint.chain.modes import ModeSeeker
 from cutjoint.chain.physics import Elastic
@@ -122,6 +125,7 @@ def quick_seeds() -> Iterator[object]:
     yield control.as_law(lambda t, desired, q, v: [0.0, 0.0])
     yield control.GivenEfforts(control.EffortTable([0.0, 1.0], np.zeros((2, 2))))
     yield from _of_descriptions(robot)
+    yield from _of_stiffness(robot)
     yield from _of_papers(paper, other)
     yield from _of_runs(robot, reference)
     yield from _sizing(robot, reference)
@@ -156,6 +160,19 @@ def _of_descriptions(robot: cutjoint.ClosedChain) -> Iterator[object]:
     reached, field = np.array([True, False]), FieldMap("condition number", "", np.array([1.5, np.nan]), "low")
     yield Workspace("fivebar", (axis,), {"z": 0.3}, reached, 0.1, np.zeros((2, 2)), {"condition": field})
     yield from (goals, Lattice(np.zeros(1), np.full(1, 0.1), (2,), (False,)), MAPS["condition"], Question())
+
+
+def _of_stiffness(robot: cutjoint.ClosedChain) -> Iterator[object]:
+    """What gives way, and what is off."""
+    springs = stiffness.Springs({"*": 1e4}, {"tip": 1e6}, {"left_distal": stiffness.Beam.tube(7e10, 2.6e10, 0.02)})
+    elastic = stiffness.ElasticRobot(robot, springs)
+    found = elastic.at()
+    yield from (springs, elastic, elastic.response(), found, found.translation)
+    yield found.contributions([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    off = accuracy.accuracy(robot, {"tool.x": accuracy.Deviation(1e-4)}, samples=2)
+    yield from (off, off.sensitivity, off.ranked, accuracy.backlash(robot, {"*": 1e-4}))
+    yield accuracy.growth(robot, {"base": 10.0}, "steel")
+    yield errors_of(robot.description, {"tool.x": "0.1 mm"}, {"*": 1e-4}, {"base": 10.0}, {"*": "steel"})
 
 
 def _of_papers(paper: object, other: object) -> Iterator[object]:

@@ -137,8 +137,13 @@ NEEDS: dict[str, tuple[tuple[str, ...], ...]] = {
     "tornado": (("view", "fourbar", "--no-open"),),
     "umsgpack": (("view", "fourbar", "--html", "x.html"),),
     "zmq": (("view", "fourbar", "--html", "x.html"),),
-    "llvmlite": (("compile", "fourbar"),),
-    "matplotlib": (("reproduce", "cpm", "--output", "page"), ("plot", "run.npz", "-o", "run.svg")),
+    "llvmlite": (("compile", "fourbar"), ("accuracy", "fourbar", "-t", "tool.x=1mm", "--exact")),
+    "matplotlib": (
+        ("reproduce", "cpm", "--output", "page"),
+        ("plot", "run.npz", "-o", "run.svg"),
+        ("stiffness", "fourbar", "--actuator", "1e3", "-o", "x.png"),
+        ("accuracy", "fourbar", "-t", "tool.x=1mm", "-o", "x.png"),
+    ),
     "rosbags": (("states", "run.npz", "-o", "bag"),),
     "yaml": (("info", "robot.yaml"), ("simulate", "robot.yaml")),
     "example_robot_data": (("info", "ur5"), ("simulate", "ur5"), ("view", "ur5")),
@@ -160,6 +165,8 @@ WITHOUT_ANY: tuple[tuple[str, ...], ...] = (
     ("plot", "run.npz", "-o", "curves.html"),
     ("report", "run.npz"),
     ("states", "run.npz", "-o", "run.jsonl"),
+    ("stiffness", "fourbar", "--actuator", "1e3"),
+    ("accuracy", "fourbar", "-t", "tool.x=1mm"),
 )
 """Commands that need none."""
 

@@ -70,7 +70,13 @@ class Displacements:
         for joint in self.robot.joints:
             moved = self._behind(joint.child)
             pairs = [self._moved(twist, moved) for twist in _axes(self._links[joint.child])]
-            found.append((joint.name, np.array([one for one, _ in pairs]).T, np.array([one for _, one in pairs]).T))
+            opened, tool = np.array([one for one, _ in pairs]).T, np.array([one for _, one in pairs]).T
+            if joint.name in self.robot.actuators:  # what it drives is held
+                kept = np.eye(6)
+                few = slice(0, 3) if joint.type.slides else slice(3, 6)
+                kept[few, few] -= np.outer(joint.axis, joint.axis)
+                opened, tool = opened @ kept, tool @ kept
+            found.append((joint.name, opened, tool))
         for index, cut in enumerate(self.robot.closing):
             place = self._links[cut.b.link] @ cut.b.placement
             pairs = [self._moved(twist, _just(index)) for twist in _axes(place)]

@@ -93,7 +93,7 @@ class LoopFollower:
             self._by_springs(ElasticRobot(chain, springs), at)
         self._split = Split.of(trusted(self._k, placed, self._rows))
         seen = self._tool @ self._split.null
-        seen[:3] /= self._k.length
+        seen[:3] /= self._length
         if np.abs(seen).max(initial=0.0) > tolerances.RANK.value:
             report = chain.mobility(at)
             raise ActuationError(
@@ -114,7 +114,7 @@ class LoopFollower:
         Raises:
             InputError: what gives cannot let it be.
         """
-        wanted = -self._k.row_scale[:, None] * opened
+        wanted = -self._row_scale[:, None] * opened
         split = self._split
         left = wanted - split.left @ (split.left.T @ wanted)
         size = np.maximum(np.abs(wanted).max(axis=0, initial=0.0), np.finfo(float).tiny)
@@ -158,7 +158,7 @@ class LoopFollower:
         """All joints and cuts give alike."""
         found, length = self.displaced.gives(), self._k.length
         scale = np.array([length] * 3 + [1.0] * 3)
-        self._rows, self._tool = rows, moves
+        self._rows, self._tool, self._row_scale, self._length = rows, moves, self._k.row_scale, length
         count = len(found)
         opened = [self._k.row_scale[:, None] * one * scale for _, one, _ in found]
         self._gives = np.concatenate(opened, axis=1) if count else np.zeros((len(rows), 0))
@@ -185,7 +185,8 @@ class LoopFollower:
             stiff += [index for index, k_own in zip(where, np.diag(give.matrix), strict=True) if k_own > 0.0]
         slack = np.setdiff1d(np.arange(k.model.nv), [*stiff, *own])
         tool = placed.tool_jacobian * k.column_scale
-        self._rows, self._tool = placed.scaled[:, slack], tool[:, slack]
+        self._rows, self._tool, self._row_scale = placed.scaled[:, slack], tool[:, slack], k.row_scale
+        self._length = k.length
         self._gives, self._give_tool = placed.scaled @ ways, tool @ ways
         self._roots, self._give_names = np.array(roots) / max(roots, default=1.0), names
         lengths = _lengths(k)
@@ -193,7 +194,7 @@ class LoopFollower:
 
     def _strains(self, give: Array) -> tuple[Array, Array, tuple[str, ...]]:
         sizes = np.abs(give)
-        lengths = sizes * self._give_lengths[:, None] * self._k.length
+        lengths = sizes * self._give_lengths[:, None] * self._length
         turns = sizes * ~self._give_lengths[:, None]
         names = []
         for column in sizes.T:

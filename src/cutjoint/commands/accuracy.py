@@ -37,7 +37,7 @@ def command(
             "-t",
             metavar="PATH=T",
             help="How far a number may be off, either way, such as 'cuts.*.b.z=0.1 mm', "
-            "'joints.arm1.origin.yaw=0.02 deg'; 'normal' behind it makes it a standard deviation.",
+            "'tool.yaw=0.02 deg'; 'normal' behind it makes it a standard deviation.",
         ),
     ] = None,
     backlash: Annotated[

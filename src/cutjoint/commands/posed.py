@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 At = Annotated[
     str | None,
-    typer.Option("--at", metavar="Q1,Q2,...", help="Coordinates of the actuators [m] or [rad]; default home."),
+    typer.Option("--at", metavar="Q1,Q2,...", help="Coordinates of the actuators, in m or rad; default home."),
 ]
 Reach = Annotated[
     str | None,
-    typer.Option("--reach", metavar="X,Y,Z", help="Place of the tool [m]; of a pose x,y,z,qx,qy,qz,qw. Default home."),
+    typer.Option("--reach", metavar="X,Y,Z", help="Place of the tool in m; of a pose x,y,z,qx,qy,qz,qw. Default home."),
 ]
 
 

@@ -210,6 +210,9 @@ def _show(found: ToolStiffness, wrench: Array, json: bool) -> None:
     note = "" if found.stable else "not stable: the robot would not come back after a push"
     show(TextTable(f"{found.robot}, tool at ({place}) m", columns, rows, right=columns[1:2], note=note))
     _show_deflection(found, wrench, moved)
+    if not moved.any():
+        say("nothing gives way under this load: the tool is rigid against it")
+        return
     seen = [one for one in parts if abs(one.share) >= 5e-5][:SHOWN]
     cells = [(one.name, one.kind, f"{100.0 * one.share:.2f}", *_size(one.deflection[:3])) for one in seen]
     heads = ("part", "kind", "share [%]", "moves the tool by", "")

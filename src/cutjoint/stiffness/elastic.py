@@ -41,6 +41,10 @@ from cutjoint.stiffness.values import BALANCE, ToolStiffness
 STEP = 0.01
 """Step of the differences, in radians or robot lengths."""
 _STENCIL = ((1.0, 45.0 / 60.0), (2.0, -9.0 / 60.0), (3.0, 1.0 / 60.0))
+NEAR = 1e-3
+"""Step, in radians or robot lengths, at which redundant rows are looked at."""
+JAMMED = 1e-4
+"""Curvature of redundant rows, dimensionless, above which they are redundant in one posture alone."""
 UNHELD = 1e-8
 """Energy of a motion without strain, as part of that of the loads, below which nothing holds it."""
 
@@ -129,7 +133,7 @@ class ElasticRobot(Sealed):
         """Stiffness in a posture (default home), at rest there under its weight and standing `loads`.
 
         Raises:
-            InputError: `at` is no posture of this robot, or loads that are none.
+            InputError: `at` is no posture of this robot, loads that are none, or springs with which loops jam.
             ActuationError: the tool can move without anything that resists.
             DynamicsError: the robot cannot rest there.
         """
@@ -170,6 +174,7 @@ class ElasticRobot(Sealed):
         motions[self.free] = split.null
         strained = Split.of(motions[self._stiff])
         motions = motions @ np.column_stack([strained.right, strained.null])
+        self._need_regular(placed, motions)
         multipliers = self._multipliers(placed, standing)
         bending = self._bending(placed, standing, multipliers, motions)
         kept = self._held(placed, standing, motions, bending, strained.rank)
@@ -177,6 +182,26 @@ class ElasticRobot(Sealed):
         return SoftResponse(placed, basis, basis.T @ (self._springs @ basis + bending), bending)
 
     # ---- inside ----------------------------------------------------------------------------------------------------
+
+    def _need_regular(self, placed: Placed, motions: Array) -> None:
+        """Rows that depend on others here must do so nearby too: n' J = 0 for n along the motions.
+
+        Raises:
+            InputError: they do not, so that the loops would jam as soon as the robot gives way.
+        """
+        k = self.kinematics
+        stresses = Split.of(trusted(k, placed, placed.scaled[:, self.free]).T).null
+        if not stresses.size:
+            return
+        for motion in motions.T:
+            sides = [k.at(k.after(placed.q, sign * NEAR * motion)).scaled for sign in (1.0, -1.0)]
+            bent = motions.T @ (sides[0] - sides[1]).T @ stresses / (2.0 * NEAR)
+            if np.abs(bent).max(initial=0.0) > JAMMED:
+                raise InputError(
+                    f"with these springs some loops of {self.chain.name} are redundant in this posture alone: they jam "
+                    "as soon as it gives way, and what they hold nobody can tell; let more of its joints or rods give "
+                    "way, or fewer"
+                )
 
     def _pull(self, placed: Placed, loads: tuple[Load, ...]) -> Array:
         """Weights, springs of the robot's own and loads as what resists a motion, dimensionless in it (nv,) [J]."""
@@ -219,12 +244,10 @@ class ElasticRobot(Sealed):
 
     def _bending(self, placed: Placed, loads: tuple[Load, ...], multipliers: Array, motions: Array) -> Array:
         """Derivative of weights, loads and the pull of loop forces along motions, shape (nv, d) [J]."""
-        found = np.zeros_like(motions)
-        if not (
-            np.abs(multipliers).max(initial=0.0) or self._pull(placed, loads).any() or self.kinematics.physics.acts
-        ):
+        k, found = self.kinematics, np.zeros_like(motions)
+        weightless = k.tree.mass == 0.0 or not np.linalg.norm(k.model.gravity.linear)
+        if weightless and not (loads or k.physics.acts or multipliers.any()):
             return found
-        k = self.kinematics
 
         def pull(motion: Array) -> Array:
             there = k.at(k.after(placed.q, motion))
@@ -303,7 +326,8 @@ def stiffness(
         loads: standing loads under which the robot rests there, besides its weight.
 
     Raises:
-        InputError: no tool, nothing gives way, a spring that does nothing, or no posture of this robot.
+        InputError: no tool, nothing gives way, a spring that does nothing, springs with which loops jam, or no posture
+            of this robot.
         UnknownNameError: springs name what the robot does not have.
         ActuationError: the tool can move without anything that resists.
         DynamicsError: the robot cannot rest there.

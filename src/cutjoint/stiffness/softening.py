@@ -10,7 +10,7 @@ manipulators.  Mechanism and Machine Theory 44 (2009) 966-982.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -82,7 +82,10 @@ def soften(robot: RobotDescription, springs: Springs, length: float) -> SoftRobo
         if not few and not any(np.isinf(one) for one in stated.values()):
             raise InputError(f"'{name}' of {robot.name} moves freely every way, so it has no stiffness")
         if few:
-            softer.bearing(name, few, joints.get(name), closing.get(name))
+            ways = _ways(few)
+            if name in robot.actuators and not known[name]:
+                ways = _beside(joints[name], ways)
+            softer.bearing(name, ways, joints.get(name), closing.get(name))
     distances = [cut.name for cut in robot.closing if cut.type is CutType.DISTANCE]
     every = [*(link.name for link in robot.links), *distances]
     for name, rod in by_pattern(springs.rods, every, f"link of {robot.name}").items():
@@ -91,6 +94,42 @@ def soften(robot: RobotDescription, springs: Springs, length: float) -> SoftRobo
         else:
             softer.rod(name, rod, _SAME * length)
     return SoftRobot(softer.robot, tuple(softer.gives))
+
+
+@dataclass(frozen=True, eq=False)
+class _Yield:
+    """A slide or a turn: what it is called, along or about which axis (3,), and its stiffness [N/m] or [N m/rad]."""
+
+    name: str
+    axis: Array
+    hard: float
+
+    @property
+    def turns(self) -> bool:
+        return self.name.startswith("r")
+
+
+def _ways(stated: Mapping[str, float]) -> list[_Yield]:
+    return [_Yield(name, np.eye(3)["xyz".index(name[-1])], k) for name, k in stated.items()]
+
+
+def _beside(joint: Joint, ways: list[_Yield]) -> list[_Yield]:
+    """Ways without that along which an actuator drives a joint whose axis is none of its child's frame.
+
+    Raises:
+        InputError: they are not as hard all around, so that nobody can tell what is across the axis.
+    """
+    own = [way for way in ways if way.turns is joint.type.turns]
+    if not own:
+        return ways
+    if len(own) < 3 or len({way.hard for way in own}) > 1:
+        raise InputError(
+            f"'{joint.name}' is driven along or about an axis that is none of x, y, z of its child's frame; state its "
+            f"{'turning ' if joint.type.turns else ''}stiffness all around by one number, '{joint.name}'"
+        )
+    across = frame_along(joint.axis)
+    beside = [_Yield(f"{own[0].name[:-1]}{k + 1}", across[:, k], own[0].hard) for k in (0, 1)]
+    return [*(way for way in ways if not way.turns), *beside] if joint.type.turns else [*beside, *ways[3:]]
 
 
 def free_of_joint(joint: Joint) -> tuple[str, ...]:
@@ -127,7 +166,7 @@ class _Softer:
     def __init__(self, robot: RobotDescription) -> None:
         self.robot, self.gives = robot, list[Give]()
 
-    def bearing(self, name: str, stated: dict[str, float], joint: Joint | None, cut: CutJoint | None) -> None:
+    def bearing(self, name: str, ways: list[_Yield], joint: Joint | None, cut: CutJoint | None) -> None:
         """Lets a joint or cut give way."""
         if joint is not None:
             first = self._unused(f"{name}~")
@@ -135,21 +174,21 @@ class _Softer:
             joints = tuple(changed if one.name == name else one for one in self.robot.joints)
             self.robot = replace(self.robot, joints=joints)
             self._add_links([first])
-            self._string(name, "joint", first, tuple(stated), np.diag(list(stated.values())), joint.child)
+            self._string(name, "joint", first, ways, np.diag([way.hard for way in ways]), joint.child)
         elif cut is not None:
-            self._cut_end(cut, "cut", tuple(stated), np.diag(list(stated.values())))
+            self._cut_end(cut, "cut", ways, np.diag([way.hard for way in ways]))
 
     def distance(self, cut: CutJoint, rod: float | Beam) -> None:
         """Lets a cut that is a rod give way: as hard in all directions at its end, of which it only pulls along one."""
         if isinstance(rod, Beam):
             raise InputError(f"'{cut.name}' is a rod that only pulls; give its stiffness along its axis [N/m]")
-        self._cut_end(cut, "rod", DIRECTIONS[:3], rod * np.eye(3))
+        self._cut_end(cut, "rod", _ways(dict.fromkeys(DIRECTIONS[:3], rod)), rod * np.eye(3))
 
     def rod(self, name: str, rod: float | Beam, same: float) -> None:
         """Lets a link give way at its far end: all joints and cuts that are there go with it."""
         place = self._far_end(name, same)
         matrix = rod.stiffness(float(np.linalg.norm(place[:3, 3]))) if isinstance(rod, Beam) else np.array([[rod]])
-        which = DIRECTIONS[: len(matrix)]
+        ways = _ways(dict.fromkeys(DIRECTIONS[: len(matrix)], 1.0))
         tip = self._unused(f"{name}~tip")
         back, robot = inverse(place), self.robot
 
@@ -167,15 +206,15 @@ class _Softer:
             cuts=tuple(replace(cut, a=there(cut.a), b=there(cut.b)) for cut in robot.cuts),
             tool=None if robot.tool is None else there(robot.tool),
         )
-        self._string(name, "rod", name, which, matrix, tip, place)
+        self._string(name, "rod", name, ways, matrix, tip, place)
         self._add_links([tip])
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
-    def _cut_end(self, cut: CutJoint, kind: str, which: tuple[str, ...], matrix: Array) -> None:
+    def _cut_end(self, cut: CutJoint, kind: str, ways: list[_Yield], matrix: Array) -> None:
         now = next(one for one in self.robot.cuts if one.name == cut.name)
         end = self._unused(f"{cut.name}~end")
-        self._string(cut.name, kind, now.b.link, which, matrix, end, now.b.placement)
+        self._string(cut.name, kind, now.b.link, ways, matrix, end, now.b.placement)
         self._add_links([end])
         cuts = (replace(one, b=Frame(end)) if one.name == cut.name else one for one in self.robot.cuts)
         self.robot = replace(self.robot, cuts=tuple(cuts))
@@ -185,25 +224,24 @@ class _Softer:
         name: str,
         kind: str,
         start: str,
-        which: tuple[str, ...],
+        ways: list[_Yield],
         matrix: Array,
         end: str,
         place: Array | None = None,
     ) -> None:
         """Slides and hinges from link `start` to link `end`, which is there or will be."""
         made, parent = list[Joint](), start
-        for number, direction in enumerate(which):
-            last = number == len(which) - 1
-            child = end if last else self._unused(f"{name}~{kind}~{direction}~")
-            turns = direction.startswith("r")
+        for number, way in enumerate(ways):
+            last = number == len(ways) - 1
+            child = end if last else self._unused(f"{name}~{kind}~{way.name}~")
             made.append(
                 Joint(
-                    self._unused(f"{name}~{kind}~{direction}"),
-                    JointType.CONTINUOUS if turns else JointType.PRISMATIC,
+                    self._unused(f"{name}~{kind}~{way.name}"),
+                    JointType.CONTINUOUS if way.turns else JointType.PRISMATIC,
                     parent,
                     child,
                     from_rotation(np.eye(3), np.zeros(3)) if number or place is None else place,
-                    np.eye(3)["xyz".index(direction[-1])],
+                    way.axis,
                 )
             )
             if not last:

@@ -95,6 +95,10 @@ class Springs(Frozen):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for table in (self.actuators, self.joints, self.rods):
+            for key, one in table.items():
+                if not isinstance(key, str) or isinstance(one, bool):
+                    raise InputError(f"springs are numbers by name, found {described(key)}: {described(one)}")
         for name, k in self.actuators.items():
             positive(f"stiffness of actuator '{name}'", k, "N/m or N m/rad")
         for name, rod in self.rods.items():

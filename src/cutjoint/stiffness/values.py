@@ -146,8 +146,12 @@ class ToolStiffness(Frozen):
 
     def deflection(self, wrench: npt.ArrayLike) -> Array:
         """Displacement [m] and small rotation [rad] of the tool, shape (6,), by a further small load at the tool point:
-        force [N] and moment [N m], shape (6,), world axes."""
-        return np.asarray(self.compliance @ as_vector("wrench", wrench, 6))
+        force [N] and moment [N m], shape (6,), world axes; what is rounding is 0."""
+        load = as_vector("wrench", wrench, 6)
+        found = self.compliance @ load
+        units = np.array([self.length] * 3 + [1.0] * 3)
+        largest = float(np.abs(self.compliance / units[:, None] / units).max() * np.abs(load * units).max())
+        return np.where(np.abs(found) <= RIGID * largest * units, 0.0, found)
 
     def contributions(self, wrench: npt.ArrayLike) -> tuple[Contribution, ...]:
         """What each part does to that deflection, the largest share first.
@@ -155,9 +159,8 @@ class ToolStiffness(Frozen):
         Shares are of the displacement, along it; of the rotation where the tool point stays.
         """
         load = as_vector("wrench", wrench, 6)
-        whole, each = self.compliance @ load, self.parts @ load
-        turning = float(np.linalg.norm(whole[:3])) <= RIGID * self.length * float(np.linalg.norm(whole[3:]))
-        few = slice(3, 6) if turning else slice(0, 3)
+        whole, each = self.deflection(load), self.parts @ load
+        few = slice(0, 3) if whole[:3].any() else slice(3, 6)
         square = float(whole[few] @ whole[few])
         shares = each[:, few] @ whole[few] / square if square else np.zeros(len(each))
         order = np.argsort(-np.abs(shares), kind="stable")

@@ -14,9 +14,11 @@ from cutjoint.stiffness.units import handy, told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 MOST_BARS = 12
+FEWEST_BARS = 6
+"""Room for so many, so that one bar is no wall."""
 MOST_DOTS = 3000
 REACH = 3.3
 """Standard deviations from the middle to the edge."""
@@ -34,8 +36,9 @@ def draw_accuracy(found: Accuracy) -> Drawing:
     """
 
     def draw(figure: Figure) -> None:
-        left, right = np.ravel(figure.subfigures(1, 2, width_ratios=(1.2, 1.0)))
-        _bars(left.subplots(), found)
+        halves = figure.add_gridspec(1, 2, width_ratios=(1.2, 1.0))
+        left, right = (figure.add_subfigure(halves[0, k]) for k in (0, 1))
+        _bars(left, found)
         grid = right.subplots(2, 2)
         reach = REACH * float(found.sigma[:3].max())
         factor, unit = handy(reach, "m")
@@ -47,8 +50,9 @@ def draw_accuracy(found: Accuracy) -> Drawing:
     return sheet(draw, f"Accuracy of {found.robot}")
 
 
-def _bars(ax: Axes, found: Accuracy) -> None:
+def _bars(part: SubFigure, found: Accuracy) -> None:
     """How far each number moves the tool at its bound, the largest share on top."""
+    ax = part.subplots()
     ranked = [one for one in found.ranked if one.bound.any()]
     shown, rest = ranked[:MOST_BARS], ranked[MOST_BARS:]
     sizes = np.array([np.linalg.norm(one.bound[:3]) for one in shown])
@@ -68,6 +72,7 @@ def _bars(ax: Axes, found: Accuracy) -> None:
     ax.set_yticks(places, [_short(drawable(one.name)) for one in shown], fontsize=10)
     ax.margins(x=0.16)
     ax.set_axisbelow(True)
+    ax.set_ylim(min(-0.6, len(places) - FEWEST_BARS), len(places) - 0.4)
     ax.grid(axis="y", visible=False)
     ax.set_xlabel(f"tool moves at the bound of the number [{unit}]")
     share = sum(one.share for one in rest)
@@ -76,7 +81,8 @@ def _bars(ax: Axes, found: Accuracy) -> None:
     if any(one.strained for one in shown):
         from matplotlib.patches import Patch
 
-        ax.legend(handles=[Patch(color=BLUE, label="joints follow"), Patch(color=ORANGE, label="joints must give")])
+        patches = [Patch(color=BLUE, label="joints follow"), Patch(color=ORANGE, label="joints must give")]
+        part.legend(handles=patches, loc="outside lower center", ncols=2)
 
 
 def _scatter(ax: Axes, found: Accuracy, plane: tuple[int, int], factor: float, unit: str, reach: float) -> None:
@@ -92,7 +98,7 @@ def _scatter(ax: Axes, found: Accuracy, plane: tuple[int, int], factor: float, u
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
     ax.set_aspect("equal")
-    ax.locator_params(nbins=5)
+    ax.locator_params(nbins=4)
     ax.set_xlabel(f"error {'xyz'[first]} [{unit}]")
     ax.set_ylabel(f"error {'xyz'[second]} [{unit}]")
 
@@ -116,7 +122,7 @@ def _words(ax: Axes, found: Accuracy) -> None:
         for percent in (95.0, 99.7):
             away, turned = found.within(percent)
             (a, metres), (b, radians) = handy(away, "m"), handy(turned, "rad")
-            lines.append(f"{percent:g} % in {a * away:.3g} {metres}, {b * turned:.3g} {radians}")
+            lines.append(f"{percent:g} % within\n{a * away:.3g} {metres}, {b * turned:.3g} {radians}")
     ax.text(0.5, 0.05, "\n".join(lines), transform=ax.transAxes, ha="center", fontsize=10)
 
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_BARS = 12
+FEWEST_BARS = 6
+"""Room for so many, so that one bar is no wall."""
 PLANES = ((0, 1), (0, 2), (1, 2))
 
 
@@ -31,7 +33,8 @@ def draw_stiffness(found: ToolStiffness, wrench: Array) -> Drawing:
     """
 
     def draw(figure: Figure) -> None:
-        left, right = np.ravel(figure.subfigures(1, 2, width_ratios=(1.0, 1.15)))
+        halves = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.15))
+        left, right = (figure.add_subfigure(halves[0, k]) for k in (0, 1))
         grid = left.subplots(2, 2)
         factor, unit = handy(float(np.abs(found.compliance[:3, :3]).max()), "m/N")
         reach = 1.15 * factor * max(_half(found, plane).max() for plane in PLANES)
@@ -94,7 +97,7 @@ def _ellipse(ax: Axes, found: ToolStiffness, plane: tuple[int, int], factor: flo
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
     ax.set_aspect("equal")
-    ax.locator_params(nbins=5)
+    ax.locator_params(nbins=4)
     ax.set_xlabel(f"{'xyz'[plane[0]]} [{unit}]")
     ax.set_ylabel(f"{'xyz'[plane[1]]} [{unit}]")
 
@@ -138,9 +141,10 @@ def _bars(ax: Axes, parts: Sequence[Contribution], found: ToolStiffness, wrench:
     ax.set_yticks(places, names)
     ax.margins(x=0.16)
     ax.set_axisbelow(True)
+    ax.set_ylim(min(-0.6, len(places) - FEWEST_BARS), len(places) - 0.4)
     ax.grid(axis="y", visible=False)
     ax.set_xlabel("part of the deflection [%]")
-    moved = found.compliance @ wrench
+    moved = found.deflection(wrench)
     whole = float(np.linalg.norm(moved[:3]))
     factor, unit = handy(whole, "m")
     force = told(wrench[:3].tolist(), digits=3)
