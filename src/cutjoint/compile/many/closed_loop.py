@@ -117,7 +117,8 @@ class ClosedLoop:
         return rows
 
     def run(self, reference: Reference | Array, **options: Unpack[RunOptions]) -> Many:
-        """Simulate all runs; see `simulate_many`.  `reference` may be a table that `reference_table` made."""
+        """Simulate all runs; see `simulate_many`.  `reference` may be a table that `reference_table` made, or `table` one
+        that it made of the reference.  Chance is that of the runs from `first_run` on."""
         asked = self._asked(reference, options)
         if (taken := asked.variation.count * self.record(asked.grid)) > LARGEST_RECORD:
             raise InputError(
@@ -171,7 +172,10 @@ class ClosedLoop:
         if isinstance(reference, Reference):
             span = positive("duration", reference.duration if duration is None else duration, "s")
             grid = time_grid(span, size, tick, every)
-            rows = self.reference_table(reference, grid.step, grid.steps)
+            table, wanted = options.get("table"), (self.traced.rows_per_step * grid.steps + 1, self.sizes.columns)
+            rows = self.reference_table(reference, grid.step, grid.steps) if table is None else table
+            if rows.shape != wanted:
+                raise InputError(f"the table of the reference must have shape {wanted}, found {rows.shape}")
         else:
             rows = np.ascontiguousarray(reference)
             steps = (len(rows) - 1) // self.traced.rows_per_step
@@ -188,6 +192,7 @@ class ClosedLoop:
             rows[:1, 1 : 1 + self.plant.n] if start is None else start,
             options.get("start_velocity"),
             options.get("runs"),
+            options.get("first_run", 0),
         )
         return Asked(reference, rows, grid, variation)
 

@@ -7,6 +7,7 @@ from typing import TypedDict
 
 import numpy.typing as npt
 
+from cutjoint.arrays import Array
 from cutjoint.simulation.hardware import Hardware
 
 
@@ -21,6 +22,8 @@ class RunOptions(TypedDict, total=False):
     start: npt.ArrayLike | None
     start_velocity: npt.ArrayLike | None
     runs: int | None
+    first_run: int
+    table: Array | None
     threads: int | None
     progress: Callable[[float], None] | None
 
