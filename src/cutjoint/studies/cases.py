@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,7 @@ from cutjoint.control.usual_gains import SPEED, usual_gains
 from cutjoint.description import RobotDescription, load_description
 from cutjoint.description.fingerprint import fingerprint
 from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.files import is_file, read_file
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Reference, Trajectory
 from cutjoint.motion.catalogue import trajectory
@@ -34,6 +36,7 @@ from cutjoint.simulation.hardware import Hardware
 from cutjoint.studies.spreads import Spread
 from cutjoint.studies.values import FollowingLaw, Study
 
+LARGEST_MOTION = 2**30
 GAINS, START = "gains.", "start."
 COMPUTED_TORQUE: Mapping[str, float] = {"kp": SPEED**2, "kd": 2.0 * SPEED}
 
@@ -71,12 +74,14 @@ class Recipe(Values):
         study: what the file says.
         cases: in their order; run number k of a study is sample k % samples of case k // samples.
         fingerprint: of the robot.
+        motions: SHA-256 of the files of motions that it follows, by trajectory.
         told: what was chosen unasked.
     """
 
     study: Study
     cases: tuple[StudyCase, ...]
     fingerprint: str
+    motions: Mapping[str, str]
     told: tuple[str, ...] = ()
 
     __repr__ = line("study", "fingerprint")
@@ -116,7 +121,7 @@ def recipe_of(study: Study) -> Recipe:
     names = [one.name for one in cases]
     cases = [one if names.count(one.name) == 1 else _numbered(one, k) for k, one in enumerate(cases)]
     prints = [PUBLISHED_PRINT.format(study.robot) if one is None else _fingerprint(one) for one in robots]
-    return Recipe(study, tuple(cases), " ".join(prints), tuple(told))
+    return Recipe(study, tuple(cases), " ".join(prints), _motions(study), tuple(told))
 
 
 PUBLISHED_PRINT = "published {}"
@@ -140,6 +145,11 @@ def law_of(study: Study, case: StudyCase, inside: Mechanism) -> Law:
 def reference_of(study: Study, case: StudyCase, inside: Mechanism) -> Reference:
     """What is followed; it stays within the limits of the joints."""
     return Reference(case.trajectory, inside, study.duration)
+
+
+def _motions(study: Study) -> dict[str, str]:
+    files = [one for one in study.trajectories if is_file(one)]
+    return {Path(one).name: hashlib.sha256(read_file(one, LARGEST_MOTION)).hexdigest() for one in files}
 
 
 def _numbered(case: StudyCase, k: int) -> StudyCase:
