@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import logging
 import pickle
+import re
+import socket
 import threading
 import time
 from collections.abc import Iterable, Iterator
@@ -16,7 +18,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, cast
 
 from cutjoint.description.findings import listing
-from cutjoint.errors import CutjointError, InputError, StudyError
+from cutjoint.errors import CutjointError, InputError, StudyError, shown
 from cutjoint.extras import needed
 from cutjoint.reprs import counted, line
 from cutjoint.studies.blocks import BlockPlan, Prepared, processor
@@ -26,6 +28,7 @@ from cutjoint.studies.taking import Taken
 if TYPE_CHECKING:
     from distributed import Client, Future
 
+ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?(?P<host>[^\s/:]+|\[[0-9a-fA-F:.]+\]):(?P<port>[0-9]{1,5})/?")
 ANSWER = 10.0
 """Seconds in which a scheduler must answer."""
 PATIENCE = 120.0
@@ -74,15 +77,13 @@ class DaskCluster:
     def __init__(self, address: str) -> None:
         distributed = needed("distributed", "a study on a Dask cluster (--scheduler)")
         self.address = address
+        _check_address(address)
         with _quiet():
             try:
                 self._client: Client = distributed.Client(address, timeout=ANSWER, set_as_default=False)
             except (OSError, TimeoutError, ValueError, TypeError, ImportError, RuntimeError) as error:
                 why = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
-                raise InputError(
-                    f"no Dask scheduler answers at '{address[:200]}' within {ANSWER:g} s ({why}); is it an address such "
-                    "as tcp://10.0.0.1:8786, and of this version of distributed?"
-                ) from error
+                raise InputError(_no_answer(address, why)) from error
         try:
             self._check_versions()
             self.threads = sum(self._workers().values())
@@ -217,6 +218,24 @@ class DaskCluster:
     def _close(self) -> None:
         with _quiet():
             self._client.close(timeout=2.0)
+
+
+def _check_address(address: str) -> None:
+    """Raises InputError where an address is none, or nobody listens there."""
+    found = ADDRESS.fullmatch(address)
+    if found is None or not 0 < int(found["port"]) < 2**16:
+        raise InputError(f"a scheduler's address is such as tcp://10.0.0.1:8786, found '{shown(address)}'")
+    try:
+        socket.create_connection((found["host"].strip("[]"), int(found["port"])), timeout=ANSWER).close()
+    except (OSError, UnicodeError) as error:
+        raise InputError(_no_answer(address, getattr(error, "strerror", None) or str(error))) from error
+
+
+def _no_answer(address: str, why: str) -> str:
+    return (
+        f"no Dask scheduler answers at '{shown(address)}' within {ANSWER:g} s ({why}); is one running there "
+        f"(dask scheduler), of the version that is here?"
+    )
 
 
 @contextmanager

@@ -11,7 +11,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -19,8 +19,7 @@ from cutjoint.description.findings import listing
 from cutjoint.errors import FileError, InputError, StudyError
 from cutjoint.files import path_name, read_file, write_whole
 from cutjoint.reprs import line
-from cutjoint.studies.blocks import BlockPlan, digest
-from cutjoint.studies.cases import Recipe
+from cutjoint.studies.blocks import BlockPlan, Prepared, digest
 
 FORMAT = 1
 PACKAGES = ("cutjoint", "numpy", "scipy", "llvmlite", "pyarrow", "pin")
@@ -60,14 +59,14 @@ class StudyFolder:
         """The file of a block."""
         return self.path / "parts" / f"part-{block:06d}.parquet"
 
-    def check(self, recipe: Recipe, plan: BlockPlan, processor: str, any_processor: bool = False) -> None:
+    def check(self, prepared: Prepared, plan: BlockPlan, processor: str, any_processor: bool = False) -> None:
         """Whether the folder is free, or holds the beginning of the same study, whose blocks are then `done`.
 
         Raises:
             InputError: the folder holds something else, another study, or one of other versions or processors.
             StudyError: a block in it is not as it was written.
         """
-        about = about_of(recipe, plan, processor)
+        about = about_of(prepared, plan, processor)
         if self.manifest.exists():
             known = read_manifest(self.path)
             self._check_same(known, about, any_processor=any_processor)
@@ -169,9 +168,9 @@ def read_manifest(path: Path) -> dict[str, object]:
     return found
 
 
-def about_of(recipe: Recipe, plan: BlockPlan, processor: str) -> dict[str, object]:
+def about_of(prepared: Prepared, plan: BlockPlan, processor: str) -> dict[str, object]:
     """What a manifest says of a study."""
-    study = recipe.study
+    recipe, study, first = prepared.recipe, prepared.recipe.study, prepared.case(0)
     return {
         "format": FORMAT,
         "study": study.name,
@@ -181,7 +180,11 @@ def about_of(recipe: Recipe, plan: BlockPlan, processor: str) -> dict[str, objec
         "versions": versions(),
         "processors": [processor],
         "settings": dict(study.settings),
+        "method": study.method,
         "cases": [one.name for one in recipe.cases],
+        "samples": plan.samples,
+        "paths": list(first.paths),
+        "units": first.units(),
         "runs": plan.runs,
         "block": plan.size,
         "blocks": plan.count,
@@ -197,11 +200,6 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             found[name] = "none"
     return found
-
-
-def parts_of_folder(folder: StudyFolder) -> Iterator[Path]:
-    """The files of the blocks that are done, in their order."""
-    return (folder.part(block) for block in sorted(folder.done))
 
 
 def opened(path: str | os.PathLike[str]) -> tuple[StudyFolder, Mapping[str, object]]:

@@ -143,7 +143,7 @@ def begun(
         plan = prepared.plan()
         check_extremes(prepared)
         folder = StudyFolder(out)
-        folder.check(prepared.recipe, plan, processor() if cluster is None else cluster.processors[0], any_processor)
+        folder.check(prepared, plan, processor() if cluster is None else cluster.processors[0], any_processor)
         threads = workers or workers_here() if cluster is None else cluster.threads
         estimate = estimate_of(prepared, plan, folder.path, threads, len(folder.done), progress)
         told = prepared.recipe.told
