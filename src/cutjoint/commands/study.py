@@ -160,9 +160,7 @@ def _data(summary: StudySummary) -> dict[str, object]:
                 "column": one.column,
                 "explained": one.explained,
                 "runs": one.runs,
-                "paths": [
-                    {name: x for name, x in vars(effect).items() if x is not None} for effect in one.effects
-                ],
+                "paths": [{name: x for name, x in vars(effect).items() if x is not None} for effect in one.effects],
             }
             for one in summary.rankings
         ],

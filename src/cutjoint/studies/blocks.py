@@ -17,7 +17,7 @@ from cutjoint.compile.machine.llvm.native import host
 from cutjoint.extras import needed
 from cutjoint.reprs import line
 from cutjoint.studies.cases import Recipe
-from cutjoint.studies.loops import PreparedCase, Rows, Told
+from cutjoint.studies.loops import BlockRows, PreparedCase, Told
 from cutjoint.studies.sampling import drawn
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ class Prepared:
         return written(self.rows(plan.span(number), told))
 
 
-def _table(case: PreparedCase, span: BlockSpan, values: np.ndarray, rows: Rows, samples: int) -> pa.Table:
+def _table(case: PreparedCase, span: BlockSpan, values: np.ndarray, rows: BlockRows, samples: int) -> pa.Table:
     pa = needed("pyarrow", "a study")
     columns = {
         "run": pa.array(span.case * samples + np.arange(span.begin, span.end)),

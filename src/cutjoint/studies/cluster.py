@@ -140,8 +140,8 @@ class DaskCluster:
                     alive, self.threads = time.monotonic(), sum(workers.values())
                 elif time.monotonic() - alive > PATIENCE:
                     raise StudyError(
-                        f"the cluster at {self.address} has had no worker for {PATIENCE:g} s; what is done is kept, and "
-                        "the same command goes on",
+                        f"the cluster at {self.address} has had no worker for {PATIENCE:g} s; what is done is kept, "
+                        "and the same command goes on",
                         done=len(taken.folder.done),
                     )
                 taken.look()
@@ -160,16 +160,16 @@ class DaskCluster:
 
         try:
             if one.status == "finished":
-                return one.result(timeout=60.0)
+                return cast("tuple[str, bytes]", one.result(timeout=60.0))
             error = one.exception(timeout=60.0) if one.status == "error" else RuntimeError(f"it was {one.status}")
         except (TimeoutError, OSError, RuntimeError) as found:  # what the worker had is gone with it
             error = found
         if isinstance(error, CutjointError):
             raise error
         deaths[block] = deaths.get(block, 0) + 1
-        if isinstance(error, KilledWorker | TimeoutError | OSError | RuntimeError) and deaths[block] <= DEATHS:
-            if self._client.status == "running":
-                return None
+        passing = isinstance(error, KilledWorker | TimeoutError | OSError | RuntimeError)
+        if passing and deaths[block] <= DEATHS and self._client.status == "running":
+            return None
         raise StudyError(
             f"block {block} cannot be simulated on the cluster ({type(error).__name__}: {str(error)[:200]}); what is "
             "done is kept, and the same command goes on",
@@ -198,9 +198,12 @@ class DaskCluster:
         found = self._client.get_versions(packages=[*SAME, *SCHEDULERS])
         workers = found["workers"]
         if not workers:
-            raise InputError(f"the Dask scheduler at {self.address} has no workers; start some (dask worker {self.address})")
+            raise InputError(
+                f"the Dask scheduler at {self.address} has no workers; start some (dask worker {self.address})"
+            )
         here = found["client"]
-        there = {"the scheduler": (found["scheduler"], SCHEDULERS)}
+        there: dict[str, tuple[dict[str, dict[str, str]], tuple[str, ...]]] = {}
+        there["the scheduler"] = (found["scheduler"], SCHEDULERS)
         there |= {f"worker {name}": (one, (*SCHEDULERS, *SAME)) for name, one in workers.items()}
         wrong = []
         for name, (one, packages) in there.items():
@@ -248,5 +251,3 @@ def _quiet() -> Iterator[None]:
         yield
     finally:
         log.setLevel(before)
-
-

@@ -96,13 +96,13 @@ def check_fits(estimate: StudyEstimate) -> None:
     """
     if estimate.disk * SPARE > estimate.free:
         raise InputError(
-            f"{estimate.runs:.4g} runs need {size_of(estimate.disk)} of disk and {size_of(estimate.free)} are free; take "
-            "fewer runs, keep fewer columns, or give another folder (--out)"
+            f"{estimate.runs:.4g} runs need {size_of(estimate.disk)} of disk and {size_of(estimate.free)} are free; "
+            "take fewer runs, keep fewer columns, or give another folder (--out)"
         )
     if estimate.memory > estimate.available:
         raise InputError(
-            f"a block needs {size_of(estimate.memory)} of memory and {size_of(estimate.available)} are available; give a "
-            "smaller block, or take samples less often (keep.every)"
+            f"a block needs {size_of(estimate.memory)} of memory and {size_of(estimate.available)} are available; give "
+            "a smaller block, or take samples less often (keep.every)"
         )
     if estimate.seconds > SLOWEST:
         raise InputError(

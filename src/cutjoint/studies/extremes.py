@@ -12,7 +12,6 @@ from itertools import product
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.chain import ClosedChain
 from cutjoint.compile.sources.parameters import Parameters
 from cutjoint.description.check import check_description
 from cutjoint.description.findings import listing

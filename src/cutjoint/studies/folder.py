@@ -14,6 +14,7 @@ import time
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import cast
 
 from cutjoint.description.findings import listing
 from cutjoint.errors import FileError, InputError, StudyError
@@ -121,7 +122,8 @@ class StudyFolder:
                 found = error.why
             if found != wanted:
                 raise StudyError(
-                    f"block {block} in '{self.path}' is not as it was written ({found[:60]}); delete '{self.part(block)}' "
+                    f"block {block} in '{self.path}' is not as it was written ({found[:60]}); delete "
+                    f"'{self.part(block)}' "
                     'and its line under "done" in manifest.json to have it simulated again',
                     done=len(self.done),
                 )
@@ -139,8 +141,8 @@ class StudyFolder:
             if known.get(key) != about[key]:
                 was, now = _difference(known.get(key), about[key])
                 raise InputError(
-                    f"'{self.path}' holds {what} ({key}: {was} there, {now} now); give another folder (--out), or go on "
-                    "with what it was begun with"
+                    f"'{self.path}' holds {what} ({key}: {was} there, {now} now); give another folder (--out), or go "
+                    "on with what it was begun with"
                 )
         others = set(_texts(known.get("processors"))) - set(_texts(about["processors"]))
         if others and not any_processor:
@@ -215,10 +217,9 @@ def opened(path: str | os.PathLike[str]) -> tuple[StudyFolder, Mapping[str, obje
 
 
 def _done(known: Mapping[str, object]) -> dict[int, str]:
-    done = known.get("done")
     try:
-        return {int(block): str(one) for block, one in done.items()}  # type: ignore[union-attr]
-    except (AttributeError, ValueError) as error:
+        return {int(block): str(one) for block, one in cast("dict[str, str]", known["done"]).items()}
+    except (AttributeError, KeyError, ValueError) as error:
         raise InputError('the manifest is damaged: "done" has no blocks') from error
 
 

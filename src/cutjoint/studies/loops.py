@@ -30,7 +30,7 @@ Columns = dict[str, Array]
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class BlockRows:
     """Some runs: their columns, why those failed that did, and which the model itself did."""
 
     columns: Columns
@@ -92,7 +92,10 @@ class PreparedCase:
     @cached_property
     def _way(self) -> Array:
         """Where the tool shall be at the samples, shape (m, 3) [m]."""
-        return np.array([self.reference.at(self.grid.step * k).tool.position for k in self.grid.chosen])
+        return self._way_at(self.grid.step * np.array(self.grid.chosen, dtype=np.float64))
+
+    def _way_at(self, times: Array) -> Array:
+        return np.array([self.reference.at(t).tool.position for t in times.tolist()])
 
     @property
     def record(self) -> int:
@@ -101,7 +104,7 @@ class PreparedCase:
 
     def block(self, samples: int) -> int:
         """Runs in a block, where the study does not say: so many that there are some hundred blocks, in bounds."""
-        wanted = min(max(2 ** int(np.ceil(np.log2(max(samples / BLOCKS, 1.0)))), SMALLEST), LARGEST)
+        wanted = min(max(1 << (-(-samples // BLOCKS) - 1).bit_length(), SMALLEST), LARGEST)
         return max(8, min(wanted, WIDEST // self.record))
 
     def units(self) -> dict[str, str]:
@@ -111,12 +114,12 @@ class PreparedCase:
             found |= one.columns(name, self.actuators)
         return found
 
-    def run(self, values: Array, first: int, told: Told | None = None, *, duration: float | None = None) -> Rows:
+    def run(self, values: Array, first: int, told: Told | None = None, *, duration: float | None = None) -> BlockRows:
         """Simulate runs with the `values` of what varies, shape (N, paths), the first one number `first` of the
         samples; those that cannot start are noted as failed.
 
         Raises:
-            UnreachableError: never; runs alone tell theirs in `Rows.failed`.
+            UnreachableError: never; runs alone tell theirs in `BlockRows.failed`.
         """
         try:
             many = self._many(values, first, told, duration)
@@ -129,7 +132,9 @@ class PreparedCase:
                 self.run(values[half:], first + half, told, duration=duration),
             )
         failed = tuple(many.failed.get(k) for k in range(len(values)))
-        return Rows(self._columns(many, values), failed, tuple(np.isin(np.arange(len(values)), many.slow).tolist()))
+        return BlockRows(
+            self._columns(many, values), failed, tuple(np.isin(np.arange(len(values)), many.slow).tolist())
+        )
 
     def _many(self, values: Array, first: int, told: Told | None, duration: float | None) -> Many:
         gains, parameters = dict[str, Array](), dict[str, Array]()
@@ -186,17 +191,18 @@ class PreparedCase:
                 if not path.startswith((GAINS, START))
             }
             places = self.plant.batch.tool(flat, parameters=own).position.reshape(-1, samples, 3)
-            found[whole] = np.linalg.norm(places - self._way, axis=2)
+            way = self._way if samples == len(self._way) else self._way_at(many.time)
+            found[whole] = np.linalg.norm(places - way, axis=2)
         return found
 
-    def _failed(self, why: str) -> Rows:
-        return Rows({name: np.full(1, np.nan) for name in self.units()}, (why,), (False,))
+    def _failed(self, why: str) -> BlockRows:
+        return BlockRows({name: np.full(1, np.nan) for name in self.units()}, (why,), (False,))
 
 
 def _has_tool(model: object) -> bool:
     return not isinstance(model, ClosedChain) or model.description.tool is not None
 
 
-def _joined(one: Rows, other: Rows) -> Rows:
+def _joined(one: BlockRows, other: BlockRows) -> BlockRows:
     columns: Mapping[str, Array] = {name: np.concatenate([x, other.columns[name]]) for name, x in one.columns.items()}
-    return Rows(dict(columns), one.failed + other.failed, one.slow + other.slow)
+    return BlockRows(dict(columns), one.failed + other.failed, one.slow + other.slow)

@@ -51,7 +51,7 @@ def _over_time(many: Many, values: Array) -> Array:
 
 
 def _root_mean(many: Many, squares: Array) -> Array:
-    return np.sqrt(_over_time(many, squares) / (many.time[-1] - many.time[0]))
+    return np.asarray(np.sqrt(_over_time(many, squares) / (many.time[-1] - many.time[0])))
 
 
 def _power(many: Many) -> Array:

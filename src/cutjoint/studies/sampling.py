@@ -59,7 +59,10 @@ def sobol_parts(paths: int, samples: int, seed: int, begin: int, end: int) -> Ar
     sequence = qmc.Sobol(paths, scramble=True, seed=seed)
     if begin:
         sequence.fast_forward(begin)
-    return np.asarray(sequence.random(end - begin)) if end > begin else np.zeros((0, paths))
+    count = end - begin
+    # from the first point on scipy warns where it is asked for another number than a power of two
+    asked = count if begin else 1 << max(0, count - 1).bit_length()
+    return np.asarray(sequence.random(asked))[:count]
 
 
 def saltelli_parts(paths: int, samples: int, seed: int, begin: int, end: int) -> Array:

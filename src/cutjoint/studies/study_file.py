@@ -211,7 +211,9 @@ def _hardware(table: TomlTable) -> Hardware | None:
     table.finish()
     if rate is None:
         if "rate" not in table.data:
-            table.findings.error(f"{table.name} without a rate", "the sample rate [Hz]", "add rate = ...", table.place())
+            table.findings.error(
+                f"{table.name} without a rate", "the sample rate [Hz]", "add rate = ...", table.place()
+            )
         return None
     try:
         return Hardware(
@@ -278,7 +280,7 @@ def _whole(table: TomlTable, key: str, least: int, most: int) -> int | None:
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if value is None or (isinstance(value, int) and not isinstance(value, bool) and least <= value <= most):
-        return cast(int | None, value)
+        return value
     table.wrong(key, value, f"a whole number from {least} to {most:.4g}")
     return None
 
@@ -296,5 +298,3 @@ def _truth(table: TomlTable, key: str) -> bool:
     if value is not None and not isinstance(value, bool):
         table.wrong(key, value, "true or false")
     return value is True
-
-

@@ -1,8 +1,8 @@
 """The summary of a study: of every quantity its mean, spread and quantiles, and what it depends on most.
 
 Blocks are read one after another in their order, so that it does not matter who simulated them when.  Means, variances
-and ends are of all runs.  Quantiles and rankings are too, up to `MOST` runs of a case; of more they are of every second,
-third, ... run, which is told.
+and ends are of all runs.  Quantiles and rankings are too, up to `MOST` runs of a case; of more they are of every
+second, third, ... run, which is told.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from cutjoint.studies.ranking import Ranking, ranked
 if TYPE_CHECKING:
     import pyarrow as pa
 
-MOST = 2**20
+MOST = 2**18
 """Numbers of a column and case that quantiles and rankings are made of."""
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 BINS = 40
@@ -106,7 +106,7 @@ def summary_of(folder: str | os.PathLike[str]) -> StudySummary:
         InputError: there is none, or it is damaged.
     """
     found, about = opened(folder)
-    return _Reader(found, about).summary()
+    return _Blocks(found, about).summary()
 
 
 @door
@@ -151,7 +151,7 @@ def read_part(folder: StudyFolder, block: int) -> pa.Table:
         raise InputError(f"block {block} in '{folder.path}' cannot be read: {str(error)[:200]}") from error
 
 
-class _Reader:
+class _Blocks:
     """Reads the blocks of a study once."""
 
     def __init__(self, folder: StudyFolder, about: Mapping[str, object]) -> None:

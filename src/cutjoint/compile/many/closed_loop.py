@@ -24,7 +24,7 @@ from cutjoint.compile.machine.kernel import Runs
 from cutjoint.compile.many.blocks import Blocks
 from cutjoint.compile.many.grid import TimeGrid, time_grid
 from cutjoint.compile.many.instants import Chances
-from cutjoint.compile.many.options import ManyOptions, RunOptions
+from cutjoint.compile.many.options import LoopOptions, ManyOptions, RunOptions
 from cutjoint.compile.many.results import INTERRUPTED, Many, Outcome
 from cutjoint.compile.many.sinks import Asked, Into, sink_of
 from cutjoint.compile.many.statistics import Summary
@@ -116,9 +116,9 @@ class ClosedLoop:
             rows[k] = np.concatenate([np.ravel(filler(desired)) for filler in self.traced.desired.fillers])
         return rows
 
-    def run(self, reference: Reference | Array, **options: Unpack[RunOptions]) -> Many:
-        """Simulate all runs; see `simulate_many`.  `reference` may be a table that `reference_table` made, or `table` one
-        that it made of the reference.  Chance is that of the runs from `first_run` on."""
+    def run(self, reference: Reference | Array, **options: Unpack[LoopOptions]) -> Many:
+        """Simulate all runs; see `simulate_many`.  `reference` may be a table that `reference_table` made, or `table`
+        one that it made of the reference.  Chance is that of the runs from `first_run` on."""
         asked = self._asked(reference, options)
         if (taken := asked.variation.count * self.record(asked.grid)) > LARGEST_RECORD:
             raise InputError(
@@ -129,7 +129,7 @@ class ClosedLoop:
         return self._chunk(asked, 0, asked.variation.count, options.get("threads"), options.get("progress"))
 
     def stream(
-        self, reference: Reference | Array, into: Into, *, chunk: int | None = None, **options: Unpack[RunOptions]
+        self, reference: Reference | Array, into: Into, *, chunk: int | None = None, **options: Unpack[LoopOptions]
     ) -> Summary:
         """Simulate all runs, `chunk` of them at a time, and hand each chunk on; see `simulate_many`."""
         asked = self._asked(reference, options)
@@ -163,7 +163,7 @@ class ClosedLoop:
         """Bytes that the record of a run takes."""
         return 8 * len(grid.chosen) * self.sizes.width
 
-    def _asked(self, reference: Reference | Array, options: RunOptions) -> Asked:
+    def _asked(self, reference: Reference | Array, options: LoopOptions) -> Asked:
         """What is asked for, checked."""
         hardware, size = self.traced.hardware, positive("step", options.get("step", 1e-3), "s")
         tick, duration, every = None, options.get("duration"), options.get("every")

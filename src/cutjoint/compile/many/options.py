@@ -12,7 +12,7 @@ from cutjoint.simulation.hardware import Hardware
 
 
 class RunOptions(TypedDict, total=False):
-    """Of `ClosedLoop.run`; see `simulate_many`."""
+    """Of `simulate_many` and `ClosedLoop`."""
 
     step: float
     duration: float | None
@@ -22,10 +22,16 @@ class RunOptions(TypedDict, total=False):
     start: npt.ArrayLike | None
     start_velocity: npt.ArrayLike | None
     runs: int | None
-    first_run: int
-    table: Array | None
     threads: int | None
     progress: Callable[[float], None] | None
+
+
+class LoopOptions(RunOptions, total=False):
+    """Of `ClosedLoop.run`: also the number of the first run, for its chance, and a table that `reference_table` made of
+    the reference."""
+
+    first_run: int
+    table: Array | None
 
 
 class ManyOptions(RunOptions, total=False):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST = 24
+MOST = 12
 """Drawings of a kind on a page."""
 PATHS = 12
 """Paths of a ranking that are drawn."""
@@ -42,6 +42,8 @@ def study_page(summary: StudySummary) -> str:
     first = [*summary.told]
     if not drawn:
         first.append(f"Drawings need matplotlib: {how_to_get('matplotlib')}")
+    elif len(_names(summary, None)) > MOST or len(summary.rankings) > MOST:
+        first.append(f"Drawn are the first {MOST} quantities; the tables have all.")
     sections = [Section("What came out", [*first, *summary_tables(summary)], level=2)]
     if summary.reasons:
         sections.append(Section("Runs that failed", [failure_table(summary)], level=2))
@@ -95,6 +97,7 @@ def box_drawing(summary: StudySummary, column: str) -> Drawing:
             flierprops={"marker": "o", "markersize": 4, "markerfacecolor": INK, "markeredgecolor": INK},
         )
         axes.invert_yaxis()
+        axes.set_axisbelow(True)
         axes.grid(visible=False, axis="y")
         axes.set_xlabel(f"{drawable(column)} [{unit}]")
 
@@ -113,9 +116,10 @@ def histogram_drawing(summary: StudySummary, column: str) -> Drawing:
             axes.stairs(100.0 * one.counts / max(one.counts.sum(), 1.0), edges, fill=True, color=BLUE, alpha=0.75)
             axes.axvline(one.quantiles[2] / factor, color=ORANGE, label="median")
             axes.axvline(one.mean / factor, color=INK, linestyle=(0, (2, 1.2)), label="mean")
+            axes.set_axisbelow(True)
             axes.set_ylabel("runs [%]")
             axes.set_title(drawable(summary.cases[one.case]) if len(summary.cases) > 1 else "")
-        every[0].legend(loc="upper right")
+        every[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.1)
         every[-1].set_xlabel(f"{drawable(column)} [{unit}]")
 
     return sheet(draw, column, (9.0, 1.2 + 2.0 * len(own)))
@@ -132,9 +136,10 @@ def ranking_drawing(summary: StudySummary, ranking: Ranking) -> Drawing:
         if ranking.explained is None:
             first, total = ([getattr(one, kind) for one in shown] for kind in ("first", "total"))
             near, far = ([getattr(one, f"{kind}_within") for one in shown] for kind in ("first", "total"))
-            style = {"height": 0.36, "error_kw": {"ecolor": INK, "capsize": 2.5, "elinewidth": 1.2}}
-            axes.barh(places - 0.19, total, xerr=far, color=BLUE, label="ST, with others", **style)
-            axes.barh(places + 0.19, first, xerr=near, color=ORANGE, label="S1, alone", **style)
+            line = {"ecolor": INK, "capsize": 2.5, "elinewidth": 1.2}
+            up, down = places - 0.19, places + 0.19
+            axes.barh(up, total, 0.36, xerr=far, color=BLUE, label="ST, with others", error_kw=line)
+            axes.barh(down, first, 0.36, xerr=near, color=ORANGE, label="S1, alone", error_kw=line)
             axes.set_xlabel("Sobol index [1], with 95 % interval")
             axes.legend(loc="lower right")
         else:
@@ -145,6 +150,7 @@ def ranking_drawing(summary: StudySummary, ranking: Ranking) -> Drawing:
             axes.set_xlabel("Spearman's rank correlation [1]")
         axes.set_yticks(places, [drawable(one.path) for one in shown])
         axes.invert_yaxis()
+        axes.set_axisbelow(True)
         axes.grid(visible=False, axis="y")
 
     title = f"{ranking.column}{name and f' ({name})'}"
@@ -157,14 +163,12 @@ def scale_of(columns: Sequence[ColumnSummary]) -> tuple[float, str]:
     most = max((abs(x) for one in columns for x in (one.least, one.largest) if np.isfinite(x)), default=0.0)
     if unit not in PREFIXED or most == 0.0:
         return 1.0, unit
-    factor, prefix = next(
-        (one for one in reversed(FACTORS) if most >= one[0]), FACTORS[0]
-    )
+    factor, prefix = next((one for one in reversed(FACTORS) if most >= one[0]), FACTORS[0])
     return factor, prefix + unit
 
 
-def _names(summary: StudySummary) -> list[str]:
-    return list(dict.fromkeys(one.column for one in summary.columns))[:MOST]
+def _names(summary: StudySummary, most: int | None = MOST) -> list[str]:
+    return list(dict.fromkeys(one.column for one in summary.columns))[:most]
 
 
 def _boxes(summary: StudySummary) -> list[Picture]:

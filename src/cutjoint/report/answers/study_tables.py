@@ -46,7 +46,8 @@ def ranking_tables(summary: StudySummary, most: int | None = None) -> Iterator[T
         own = [one for one in summary.rankings if one.case == k]
         if own:
             rows = [
-                (one.column, "" if one.explained is None else f"{one.explained:.2f}", _effects(one, most)) for one in own
+                (one.column, "" if one.explained is None else f"{one.explained:.2f}", _effects(one, most))
+                for one in own
             ]
             note = INDICES if own[0].explained is None else CORRELATIONS
             note += ". R2: share of the variance that a linear fit explains" * (own[0].explained is not None)
@@ -55,9 +56,7 @@ def ranking_tables(summary: StudySummary, most: int | None = None) -> Iterator[T
                 yield TextTable(f"{titled(summary, k)}: what matters most", ("quantity", "paths"), short, note=note)
             else:
                 headings = ("quantity", "R2", "paths")
-                yield TextTable(
-                    f"{titled(summary, k)}: what matters most", headings, rows, right=("R2",), note=note
-                )
+                yield TextTable(f"{titled(summary, k)}: what matters most", headings, rows, right=("R2",), note=note)
 
 
 def failure_table(summary: StudySummary) -> TextTable:
@@ -75,10 +74,10 @@ def titled(summary: StudySummary, case: int) -> str:
 def _effects(ranking: Ranking, most: int | None) -> str:
     shown = ranking.effects[:most]
     more = len(ranking.effects) - len(shown)
-    return ", ".join(map(_told, shown)) + (f" and {more} more" if more else "")
+    return "; ".join(map(_told, shown)) + (f"; and {more} more" if more else "")
 
 
 def _told(one: PathEffect) -> str:
     if one.total is not None:
-        return f"{one.path} ST {one.total:.2f} ±{one.total_within:.2f}, S1 {one.first:.2f} ±{one.first_within:.2f};"
+        return f"{one.path} ST {one.total:.2f} ±{one.total_within:.2f}, S1 {one.first:.2f} ±{one.first_within:.2f}"
     return f"{one.path} {one.rank:+.2f} ({one.regression:+.2f})"
