@@ -75,9 +75,9 @@ class DaskCluster:
     __repr__ = line("address", "threads", "processors")
 
     def __init__(self, address: str) -> None:
-        distributed = needed("distributed", "a study on a Dask cluster (--scheduler)")
         self.address = address
         _check_address(address)
+        distributed = needed("distributed", "a study on a Dask cluster (--scheduler)")
         with _quiet():
             try:
                 self._client: Client = distributed.Client(address, timeout=ANSWER, set_as_default=False)

@@ -181,7 +181,7 @@ def about_of(prepared: Prepared, plan: BlockPlan, processor: str) -> dict[str, o
         "files": recipe.motions,
         "versions": versions(),
         "processors": [processor],
-        "settings": dict(study.settings),
+        "settings": json.loads(study.settings),
         "method": study.method,
         "cases": [one.name for one in recipe.cases],
         "samples": plan.samples,

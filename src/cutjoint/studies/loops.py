@@ -116,11 +116,7 @@ class PreparedCase:
 
     def run(self, values: Array, first: int, told: Told | None = None, *, duration: float | None = None) -> BlockRows:
         """Simulate runs with the `values` of what varies, shape (N, paths), the first one number `first` of the
-        samples; those that cannot start are noted as failed.
-
-        Raises:
-            UnreachableError: never; runs alone tell theirs in `BlockRows.failed`.
-        """
+        samples; those that cannot start are noted as failed."""
         try:
             many = self._many(values, first, told, duration)
         except CANNOT_START as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -87,7 +88,7 @@ def _study(top: TomlTable, place: Path) -> Study:
         keep=keep,
         every=every,
         block=_whole(top, "block", 1, LARGEST_BLOCK),
-        settings=dict(top.data),
+        settings=json.dumps(top.data, sort_keys=True, default=str),
     )
     top.finish()
     _check_whole(made, top)
@@ -207,7 +208,10 @@ def _hardware(table: TomlTable) -> Hardware | None:
             return None
     numbers = {name: _positive(table, name, zero=True) for name in ("delay", "command_delay", "jitter")}
     rate, tick, cutoff = (_positive(table, name) for name in ("rate", "tick", "filter"))
-    limits, resolution, noise = (cast(Each | None, table.values(name)) for name in ("limits", "resolution", "noise"))
+    limits, resolution, noise = (
+        cast(Each | None, table.values(name)) if table.take(name) is not None else None
+        for name in ("limits", "resolution", "noise")
+    )
     table.finish()
     if rate is None:
         if "rate" not in table.data:
