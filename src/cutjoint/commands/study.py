@@ -52,7 +52,7 @@ def command(
     """
     from cutjoint.studies import begun, summary_of
 
-    folder = out or study.with_name(f"{study.stem}-runs")
+    folder = out or study.parent / f"{study.stem}-runs"
     with progress(f"{study.stem}: trying a few runs", None) as told:
         ready = begun(study, folder, scheduler=scheduler, workers=workers, any_processor=any_processor, progress=told)
     with ready:
@@ -73,7 +73,7 @@ def command(
         with progress(f"{study.stem}: the report"):
             page = write_study_page(summary, folder / "report.html")
     if json:
-        print_json({**_estimate(ready), **_data(summary), "folder": str(folder), "report": page})
+        print_json({**_estimate(ready), **_data(summary), "folder": str(folder), "report": page and str(page)})
         return
     _show(summary)
     say(f"runs: {folder / 'parts'}" + ("" if page is None else f"; report: {page}"))

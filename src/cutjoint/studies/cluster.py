@@ -76,8 +76,9 @@ class DaskCluster:
 
     def __init__(self, address: str) -> None:
         self.address = address
-        _check_address(address)
+        found = _parsed(address)
         distributed = needed("distributed", "a study on a Dask cluster (--scheduler)")
+        _check_listening(address, found)
         with _quiet():
             try:
                 self._client: Client = distributed.Client(address, timeout=ANSWER, set_as_default=False)
@@ -223,13 +224,18 @@ class DaskCluster:
             self._client.close(timeout=2.0)
 
 
-def _check_address(address: str) -> None:
-    """Raises InputError where an address is none, or nobody listens there."""
+def _parsed(address: str) -> tuple[str, int]:
+    """Host and port of an address; raises InputError where it is none."""
     found = ADDRESS.fullmatch(address)
     if found is None or not 0 < int(found["port"]) < 2**16:
         raise InputError(f"a scheduler's address is such as tcp://10.0.0.1:8786, found '{shown(address)}'")
+    return found["host"].strip("[]"), int(found["port"])
+
+
+def _check_listening(address: str, place: tuple[str, int]) -> None:
+    """Raises InputError where nobody listens at a place."""
     try:
-        socket.create_connection((found["host"].strip("[]"), int(found["port"])), timeout=ANSWER).close()
+        socket.create_connection(place, timeout=ANSWER).close()
     except (OSError, UnicodeError) as error:
         raise InputError(_no_answer(address, getattr(error, "strerror", None) or str(error))) from error
 

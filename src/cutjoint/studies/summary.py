@@ -21,7 +21,7 @@ from cutjoint.description.findings import clip
 from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.extras import needed
-from cutjoint.reprs import line
+from cutjoint.reprs import line, one_line, quoted
 from cutjoint.studies.folder import StudyFolder, opened
 from cutjoint.studies.ranking import Ranking, ranked
 
@@ -62,7 +62,9 @@ class ColumnSummary(Values):
     counts: Array
 
     def __repr__(self) -> str:
-        return f"ColumnSummary('{self.column}', mean={self.mean:.4g} {self.unit}, runs={self.runs})"
+        return one_line(
+            "ColumnSummary", [quoted(self.column), f"mean={self.mean:.4g} {self.unit}", f"runs={self.runs}"]
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -73,29 +73,15 @@ def box_drawing(summary: StudySummary, column: str) -> Drawing:
 
     def draw(figure: Figure) -> None:
         axes: Axes = figure.subplots()
-        boxes = [
-            {
-                "med": one.quantiles[2] / factor,
-                "q1": one.quantiles[1] / factor,
-                "q3": one.quantiles[3] / factor,
-                "whislo": one.quantiles[0] / factor,
-                "whishi": one.quantiles[4] / factor,
-                "fliers": [one.least / factor, one.largest / factor],
-                "label": drawable(summary.cases[one.case] or "all runs"),
-            }
-            for one in own
-        ]
-        axes.bxp(
-            boxes,
-            vert=False,
-            patch_artist=True,
-            widths=0.55,
-            boxprops={"facecolor": "#cfe3f2", "edgecolor": BLUE},
-            medianprops={"color": ORANGE, "linewidth": 2.5},
-            whiskerprops={"color": BLUE},
-            capprops={"color": BLUE},
-            flierprops={"marker": "o", "markersize": 4, "markerfacecolor": INK, "markeredgecolor": INK},
-        )
+        for place, one in enumerate(own):
+            low, left, middle, right, high = (one.quantiles / factor).tolist()
+            axes.barh(place, right - left, 0.55, left, color="#cfe3f2", edgecolor=BLUE, linewidth=1.5)
+            axes.plot([middle, middle], [place - 0.275, place + 0.275], color=ORANGE, linewidth=2.5)
+            for near, far in ((left, low), (right, high)):
+                axes.plot([near, far], [place, place], color=BLUE, linewidth=1.5)
+                axes.plot([far, far], [place - 0.14, place + 0.14], color=BLUE, linewidth=1.5)
+            axes.plot([one.least / factor, one.largest / factor], [place, place], "o", markersize=5, color=INK)
+        axes.set_yticks(range(len(own)), [drawable(summary.cases[one.case] or "all runs") for one in own])
         axes.invert_yaxis()
         axes.set_axisbelow(True)
         axes.grid(visible=False, axis="y")
