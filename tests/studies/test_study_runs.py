@@ -147,9 +147,16 @@ def test_one_that_was_interrupted_goes_on(plain: Path, tmp_path: Path) -> None:
     before = summary_of(folder)
     assert 0 < before.runs < 900
     assert "of 900 runs are done" in before.told[0]
-    with begun(file, folder) as ready:
+    with begun(file, folder) as ready, begun(file, folder) as second:
         assert ready.estimate.done == len(sums(folder))
-        ready.run()
+
+        def also(_: float) -> None:
+            with pytest.raises(InputError, match="another process is at the study"):
+                second.run()
+
+        ready.run(also)
+        with pytest.raises(InputError, match="meanwhile"):
+            second.run()
     assert sums(folder) == sums(plain)
     assert run_study(file, folder) == folder  # nothing left to do
     assert sums(folder) == sums(plain)

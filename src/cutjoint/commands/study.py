@@ -51,17 +51,23 @@ def command(
     Parquet, block by block. One that was interrupted, or killed, goes on where it was: give the same command again.
     """
     from cutjoint.studies import begun, summary_of
+    from cutjoint.studies.estimate import check_fits, why_not
 
     folder = out or study.parent / f"{study.stem}-runs"
     with progress(f"{study.stem}: trying a few runs", None) as told:
         ready = begun(study, folder, scheduler=scheduler, workers=workers, any_processor=any_processor, progress=told)
     with ready:
         if dry_run:
+            fault = why_not(ready.estimate)
             if json:
-                print_json({**_estimate(ready), "folder": str(folder)})
+                print_json({**_estimate(ready), "folder": str(folder), "refused": fault or None})
             else:
                 _say_estimate(ready, folder)
+                say(fault or "It fits; without --dry-run it starts.")
+            if fault:
+                raise typer.Exit(1)
             return
+        check_fits(ready.estimate)
         if not json:
             _say_estimate(ready, folder)
         _run(ready)

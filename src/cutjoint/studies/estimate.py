@@ -94,21 +94,28 @@ def check_fits(estimate: StudyEstimate) -> None:
     Raises:
         InputError: too little disk or memory, or more than a year.
     """
+    if fault := why_not(estimate):
+        raise InputError(fault)
+
+
+def why_not(estimate: StudyEstimate) -> str:
+    """Why a study cannot be; nothing where it can."""
     if estimate.disk * SPARE > estimate.free:
-        raise InputError(
+        return (
             f"{estimate.runs:.4g} runs need {size_of(estimate.disk)} of disk and {size_of(estimate.free)} are free; "
             "take fewer runs, keep fewer columns, or give another folder (--out)"
         )
     if estimate.memory > estimate.available:
-        raise InputError(
-            f"a block needs {size_of(estimate.memory)} of memory and {size_of(estimate.available)} are available; give "
-            "a smaller block, or take samples less often (keep.every)"
+        return (
+            f"a block needs {size_of(estimate.memory)} of memory and {size_of(estimate.available)} are available; "
+            "give a smaller block, or take samples less often (keep.every)"
         )
     if estimate.seconds > SLOWEST:
-        raise InputError(
+        return (
             f"{estimate.runs:.4g} runs take {estimate.seconds / 86400.0:.4g} days on {estimate.workers} workers; take "
             "fewer, or a cluster (--scheduler)"
         )
+    return ""
 
 
 def size_of(count: float) -> str:

@@ -22,6 +22,11 @@ from cutjoint.files import path_name, read_file, write_whole
 from cutjoint.reprs import line
 from cutjoint.studies.blocks import BlockPlan, Prepared, digest
 
+try:
+    import fcntl
+except ImportError:  # a system without such locks
+    fcntl = None  # type: ignore[assignment]
+
 FORMAT = 1
 PACKAGES = ("cutjoint", "numpy", "scipy", "llvmlite", "pyarrow", "pin")
 """Those whose versions decide about digits or bytes."""
@@ -49,6 +54,7 @@ class StudyFolder:
         self.path = Path(path)
         self.done: dict[int, str] = {}
         self._about: Mapping[str, object] = {}
+        self._lock: int | None = None
         self._written, self._cost, self._unwritten = 0.0, 0.0, False
 
     @property
@@ -81,9 +87,22 @@ class StudyFolder:
         self._about = about
 
     def begin(self) -> None:
-        """Make the folder, which was checked."""
-        (self.path / "parts").mkdir(parents=True, exist_ok=True)
-        self.write()
+        """Make the folder, which was checked, and keep other processes out of it until `finish`.
+
+        Raises:
+            InputError: another process is at the same study.
+        """
+        parts = self.path / "parts"
+        parts.mkdir(parents=True, exist_ok=True)
+        self._take_lock(parts)
+        try:
+            known = _done(read_manifest(self.path)) if self.manifest.exists() else {}
+            if known != self.done:
+                raise InputError(f"another process was at the study in '{self.path}' meanwhile; start again")
+            self.write()
+        except BaseException:
+            self._release()
+            raise
 
     def take(self, block: int, content: bytes) -> bool:
         """Keep a block that is done, once; whether it is new."""
@@ -110,9 +129,26 @@ class StudyFolder:
         self._cost = self._written - began
 
     def finish(self) -> None:
-        """Write the manifest where it lacks something."""
+        """Write the manifest where it lacks something, and let others into the folder."""
         if self._unwritten:
             self.write()
+        self._release()
+
+    def _take_lock(self, parts: Path) -> None:
+        """Keep other processes out; the system lets them in when this one ends, however it ends."""
+        if fcntl is None:
+            return
+        self._lock = os.open(parts, os.O_RDONLY)
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            self._release()
+            raise InputError(f"another process is at the study in '{self.path}'; wait, or end it") from error
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
 
     def _check_parts(self) -> None:
         for block, wanted in self.done.items():

@@ -75,12 +75,12 @@ class BegunStudy:
         check_fits(self.estimate)
         kinds = [processor()] if self.cluster is None else self.cluster.processors
         self.folder.begin()
-        for kind in kinds[1:]:
-            self.folder.also(kind)
         todo = [k for k in range(self.plan.count) if k not in self.folder.done]
         spans = map(self.plan.span, self.folder.done)
         taken = Taken(self.folder, sum(one.end - one.begin for one in spans), progress)
         try:
+            for kind in kinds[1:]:
+                self.folder.also(kind)
             if self.cluster is None:
                 run_here(self.prepared, self.plan, todo, self.estimate.workers, taken)
             else:
