@@ -271,6 +271,9 @@ def test_another_study_in_the_folder_is_refused(plain: Path, tmp_path: Path) -> 
         begun(written(tmp_path), tmp_path / "full")
     with pytest.raises(InputError, match="does not exist"):
         begun(written(tmp_path), tmp_path / "no" / "runs")
+    (tmp_path / "killed" / "parts").mkdir(parents=True)
+    with begun(written(tmp_path), tmp_path / "killed") as ready:
+        assert ready.estimate.done == 0
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from cutjoint.commands import options
 from cutjoint.commands.output import print_json, say, show
 from cutjoint.commands.progress import progress
 from cutjoint.commands.stopping import stopped
+from cutjoint.reprs import counted
 from cutjoint.tables import TextTable
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ def _say_estimate(ready: BegunStudy, folder: Path) -> None:
     one, study = ready.estimate, ready.prepared.recipe.study
     where = "threads" if ready.cluster is None else f"threads of {ready.cluster.address}"
     rows = [
-        ("runs", f"{one.runs} ({study.method}), in {one.blocks} blocks of {ready.plan.size}"),
+        ("runs", f"{one.runs} ({study.method}), in {counted(one.blocks, 'block')} of {ready.plan.size}"),
         ("time", f"{time_of(one.seconds)} with {one.workers} {where}, {1e3 * one.per_run:.3g} ms a run"),
         ("disk", f"{size_of(one.disk)} in {folder}; {size_of(one.free)} are free"),
         ("memory", f"{size_of(one.memory)}; {size_of(one.available)} are available"),

@@ -80,7 +80,7 @@ class StudyFolder:
             about = {**about, "processors": sorted({*_texts(known.get("processors")), processor})}
             self.done = _done(known)
             self._check_parts()
-        elif self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
+        elif self.path.exists() and not self._is_free():
             raise InputError(f"'{self.path}' is there and no folder of a study; give another one (--out)")
         elif not self.path.parent.is_dir():
             raise InputError(f"the folder '{self.path.parent}' does not exist; make it first")
@@ -118,7 +118,7 @@ class StudyFolder:
     def also(self, processor: str) -> None:
         """Note that blocks come from another kind of processor too."""
         processors = sorted({*_texts(self._about.get("processors")), processor})
-        self._about = {**self._about, "processors": processors}
+        self._about, self._unwritten = {**self._about, "processors": processors}, True
 
     def write(self) -> None:
         """Write the manifest."""
@@ -133,6 +133,10 @@ class StudyFolder:
         if self._unwritten:
             self.write()
         self._release()
+
+    def _is_free(self) -> bool:
+        """Whether there is a folder with nothing in it, or no more than a study that was killed at once has left."""
+        return self.path.is_dir() and all(one.name == "parts" and not any(one.iterdir()) for one in self.path.iterdir())
 
     def _take_lock(self, parts: Path) -> None:
         """Keep other processes out; the system lets them in when this one ends, however it ends."""
