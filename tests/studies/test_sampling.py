@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from SALib.sample import sobol as salib_sobol
 
 from cutjoint.studies.ranking import ranked
 from cutjoint.studies.sampling import UNIT, drawn, shuffled
@@ -79,7 +78,9 @@ def test_a_grid_has_every_combination_once() -> None:
     assert np.array_equal(drawn("grid", spreads, 36, 9, 7, 12), values[7:12])
 
 
+@pytest.mark.slow
 def test_the_rows_of_saltelli_are_those_of_salib() -> None:
+    salib_sobol = pytest.importorskip("SALib.sample.sobol")
     problem = {"num_vars": 3, "names": ["a", "b", "c"], "bounds": [[0.0, 1.0]] * 3}
     theirs = salib_sobol.sample(problem, 16, calc_second_order=False, scramble=True, seed=7)
     assert np.array_equal(UNIT["saltelli"](3, 16 * 5, 7, 0, 16 * 5), theirs)
@@ -90,6 +91,7 @@ def ishigami(x: np.ndarray) -> np.ndarray:
     return np.asarray(np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0]))
 
 
+@pytest.mark.slow
 def test_sobol_indices_are_those_that_are_known() -> None:
     spreads, runs = [Spread("uniform", (-np.pi, np.pi))] * 3, 2**12 * 5
     x = drawn("saltelli", spreads, runs, 1, 0, runs)
@@ -103,6 +105,7 @@ def test_sobol_indices_are_those_that_are_known() -> None:
     assert [one.path for one in found.effects] == ["a", "b", "c"]
 
 
+@pytest.mark.slow
 def test_runs_that_failed_leave_the_indices_as_they_are() -> None:
     spreads, runs = [Spread("uniform", (-np.pi, np.pi))] * 3, 2**10 * 5
     x = drawn("saltelli", spreads, runs, 1, 0, runs)

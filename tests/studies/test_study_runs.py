@@ -217,7 +217,7 @@ def test_a_cluster_that_loses_a_worker_loses_nothing(
     distributed = pytest.importorskip("distributed")
     # Workers see the source by this process's path; a dashboard would take a port.
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
     ) as cluster:
         killed: list[int] = []
 
