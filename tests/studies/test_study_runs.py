@@ -231,7 +231,14 @@ def test_a_cluster_that_loses_a_worker_loses_nothing(
             assert ready.cluster.threads == 2
             ready.run(kill)
         assert killed
-        monkeypatch.setattr(np, "__version__", "0.1")
+        usual = distributed.Client.get_versions
+
+        def older(client: object, **options: object) -> dict[str, dict[str, dict[str, str]]]:
+            found = usual(client, **options)
+            found["client"]["packages"]["numpy"] = "0.1"
+            return found
+
+        monkeypatch.setattr(distributed.Client, "get_versions", older)
         with pytest.raises(InputError, match=r"has numpy .*, here is 0\.1.*same versions"):
             begun(written(tmp_path), tmp_path / "other", scheduler=cluster.scheduler_address)
     assert not (tmp_path / "other").exists()
