@@ -22,6 +22,7 @@ SHOWN = 3
 """Paths of a ranking that are shown."""
 
 
+# long: its options, a line or three each
 def command(
     study: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="What to simulate (docs/studies.md).")],
     out: Annotated[
