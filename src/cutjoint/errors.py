@@ -418,6 +418,18 @@ class CompileError(CutjointError):
     """A model cannot be compiled, or what was compiled does not agree with it."""
 
 
+class StudyError(CutjointError):
+    """A study cannot go on, or its folder is not as it was left.  Blocks that are done are kept.
+
+    Attributes:
+        done: how many blocks are done.
+    """
+
+    def __init__(self, message: str, *, done: int = 0) -> None:
+        self.done = done
+        super().__init__(message)
+
+
 class WaypointError(InputError):
     """A way-point does not fit the others: its time, its place or its orientation.
 

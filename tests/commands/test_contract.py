@@ -39,6 +39,14 @@ WIDTH = 80
 HOSTILE = ("stewert", "a\nb", "\x1b[31mred\x1b[0m", "[bold]x[/]", "漢字" * 50, "x" * 1_000_000, "\udcff", "-" * 3)
 # the folder of the test; what is in it is made by `folder`
 HERE = "{here}"
+STUDY = """
+robot = "cpm"
+model = "published"
+runs = 40
+duration = 0.02
+controller = { name = "pd" }
+vary = [{ path = "payload", uniform = [0.0, 1.0] }, { path = "gains.kp", relative = 0.1 }]
+"""
 ODD = "[red]漢 crank[/]"
 
 USUAL: dict[str, list[tuple[str, int]]] = {
@@ -65,6 +73,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
         (f"fivebar --cells 8 --save {HERE}/space.npz --largest box -o {HERE}/space.svg", 0),
     ],
     "play": [],
+    "study": [],
     "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
     "compile": [("fourbar --functions tool --no-cache", 0)],
     "stiffness": [
@@ -86,6 +95,12 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     "states": [("run.npz --out bag --robot fourbar", 0)],
     "cut": [("stewart", 0), ("stewart --cut leg1_tilt --json", 0), (f"{HERE}/hostile -o {HERE}/cut", 0)],
     "new": [(f"{one}_1 -t {one}", 0) for one in ("fivebar", "delta", "stewart", "leg")],
+    "study": [
+        ("study.toml", 0),
+        ("study.toml --json -o of", 0),
+        ("study.toml --dry-run --json", 0),
+        ("study.toml --dry-run --no-report", 0),
+    ],
     "list": [("--examples", 0)],
     "info": [
         *((one, 0) for one in ("omega3", "stewart", "cpm", "redundant", "talos", "stewart --json")),
@@ -191,6 +206,17 @@ WRONG: dict[str, list[str]] = {
         "run.npz -o x.txt",
         f"run.npz -o {HERE}/hostile",
         "run.npz -o x.jsonl --robot cpm",
+    ],
+    "study": [
+        "",
+        ".",
+        "no.toml",
+        "text.npz",
+        "wrong.toml",
+        "study.toml --scheduler here",
+        "study.toml --workers 0",
+        "study.toml --out",
+        "study.toml --dryrun",
     ],
     "list": ["omega3", "--exmaples", "--json=1"],
     "info": [
@@ -390,6 +416,8 @@ def folder(tmp_path: Path, result: bytes) -> Path:
     (tmp_path / "stiff.toml").write_text("[actuators]\n'*' = '3e4 N m/rad'\n[rods]\n'rod*_link' = '20 N/um'\n")
     (tmp_path / "bearings.toml").write_text("[joints]\n'*' = 1e6\n")
     (tmp_path / "off.toml").write_text("[tolerances]\n'cuts.ball*.b.z' = '0.1 mm'\n[backlash]\n'*' = '1 arcmin'\n")
+    (tmp_path / "study.toml").write_text(STUDY)
+    (tmp_path / "wrong.toml").write_text(STUDY.replace("runs", "rnus"))
     return tmp_path
 
 

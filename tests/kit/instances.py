@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -21,6 +23,7 @@ from cutjoint import (
     simulation,
     sizing,
     stiffness,
+    studies,
     synthesis,
     workspace,
 )
@@ -262,6 +265,7 @@ def slow_seeds() -> Iterator[object]:
     document = show(robot)
     yield from (document, document.files())
     yield from _in_hand(robot)
+    yield from _of_studies()
     with LiveView(robot) as view:
         yield from (view, view.bridge)
 
@@ -274,6 +278,19 @@ def _of_answers(robot: cutjoint.ClosedChain) -> Iterator[object]:
     design = synthesis.judged(problem, problem.now)
     yield from (problem, design, synthesis.Synthesis(problem, (design,)), synthesis.SynthesisOrder(problem, 2, 1))
     yield from (synthesis.Subject(robot, {}), synthesis.QUANTITIES["mass"])
+
+
+def _of_studies() -> Iterator[object]:
+    """A study, what it will take, and its summary."""
+    with TemporaryDirectory() as place:
+        file = Path(place) / "light.toml"
+        file.write_text(
+            'robot = "cpm"\nmodel = "published"\nruns = 30\nduration = 0.01\ncontroller = { name = "pd" }\n'
+            'vary = [{ path = "payload", uniform = [0.0, 1.0] }]\n'
+        )
+        with studies.begun(file, Path(place) / "runs") as ready:
+            yield from (ready, ready.plan, ready.estimate, ready.prepared.recipe, ready.run())
+        yield studies.summary_of(Path(place) / "runs")
 
 
 def _in_hand(robot: cutjoint.ClosedChain) -> Iterator[object]:

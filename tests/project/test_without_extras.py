@@ -47,6 +47,16 @@ URDF_WITH_XACRO = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacr
 LOOPS_WITH_MJCF = '<mujoco><worldbody><body name="a"><joint name="j"/><geom size="0.1"/></body></worldbody></mujoco>'
 
 
+STUDY = """robot = "cpm"
+model = "published"
+method = "random"
+runs = 48
+duration = 0.01
+controller = { name = "pd" }
+vary = [{ path = "payload", uniform = [0.0, 1.0] }]
+"""
+
+
 class World:
     """A folder with files of every kind, in which commands run without some packages."""
 
@@ -58,6 +68,8 @@ class World:
         (folder / "arm.xml").write_text(LOOPS_WITH_MJCF)
         (folder / "arm.usda").write_text("#usda 1.0\n")
         (folder / "robot.yaml").write_text("closed_loop: []\n")
+        (folder / "study.toml").write_text(STUDY)
+        (folder / "indices.toml").write_text(STUDY.replace("random", "saltelli"))
         (folder / "robot.urdf").write_text('<robot name="r"><link name="base"/></robot>')
 
     def run(self, hidden: Sequence[str], *words: str) -> subprocess.CompletedProcess[str]:
@@ -137,13 +149,20 @@ NEEDS: dict[str, tuple[tuple[str, ...], ...]] = {
     "tornado": (("view", "fourbar", "--no-open"),),
     "umsgpack": (("view", "fourbar", "--html", "x.html"),),
     "zmq": (("view", "fourbar", "--html", "x.html"),),
-    "llvmlite": (("compile", "fourbar"), ("accuracy", "fourbar", "-t", "tool.x=1mm", "--exact")),
+    "llvmlite": (
+        ("compile", "fourbar"),
+        ("accuracy", "fourbar", "-t", "tool.x=1mm", "--exact"),
+        ("study", "study.toml"),
+    ),
     "matplotlib": (
         ("reproduce", "cpm", "--output", "page"),
         ("plot", "run.npz", "-o", "run.svg"),
         ("stiffness", "fourbar", "--actuator", "1e3", "-o", "x.png"),
         ("accuracy", "fourbar", "-t", "tool.x=1mm", "-o", "x.png"),
     ),
+    "pyarrow": (("study", "study.toml"),),
+    "SALib": (("study", "indices.toml"),),
+    "distributed": (("study", "study.toml", "--scheduler", "tcp://127.0.0.1:1"),),
     "rosbags": (("states", "run.npz", "-o", "bag"),),
     "yaml": (("info", "robot.yaml"), ("simulate", "robot.yaml")),
     "example_robot_data": (("info", "ur5"), ("simulate", "ur5"), ("view", "ur5")),

@@ -51,10 +51,13 @@ class _Log:
         self.ended = threading.Event()
         self._what, self._total, self._unit = cut(what), total, unit
         self._done, self._began = 0.0, time.monotonic()
+        self._first: tuple[float, float] | None = None
 
     def told(self, done: float) -> None:
         """So much is done."""
         self._done = done
+        if self._first is None:
+            self._first = done, time.monotonic()
 
     def write(self) -> None:
         """Write lines until the work has ended."""
@@ -67,7 +70,14 @@ class _Log:
         since = f"{time.monotonic() - self._began:.0f} s"
         if self._total is None:
             return f"{self._what}: {since} so far"
-        return f"{self._what}: {_number(self._done)} of {_number(self._total)} {self._unit} after {since}"
+        return f"{self._what}: {_number(self._done)} of {_number(self._total)} {self._unit} after {since}{self._left()}"
+
+    def _left(self) -> str:
+        """How long it still takes, if it goes on as since it was first told how far it is."""
+        if self._first is None or self._total is None or self._done <= self._first[0]:
+            return ""
+        took = time.monotonic() - self._first[1]
+        return f", about {took * (self._total - self._done) / (self._done - self._first[0]):.0f} s left"
 
 
 def _number(value: float) -> str:

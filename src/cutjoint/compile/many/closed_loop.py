@@ -24,7 +24,7 @@ from cutjoint.compile.machine.kernel import Runs
 from cutjoint.compile.many.blocks import Blocks
 from cutjoint.compile.many.grid import TimeGrid, time_grid
 from cutjoint.compile.many.instants import Chances
-from cutjoint.compile.many.options import ManyOptions, RunOptions
+from cutjoint.compile.many.options import LoopOptions, ManyOptions, RunOptions
 from cutjoint.compile.many.results import INTERRUPTED, Many, Outcome
 from cutjoint.compile.many.sinks import Asked, Into, sink_of
 from cutjoint.compile.many.statistics import Summary
@@ -116,8 +116,9 @@ class ClosedLoop:
             rows[k] = np.concatenate([np.ravel(filler(desired)) for filler in self.traced.desired.fillers])
         return rows
 
-    def run(self, reference: Reference | Array, **options: Unpack[RunOptions]) -> Many:
-        """Simulate all runs; see `simulate_many`.  `reference` may be a table that `reference_table` made."""
+    def run(self, reference: Reference | Array, **options: Unpack[LoopOptions]) -> Many:
+        """Simulate all runs; see `simulate_many`.  `reference` may be a table that `reference_table` made, or `table`
+        one that it made of the reference.  Chance is that of the runs from `first_run` on."""
         asked = self._asked(reference, options)
         if (taken := asked.variation.count * self.record(asked.grid)) > LARGEST_RECORD:
             raise InputError(
@@ -128,7 +129,7 @@ class ClosedLoop:
         return self._chunk(asked, 0, asked.variation.count, options.get("threads"), options.get("progress"))
 
     def stream(
-        self, reference: Reference | Array, into: Into, *, chunk: int | None = None, **options: Unpack[RunOptions]
+        self, reference: Reference | Array, into: Into, *, chunk: int | None = None, **options: Unpack[LoopOptions]
     ) -> Summary:
         """Simulate all runs, `chunk` of them at a time, and hand each chunk on; see `simulate_many`."""
         asked = self._asked(reference, options)
@@ -162,7 +163,7 @@ class ClosedLoop:
         """Bytes that the record of a run takes."""
         return 8 * len(grid.chosen) * self.sizes.width
 
-    def _asked(self, reference: Reference | Array, options: RunOptions) -> Asked:
+    def _asked(self, reference: Reference | Array, options: LoopOptions) -> Asked:
         """What is asked for, checked."""
         hardware, size = self.traced.hardware, positive("step", options.get("step", 1e-3), "s")
         tick, duration, every = None, options.get("duration"), options.get("every")
@@ -171,7 +172,10 @@ class ClosedLoop:
         if isinstance(reference, Reference):
             span = positive("duration", reference.duration if duration is None else duration, "s")
             grid = time_grid(span, size, tick, every)
-            rows = self.reference_table(reference, grid.step, grid.steps)
+            table, wanted = options.get("table"), (self.traced.rows_per_step * grid.steps + 1, self.sizes.columns)
+            rows = self.reference_table(reference, grid.step, grid.steps) if table is None else table
+            if rows.shape != wanted:
+                raise InputError(f"the table of the reference must have shape {wanted}, found {rows.shape}")
         else:
             rows = np.ascontiguousarray(reference)
             steps = (len(rows) - 1) // self.traced.rows_per_step
@@ -188,6 +192,7 @@ class ClosedLoop:
             rows[:1, 1 : 1 + self.plant.n] if start is None else start,
             options.get("start_velocity"),
             options.get("runs"),
+            options.get("first_run", 0),
         )
         return Asked(reference, rows, grid, variation)
 

@@ -7,11 +7,12 @@ from typing import TypedDict
 
 import numpy.typing as npt
 
+from cutjoint.arrays import Array
 from cutjoint.simulation.hardware import Hardware
 
 
 class RunOptions(TypedDict, total=False):
-    """Of `ClosedLoop.run`; see `simulate_many`."""
+    """Of `simulate_many` and `ClosedLoop`."""
 
     step: float
     duration: float | None
@@ -23,6 +24,14 @@ class RunOptions(TypedDict, total=False):
     runs: int | None
     threads: int | None
     progress: Callable[[float], None] | None
+
+
+class LoopOptions(RunOptions, total=False):
+    """Of `ClosedLoop.run`: also the number of the first run, for its chance, and a table that `reference_table` made of
+    the reference."""
+
+    first_run: int
+    table: Array | None
 
 
 class ManyOptions(RunOptions, total=False):

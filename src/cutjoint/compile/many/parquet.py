@@ -106,7 +106,7 @@ class ParquetSink:
         """The columns of a chunk."""
         pa, count = self._arrow, len(many.q)
         part = self._variation.given(first, first + count)
-        columns = {"run": pa.array(np.arange(first, first + count))}
+        columns = {"run": pa.array(self._variation.first + np.arange(first, first + count))}
         for name, own in part.items():
             columns |= {name: pa.array(own)} if own.ndim == 1 else self._each(name, own)
         for name in PER_RUN:

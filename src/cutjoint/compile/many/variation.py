@@ -41,6 +41,7 @@ class Variation:
         loop: the loop.
         gains, parameters, start, start_velocity: see `simulate_many`.
         runs: how many, where nothing varies but chance.
+        first: number of the first run, for its chance.
 
     Attributes:
         count: number of runs.
@@ -57,9 +58,12 @@ class Variation:
         start: npt.ArrayLike,
         start_velocity: npt.ArrayLike | None,
         runs: int | None = None,
+        first: int = 0,
     ) -> None:
         n, plant = loop.plant.n, loop.plant
-        self.loop = loop
+        self.loop, self.first = loop, first
+        if isinstance(first, bool) or not isinstance(first, int) or first < 0:
+            raise InputError(f"first_run must be a whole number >= 0, found {first!r}")
         if set(gains) != set(loop.gains):
             raise InputError(f"gains must be given for {', '.join(loop.gains) or 'none'}; found {', '.join(gains)}")
         names = plant.options.parameters
@@ -114,7 +118,8 @@ class Variation:
             closed = batch.close(start)
         state = np.concatenate([closed, velocity, np.zeros((count, self.loop.behind))], axis=1)
         given = np.concatenate([np.zeros((count, 0)), *gains.values(), *columns.values()], axis=1)
-        return SomeRuns(begin, gains, {name: x[:, 0] for name, x in columns.items()}, start, velocity, state, given)
+        own = {name: x[:, 0] for name, x in columns.items()}
+        return SomeRuns(self.first + begin, gains, own, start, velocity, state, given)
 
 
 def whole(name: str, value: int) -> int:
