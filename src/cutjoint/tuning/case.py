@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array, Sealed
+from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, Compiled, Options, compiled
 from cutjoint.control import Law, law
 from cutjoint.control.catalogue import LawRow, law_row
@@ -21,6 +22,7 @@ from cutjoint.errors import ActuationError, InputError, SingularError
 from cutjoint.mechanism import Mechanism
 from cutjoint.mechanism.physics import LARGEST_PAYLOAD
 from cutjoint.motion import Desired, Reference
+from cutjoint.simulation.choice import quick
 from cutjoint.simulation.hardware import Hardware
 from cutjoint.simulation.hardware.control import control_of, limits_of
 from cutjoint.tuning.linear import LinearPlant, at_rest, linear_law, linear_plant, without_dry_friction
@@ -82,15 +84,26 @@ class TuningCase(Sealed):
             )
         self.after = float(after)
         self.robot = _compiled(robot, carries=bool(self.payloads.any()))
-        self.model = robot if model is None else model
-        if self.model.n != self.robot.n:
-            raise InputError(f"the law's model has {self.model.n} actuators, the robot {self.robot.n}")
-        self.reference, self.hardware = reference, hardware
+        believed = robot if model is None else model
+        if believed.n != self.robot.n or reference.mechanism.n != self.robot.n:
+            raise InputError(
+                f"the law's model has {believed.n} actuators and the reference is for {reference.mechanism.n}; the "
+                f"robot has {self.robot.n}"
+            )
+        self.model = self._quick(believed)
+        self.reference, self.hardware = _seen_through(reference, self._quick(reference.mechanism)), hardware
         control_of(hardware, None, None)
         bounds = limits_of(limits, self.robot.n)
         self.limits = None if bounds is None else np.broadcast_to(bounds, self.robot.n)
         self.of: Of = _usual_error(reference) if of is None else of
         self._smooth = without_dry_friction(self.robot)
+
+    def _quick(self, model: Mechanism) -> Mechanism:
+        """A model that is asked at every sample: the plant itself where it is the same chain."""
+        plain = getattr(model, "plain", model)
+        if not isinstance(plain, ClosedChain):
+            return model
+        return self.robot if plain is getattr(self.robot, "plain", None) else quick(model)
 
     @property
     def is_smooth(self) -> bool:
@@ -134,7 +147,7 @@ class TuningCase(Sealed):
         return tuple(found)
 
     def linear(self, gains: Gains, *, ideal: bool = False) -> list[LinearLoop]:
-        """The loop at rest at postures along the reference, with every payload; `ideal` as if control were continuous."""
+        """The loop at rest at postures along the reference, with every payload; `ideal` under continuous control."""
         made, timing = self.law(gains), timing_of(None if ideal else self.hardware)
         loops = []
         for desired, plants in self.plants:
@@ -168,6 +181,12 @@ class TuningCase(Sealed):
         """
         names = tuple(self.row.gains)
         return ClosedLoop(self.robot, self.law(gains), self.reference.mechanism, gains=names, hardware=self.hardware)
+
+
+def _seen_through(reference: Reference, mechanism: Mechanism) -> Reference:
+    if reference.mechanism is mechanism:
+        return reference
+    return Reference(reference.trajectory, mechanism, reference.duration, limits=reference.limits)
 
 
 def _told(gains: Gains) -> str:

@@ -37,7 +37,7 @@ def judged(case: TuningCase, runs: CaseRuns, label: str, gains: Mapping[str, Arr
     """How the loop does with some gains."""
     n = case.robot.n
     each = {name: np.broadcast_to(np.asarray(one), (n,)) for name, one in gains.items()}
-    figures = runs.figures({name: one[None, :] for name, one in each.items()})
+    figures = runs.figures({name: one[None, :] for name, one in each.items()}, whole=True)
     margins = worst_margins(case, gains)
     failed = figures.failed
     steps: tuple[StepResponse, ...] = ()

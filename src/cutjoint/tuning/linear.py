@@ -77,8 +77,12 @@ class LinearPlant(Frozen):
 
 @dataclass(frozen=True, eq=False)
 class LinearLaw(Frozen):
-    """A law of m own states near rest: derivatives of its effort, (n, n), (n, n), (n, m), and of the rate of its memory,
-    (m, n), (m, n), (m, m)."""
+    """A law of m own states near rest.
+
+    Attributes:
+        by_q, by_v, by_memory: derivatives of its effort, shape (n, n), (n, n) and (n, m).
+        rate_q, rate_v, rate_memory: of the rate of its memory, shape (m, n), (m, n) and (m, m).
+    """
 
     by_q: Array
     by_v: Array
@@ -103,7 +107,9 @@ def without_dry_friction(robot: Compiled) -> Compiled:
 
 
 def _rubs(chain: ClosedChain) -> bool:
-    return any(one.physics.friction for one in (*chain.description.joints, *chain.description.cuts))
+    return any(one.physics.friction for one in chain.description.joints) or any(
+        one.physics.friction for one in chain.description.cuts
+    )
 
 
 def linear_plant(robot: Compiled, at: Posture | None = None) -> LinearPlant:

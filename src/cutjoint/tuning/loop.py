@@ -82,7 +82,9 @@ class _Part(NamedTuple):
         if not len(self.a):
             return d
         resolvent = points[:, None, None] * np.eye(len(self.a)) - self.a
-        return np.asarray(self.c @ np.linalg.solve(resolvent, np.broadcast_to(self.b, (len(points), *self.b.shape))) + d)
+        return np.asarray(
+            self.c @ np.linalg.solve(resolvent, np.broadcast_to(self.b, (len(points), *self.b.shape))) + d
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,9 +176,9 @@ class LinearLoop(Values):
     @cached_property
     def poles(self) -> Complex:
         """Of the closed loop [1/s], the slowest first; of a sampled one log(z) / T, without registers at z = 0."""
-        found = np.linalg.eigvals(self.closed).astype(np.complex128)
+        found: Complex = np.asarray(np.linalg.eigvals(self.closed), dtype=np.complex128)
         if self.timing.period:
-            found = np.log(found[np.abs(found) > LEFT]) / self.timing.period
+            found = np.asarray(np.log(found[np.abs(found) > LEFT]) / self.timing.period)
         return np.asarray(found[np.lexsort((found.imag, -found.real))])
 
     @property
@@ -207,7 +209,7 @@ class LinearLoop(Values):
             for one in self.poles
             for k in (-3.0, -1.5, -0.7, -0.3, 0.0, 0.3, 0.7, 1.5, 3.0)
         ]
-        grid = np.unique(np.concatenate([np.geomspace(low, top, points), near]))
+        grid: Array = np.unique(np.concatenate([np.geomspace(low, top, points), near]))
         return grid[(grid >= low) & (grid <= top)]
 
     def response(self, omega: Array) -> Complex:

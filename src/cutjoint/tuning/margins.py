@@ -25,7 +25,8 @@ from cutjoint.tuning.loop import Complex, LinearLoop
 WHAT = "a margin of a loop"
 MOST_DELAY = 100.0
 """Periods up to which the delay margin of a sampled loop is sought."""
-SCANNED, HALVED = 200, 40
+HALVED = 40
+REAL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,7 @@ class ActuatorMargins:
         actuator: its name.
         gain: factor by which the loop's gain may change, below 1 where it may only fall; infinite where it may grow
             without end.
+        gain_at: frequency of it [rad/s]; NaN where there is none.
         phase: margin [deg]; infinite where the gain is below 1 everywhere.
         crossover: frequency of the phase margin [rad/s]; NaN where there is none.
         delay: by which this effort alone may come later [s].
@@ -43,11 +45,14 @@ class ActuatorMargins:
 
     actuator: str
     gain: float
+    gain_at: float
     phase: float
     crossover: float
     delay: float
 
-    __repr__ = line("actuator", "gain", "phase", "crossover", "delay", phase="deg", crossover="rad/s", delay="s")
+    __repr__ = line(
+        "actuator", "gain", "phase", "crossover", "delay", gain_at="rad/s", phase="deg", crossover="rad/s", delay="s"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,12 +96,14 @@ def margins_of(loop: LinearLoop, names: tuple[str, ...]) -> LoopMargins:
     needed("control", WHAT)
     omega = loop.frequencies()
     whole = loop.response(omega)
-    sensitivity = np.linalg.inv(np.eye(loop.n) + whole)
+    sensitivity: Complex = np.asarray(np.linalg.inv(np.eye(loop.n) + whole))
     loops = 1.0 / np.einsum("wii->wi", sensitivity) - 1.0
-    stable = loop.stable
+    stable, is_sampled = loop.stable, loop.timing.period > 0.0
     loops.setflags(write=False)
     return LoopMargins(
-        tuple(_of_actuator(name, omega, loops[:, i], stable=stable, is_sampled=loop.timing.period > 0.0) for i, name in enumerate(names)),
+        tuple(
+            _of_actuator(name, omega, loops[:, i], stable=stable, is_sampled=is_sampled) for i, name in enumerate(names)
+        ),
         peak_of(loop, sensitivity) if stable else math.inf,
         _delay(loop, omega, whole) if stable else 0.0,
         loop.poles,
@@ -122,20 +129,24 @@ def peak_of(loop: LinearLoop, sensitivity: Complex) -> float:
 
 def _of_actuator(name: str, omega: Array, loop: Complex, *, stable: bool, is_sampled: bool) -> ActuatorMargins:
     if not stable:
-        return ActuatorMargins(name, math.nan, math.nan, math.nan, 0.0)
+        return ActuatorMargins(name, math.nan, math.nan, math.nan, math.nan, 0.0)
     control = needed("control", WHAT)
     phase = np.degrees(np.unwrap(np.angle(loop)))
-    gains, phases, _, _, crossovers, _ = control.stability_margins((np.abs(loop), phase, omega), returnall=True)
-    # a sampled loop may cross 180 deg just at the last frequency, where it is real
-    last = [1.0 / abs(loop[-1])] if loop[-1].real < 0.0 and abs(loop[-1].imag) < 1e-6 * abs(loop[-1]) else []
-    gains = np.concatenate([np.asarray(gains)[np.asarray(gains) > 0.0], last if is_sampled else []])
-    gain = float(gains[np.abs(np.log(gains)).argmin()]) if len(gains) else math.inf
+    gains, phases, _, turns, crossovers, _ = control.stability_margins((np.abs(loop), phase, omega), returnall=True)
+    gains, turns = np.asarray(gains), np.asarray(turns)
+    if is_sampled and loop[-1].real < 0.0 and abs(loop[-1].imag) < REAL * abs(loop[-1]):
+        # it may cross 180 deg just at the last frequency, where it is real
+        gains, turns = np.append(gains, 1.0 / abs(loop[-1])), np.append(turns, omega[-1])
+    gain, gain_at = math.inf, math.nan
+    if len(gains):
+        k = int(np.abs(np.log(np.maximum(gains, 1e-300))).argmin())
+        gain, gain_at = float(gains[k]), float(turns[k])
     phases, crossovers = np.asarray(phases), np.asarray(crossovers)
     if not len(phases):
-        return ActuatorMargins(name, gain, math.inf, math.nan, math.inf)
+        return ActuatorMargins(name, gain, gain_at, math.inf, math.nan, math.inf)
     least = int(np.abs(phases).argmin())
     delay = float((np.radians(np.mod(phases, 360.0)) / crossovers).min())
-    return ActuatorMargins(name, gain, float(abs(phases[least])), float(crossovers[least]), delay)
+    return ActuatorMargins(name, gain, gain_at, float(abs(phases[least])), float(crossovers[least]), delay)
 
 
 def _delay(loop: LinearLoop, omega: Array, whole: Complex) -> float:
@@ -149,10 +160,10 @@ def _delay_by_loci(omega: Array, whole: Complex) -> float:
     loci = np.linalg.eigvals(whole)
     for k in range(1, len(loci)):  # each goes on as what is nearest
         away = np.abs(loci[k - 1][:, None] - loci[k][None, :])
-        order = np.empty(len(away), dtype=np.int64)
+        order = [0] * len(away)
         for _ in range(len(away)):
             row, column = np.unravel_index(int(away.argmin()), away.shape)
-            order[row] = column
+            order[int(row)] = int(column)
             away[row], away[:, column] = np.inf, np.inf
         loci[k] = loci[k, order]
     least = math.inf

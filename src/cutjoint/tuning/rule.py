@@ -32,6 +32,10 @@ from cutjoint.tuning.smallest import smallest_gain
 LARGEST_KD = 1e12
 OTHERS = 6
 """Other kd at which the smallest kp is told."""
+ROOM = 3.0
+"""Gains beyond those that are run now, for which the next loop is made too."""
+BELOW, ABOVE = 30.0, 3.0
+"""How far below and above of the kd taken others are looked at."""
 ALONG = 40
 """Values of kd between which the interval that serves is looked for, and again at its ends."""
 
@@ -144,8 +148,12 @@ def _computed_torque(case: TuningCase, rule: PaperRule) -> Outcome:
     if rule.error is not None:
         late = float(CaseRuns(case, gains).figures({name: one[None] for name, one in gains.items()}).late[0])
         verb = "keeps" if late < rule.error else "does not keep"
-        told.append(f"the rule has no bound of the error for this law; it {verb} {rule.error:g}: the error is {late:.4g}")
-    free = "the rule fixes the ratio kp = kd^2 / 4 by choice: every kd below with any kp that keeps the limit follows too"
+        told.append(
+            f"the rule has no bound of the error for this law; it {verb} {rule.error:g}: the error is {late:.4g}"
+        )
+    free = (
+        "the rule fixes the ratio kp = kd^2 / 4 by choice: every kd below with any kp that keeps the limit follows too"
+    )
     return Outcome(gains, (free,), tuple(told))
 
 
@@ -172,7 +180,8 @@ class _Sought:
         """Late error and largest part of the limit, shape (N,) each."""
         top = (float(kp.max()), float(kd.max()))
         if self._runs is None or top[0] > 2.0 * self._top[0] or top[1] > 2.0 * self._top[1]:
-            self._top = (max(top[0], self._top[0]), max(top[1], self._top[1]))
+            room = ROOM if self._runs else 1.0
+            self._top = (max(room * top[0], self._top[0]), max(room * top[1], self._top[1]))
             self._runs = CaseRuns(self.case, {"kp": self._top[0], "kd": self._top[1]})
         found = self._runs.figures({"kp": kp, "kd": kd})
         assert self.case.limits is not None
@@ -203,7 +212,7 @@ class _Sought:
         low, high = self._interval(kp, kd)
         what = "keeps the bound and the limit" if part[0] <= 1.0 else "keeps the bound"
         taken = "the largest is taken" if self.fixed is not None else "critical damping is taken"
-        free = [f"kd is free: with kp = {kp:g} every kd from {low:.3g} to {high:.3g} {unit} {what}; {taken}"]
+        free = [f"kd is free: with kp = {kp:g} every kd from {low:.5g} to {high:.5g} {unit} {what}; {taken}"]
         others = self._others(kp, low, high)
         if others:
             least, most = min(others, key=lambda one: one[1]), max(others, key=lambda one: one[1])
@@ -211,14 +220,16 @@ class _Sought:
                 f"and kp hangs on kd: the smallest kp is from {least[1]:g} (kd = {least[0]:.4g}) to {most[1]:g} "
                 f"(kd = {most[0]:.4g}) {case.units()['kp']} over that range"
             )
+        if self.fixed is None and high >= 0.999 * ABOVE * kd:
+            free.append(f"no kd beyond {high:.4g} {unit} was looked at")
         free.append("nor does it say where the run starts: here at rest in the first desired posture")
         gains = {"kp": np.array(kp), "kd": np.array(kd)}
         return Outcome(gains, tuple(free), tuple(told))
 
     def _interval(self, kp: float, kd: float) -> tuple[float, float]:
         """The kd about the one taken that serve with this kp."""
-        top = kd if self.fixed is not None else 100.0 * kd
-        grid = np.unique(np.append(np.geomspace(kd / 1000.0, top, ALONG), kd))
+        top = kd if self.fixed is not None else ABOVE * kd
+        grid = np.unique(np.append(np.geomspace(kd / BELOW, top, ALONG), kd))
         for _ in range(3):
             late, part = self.figures(np.full(len(grid), kp), grid)
             _, now = self.figures(np.array([kp]), np.array([kd]))
@@ -231,8 +242,8 @@ class _Sought:
             while last + 1 < len(grid) and good[last + 1]:
                 last += 1
             ends = (grid[max(first - 1, 0)], grid[first], grid[last], grid[min(last + 1, len(grid) - 1)])
-            grid = np.unique(np.concatenate([np.linspace(*ends[:2], ALONG // 2), np.linspace(*ends[2:], ALONG // 2), [kd]]))
-            grid = np.unique(np.concatenate([grid, np.geomspace(ends[1], ends[2], 4)]))
+            at_ends = (np.linspace(*ends[:2], ALONG // 2), np.linspace(*ends[2:], ALONG // 2))
+            grid = np.unique(np.concatenate([*at_ends, [kd], np.geomspace(ends[1], ends[2], 4)]))
         return float(ends[1]), float(ends[2])
 
     def _others(self, kp: float, low: float, high: float) -> list[tuple[float, float]]:

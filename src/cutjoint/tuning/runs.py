@@ -10,6 +10,8 @@ import numpy as np
 
 from cutjoint.arrays import Array
 from cutjoint.compile import Many
+from cutjoint.compile.many.grid import time_grid
+from cutjoint.simulation.hardware import Hardware
 from cutjoint.tuning.case import PAYLOAD, TuningCase
 from cutjoint.tuning.case import Gains as GivenGains
 from cutjoint.tuning.linear import steps_of
@@ -48,21 +50,30 @@ class CaseRuns:
     def __init__(self, case: TuningCase, gains: GivenGains) -> None:
         self.case, self.step = case, case.step_for(gains)
         self.loop = case.loop(gains)
-        hardware = case.hardware
-        tick = None if hardware is None else hardware.ticks.length
+        tick = tick_of(case.hardware)
         if tick is not None:
             self.step = tick / np.ceil(tick / self.step * (1.0 - 1e-12))
         self._every = self.step * max(1, round(case.reference.duration / SAMPLES / self.step))
         self._desired: Array | None = None
+        self._table: Array | None = None
 
-    def figures(self, gains: Mapping[str, Array], *, late: bool = True) -> RunFigures:
-        """Of sets of gains, arrays of shape (N,) or (N, n); without `late` that error is not taken, which is quicker."""
+    def figures(self, gains: Mapping[str, Array], *, late: bool = True, whole: bool = False) -> RunFigures:
+        """Of sets of gains, arrays of shape (N,) or (N, n).
+
+        Args:
+            gains: the sets.
+            late: whether the errors over time are taken too; without them it is quicker.
+            whole: whether runs that leave what is compiled for are done again by the model; else they have failed.
+        """
         case = self.case
         count, payloads = len(next(iter(gains.values()))), case.payloads
-        given = {name: np.repeat(np.asarray(one, dtype=np.float64), len(payloads), axis=0) for name, one in gains.items()}
+        given = {name: np.repeat(np.asarray(one, dtype=np.float64), len(payloads), 0) for name, one in gains.items()}
         has_payload = PAYLOAD in case.robot.options.parameters
+        if self._table is None:
+            grid = time_grid(case.reference.duration, self.step, tick_of(case.hardware), None)
+            self._table, self.step = self.loop.reference_table(case.reference, grid.step, grid.steps), grid.step
         many = self.loop.run(
-            case.reference,
+            case.reference if whole else self._table,
             step=self.step,
             every=self._every if late else None,
             gains=given,
@@ -74,10 +85,9 @@ class CaseRuns:
         rms = np.sqrt(np.mean((many.error_rms / weights) ** 2, axis=1))
         errors = self._errors(many, given) if late else np.full((len(rms), 2), np.nan)
         peak = np.where(np.isnan(many.effort_max), np.inf, many.effort_max)
+        late_error, largest = (_worst(one, shape) for one in errors.T)
         failed = next(iter(many.failed.values()), "")
-        return RunFigures(
-            _worst(rms, shape), _worst(errors[:, 0], shape), _worst(errors[:, 1], shape), peak.reshape(*shape, -1).max(axis=1), failed
-        )
+        return RunFigures(_worst(rms, shape), late_error, largest, peak.reshape(*shape, -1).max(axis=1), failed)
 
     def _errors(self, many: Many, given: Mapping[str, Array]) -> Array:
         """Largest error from the time on and over the whole run, shape (runs, 2)."""
@@ -100,6 +110,11 @@ class CaseRuns:
         if good.any():
             places[good] = robot.batch.tool(flat[good]).position
         return places.reshape(runs, samples, 3)
+
+
+def tick_of(hardware: Hardware | None) -> float | None:
+    """Of the controller's clock [s]; None under continuous control."""
+    return None if hardware is None else hardware.ticks.length
 
 
 def _worst(values: Array, shape: tuple[int, int]) -> Array:

@@ -1,7 +1,7 @@
 """Step responses of the loop as it is built: every actuator in turn is to move by a little.
 
-The step is small against what saturates, and what the loop does without a step (a PD law sags under the weight) is taken
-off: the response is the difference of two runs over the step, which for a linear loop is the response itself.  Noise
+The step is small against what saturates, and what the loop does without a step (a PD law sags under the weight) is
+taken off: the response is the difference of two runs over the step, which for a linear loop is the response itself.  Noise
 and jitter of the hardware are left out, since they differ from run to run; all else of it is there.
 """
 
@@ -93,7 +93,9 @@ def step_responses(case: TuningCase, gains: Gains, decay: float, fastest: float)
     found = []
     for k, actuator in enumerate(robot.actuators):
         response = 1.0 + (many.q[k + 1, :, k] - many.q[0, :, k]) / sizes[k]
-        found.append(response_of(actuator.name, float(sizes[k]), many.time, response, float(rest[k] - many.q[0, -1, k])))
+        found.append(
+            response_of(actuator.name, float(sizes[k]), many.time, response, float(rest[k] - many.q[0, -1, k]))
+        )
     return tuple(found)
 
 
@@ -103,7 +105,9 @@ def response_of(actuator: str, size: float, time: Array, response: Array, steady
     end = float(response[-1])
     out = np.flatnonzero(np.abs(response - end) > BAND)
     settling = 0.0 if not len(out) else float(time[out[-1] + 1]) if out[-1] + 1 < len(time) - 1 else math.nan
-    return StepResponse(actuator, size, high - low, max(0.0, float(response.max()) - 1.0), settling, steady, time, response)
+    return StepResponse(
+        actuator, size, high - low, max(0.0, float(response.max()) - 1.0), settling, steady, time, response
+    )
 
 
 def _first(time: Array, response: Array, level: float) -> float:
