@@ -210,7 +210,7 @@ class LinearLoop(Values):
             for k in (-3.0, -1.5, -0.7, -0.3, 0.0, 0.3, 0.7, 1.5, 3.0)
         ]
         grid: Array = np.unique(np.concatenate([np.geomspace(low, top, points), near]))
-        return grid[(grid >= low) & (grid <= top)]
+        return np.asarray(grid[(grid >= low) & (grid <= top)])
 
     def response(self, omega: Array) -> Complex:
         """L at frequencies [rad/s], shape (frequencies, n, n)."""

@@ -169,7 +169,7 @@ def _delay_by_loci(omega: Array, whole: Complex) -> float:
     least = math.inf
     for locus in loci.T:
         size, turn = np.log(np.abs(locus)), np.unwrap(np.angle(locus))
-        for k in np.flatnonzero(size[:-1] * size[1:] <= 0.0):
+        for k in np.flatnonzero(size[:-1] * size[1:] <= 0.0).tolist():
             if size[k] == size[k + 1]:
                 continue
             part = size[k] / (size[k] - size[k + 1])

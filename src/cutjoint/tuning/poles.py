@@ -5,10 +5,10 @@ exact.  For laws whose gains are efforts, with D_i the inertia of actuator i,
 
     kp_i = (s w)^2 D_i,  kd_i = 2 z s w D_i
 
-With D no less than the mass matrix M at any posture (the largest eigenvalue of D^-1 M is 1; D is 2 % more, which is room
-for springs and weights) a mode of eigenvalue m obeys m x'' + 2 z s w x' + (s w)^2 x = 0: its damping z / sqrt(m) is z or
-more.  What slows a light mode down, and what the robot does by itself, is met by s, the least for which every pole of
-the linear loop has
+With D no less than the mass matrix M at any posture (the largest eigenvalue of D^-1 M is 1; D is 2 % more, which is
+room for springs and weights) a mode of eigenvalue m obeys m x'' + 2 z s w x' + (s w)^2 x = 0: its damping z / sqrt(m)
+is z or more.  What slows a light mode down, and what the robot does by itself, is met by s, the least for which every
+pole of the linear loop has
 
     damping ratio >= z   and   decay >= min(z, 1) w
 

@@ -149,10 +149,10 @@ def _computed_torque(case: TuningCase, rule: PaperRule) -> Outcome:
         late = float(CaseRuns(case, gains).figures({name: one[None] for name, one in gains.items()}).late[0])
         verb = "keeps" if late < rule.error else "does not keep"
         told.append(
-            f"the rule has no bound of the error for this law; it {verb} {rule.error:g}: the error is {late:.4g}"
+            f"the rule has no bound of the error for this law; the error is {late:.4g}, which {verb} {rule.error:g}"
         )
     free = (
-        "the rule fixes the ratio kp = kd^2 / 4 by choice: every kd below with any kp that keeps the limit follows too"
+        "kp = kd^2 / 4 is the paper's choice: no bound of the error fixes kp, and every smaller kd keeps the limit too"
     )
     return Outcome(gains, (free,), tuple(told))
 
@@ -216,10 +216,15 @@ class _Sought:
         others = self._others(kp, low, high)
         if others:
             least, most = min(others, key=lambda one: one[1]), max(others, key=lambda one: one[1])
-            free.append(
-                f"and kp hangs on kd: the smallest kp is from {least[1]:g} (kd = {least[0]:.4g}) to {most[1]:g} "
-                f"(kd = {most[0]:.4g}) {case.units()['kp']} over that range"
-            )
+            if least[1] == most[1]:
+                free.append(
+                    f"over that range the smallest kp is the same, {kp:g} {case.units()['kp']}: kd does not move it"
+                )
+            else:
+                free.append(
+                    f"and kp hangs on kd: over that range the smallest kp is from {least[1]:g} (kd = {least[0]:.4g}) to "
+                    f"{most[1]:g} (kd = {most[0]:.4g}) {case.units()['kp']}"
+                )
         if self.fixed is None and high >= 0.999 * ABOVE * kd:
             free.append(f"no kd beyond {high:.4g} {unit} was looked at")
         free.append("nor does it say where the run starts: here at rest in the first desired posture")

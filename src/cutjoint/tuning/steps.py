@@ -1,8 +1,8 @@
 """Step responses of the loop as it is built: every actuator in turn is to move by a little.
 
 The step is small against what saturates, and what the loop does without a step (a PD law sags under the weight) is
-taken off: the response is the difference of two runs over the step, which for a linear loop is the response itself.  Noise
-and jitter of the hardware are left out, since they differ from run to run; all else of it is there.
+taken off: the response is the difference of two runs over the step, which for a linear loop is the response itself.
+Noise and jitter of the hardware are left out, since they differ from run to run; all else of it is there.
 """
 
 from __future__ import annotations

@@ -128,8 +128,14 @@ def _judge(case: TuningCase, words: str, found: Outcome, others: Mapping[str, Ma
         case.after,
         tuple(rows),
         found.free,
-        (*found.told, *_left_out(case)),
+        (*found.told, *_unstable(rows[0]), *_left_out(case)),
     )
+
+
+def _unstable(found: JudgedGains) -> list[str]:
+    if found.margins.stable:
+        return []
+    return ["with these gains the loop, its rate and delays included, is unstable: ask for slower poles, or search"]
 
 
 def _name(case: TuningCase) -> str:
@@ -139,7 +145,7 @@ def _name(case: TuningCase) -> str:
 
 def _left_out(case: TuningCase) -> list[str]:
     """What the linear loop leaves out of the real one."""
-    told = []
+    told = list[str]()
     if not case.is_smooth:
         told.append("dry friction is in the runs and steps, and left out of margins and poles")
     hardware = case.hardware

@@ -1,0 +1,142 @@
+"""The picture of a tuning: Bode plot of the loops at the worst posture, with margins, and step responses."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cutjoint.arrays import Array
+from cutjoint.report.answers.sheet import sheet
+from cutjoint.report.figures import COLOURS, DASHES, GREY, INK, Drawing, drawable
+from cutjoint.simulation.charts import look
+from cutjoint.tuning import ActuatorMargins, JudgedGains, Tuning
+from cutjoint.tuning.loop import Complex
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SHOWN = 1e-4
+"""Smallest size of a loop that is drawn; and its reciprocal."""
+
+
+def tuning_sheet(tuning: Tuning) -> Drawing:
+    """Magnitude and phase of every actuator's loop over frequency, and what each does on a step.
+
+    Raises:
+        MissingPackageError: matplotlib is not installed.
+    """
+
+    def draw(drawn: Figure) -> None:
+        places = drawn.add_gridspec(2, 2, width_ratios=(1.15, 1.0))
+        size = drawn.add_subplot(places[0, 0])
+        turn = drawn.add_subplot(places[1, 0], sharex=size)
+        _bode(size, turn, tuning)
+        _steps(drawn.add_subplot(places[:, 1]), tuning)
+        handles, labels = size.get_legend_handles_labels()
+        drawn.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 4), handlelength=3.0)
+
+    return sheet(draw, f"{tuning.robot}, {tuning.law}: {tuning.by}")
+
+
+def _bode(size: Axes, turn: Axes, tuning: Tuning) -> None:
+    found = tuning.found
+    worst = _worst(found)
+    for k, name in enumerate(tuning.actuators):
+        colour, dash = COLOURS[look(k)[0]], DASHES[look(k)[1]]
+        _loop(size, turn, found, k, colour=colour, linestyle=dash, label=drawable(name))
+    for row, dash in zip(tuning.rows[1:3], ("--", ":"), strict=False):
+        label = drawable(f"{row.label} gains, {tuning.actuators[worst]}")
+        _loop(size, turn, row, worst, colour=GREY, linestyle=dash, label=label)
+    omega, loop = _shown(found, worst)
+    size.axhline(0.0, color=INK, linewidth=0.8)
+    turn.axhline(-180.0, color=INK, linewidth=0.8)
+    _mark(size, turn, found.margins.actuators[worst], omega, loop)
+    size.set_xscale("log")
+    size.set_ylabel("magnitude [dB]")
+    turn.set_ylabel("phase [deg]")
+    turn.set_xlabel("frequency [rad/s]")
+    size.set_title("Loop of each actuator, the others closed")
+    size.tick_params(labelbottom=False)
+    turn.yaxis.set_major_locator(_every(45.0, turn.get_ylim()))
+
+
+def _every(step: float, limits: tuple[float, float]) -> object:
+    from matplotlib.ticker import MultipleLocator
+
+    span = limits[1] - limits[0]
+    return MultipleLocator(step if span < 8.0 * step else 2.0 * step if span < 16.0 * step else 8.0 * step)
+
+
+def _shown(row: JudgedGains, k: int) -> tuple[Array, Complex]:
+    """What of a loop is drawn."""
+    omega, loop = row.margins.omega, row.margins.loops[:, k]
+    near = (np.abs(loop) > SHOWN) & (np.abs(loop) < 1.0 / SHOWN)
+    return omega[near], loop[near]
+
+
+def _phase(loop: Complex) -> Array:
+    """Unwrapped [deg], with the lowest frequency between -360 and 0."""
+    found = np.degrees(np.unwrap(np.angle(loop)))
+    if len(found):
+        found = found - 360.0 * math.ceil((found[0] - 1e-6) / 360.0)
+    return np.asarray(found, dtype=np.float64)
+
+
+def _loop(size: Axes, turn: Axes, row: JudgedGains, k: int, *, colour: str, linestyle: object, label: str) -> None:
+    omega, loop = _shown(row, k)
+    size.plot(omega, 20.0 * np.log10(np.abs(loop)), color=colour, linestyle=linestyle, label=label)
+    turn.plot(omega, _phase(loop), color=colour, linestyle=linestyle)
+
+
+def _mark(size: Axes, turn: Axes, margins: ActuatorMargins, omega: Array, loop: Complex) -> None:
+    """The phase margin at its frequency, and the gain margin at its own."""
+    if not len(omega):
+        return
+    phase = _phase(loop)
+    if math.isfinite(margins.crossover):
+        at = float(np.interp(margins.crossover, omega, phase))
+        for axis in (size, turn):
+            axis.axvline(margins.crossover, color=GREY, linewidth=0.8)
+        turn.plot([margins.crossover] * 2, [-180.0, at], color=INK, linewidth=2.5)
+        words = f"{margins.phase:.0f} deg at {margins.crossover:.3g} rad/s"
+        turn.annotate(
+            words, (margins.crossover, 0.5 * (at - 180.0)), (8, 0), textcoords="offset points", va="center", bbox=box
+        )
+    if math.isfinite(margins.gain_at) and math.isfinite(margins.gain):
+        at = -20.0 * math.log10(margins.gain)
+        size.plot([margins.gain_at] * 2, [0.0, at], color=INK, linewidth=2.5)
+        words = f"{abs(at):.1f} dB at {margins.gain_at:.3g} rad/s"
+        size.annotate(
+            words, (margins.gain_at, 0.5 * at), (-8, 0), textcoords="offset points", va="center", ha="right", bbox=box
+        )
+
+
+def _say(axis: Axes, words: str, at: tuple[float, float], away: int, side: str) -> None:
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
+    axis.annotate(words, at, (away, 0), textcoords="offset points", va="center", ha=side, bbox=box)
+
+
+def _worst(row: JudgedGains) -> int:
+    """The actuator with the least phase margin."""
+    phases = [one.phase if math.isfinite(one.phase) else math.inf for one in row.margins.actuators]
+    return int(np.argmin(phases))
+
+
+def _steps(axis: Axes, tuning: Tuning) -> None:
+    found = tuning.found
+    for k, one in enumerate(found.steps):
+        colour, dash = COLOURS[look(k)[0]], DASHES[look(k)[1]]
+        axis.plot(one.time, one.response, color=colour, linestyle=dash)
+    worst = _worst(found)
+    for row, dash in zip(tuning.rows[1:3], ("--", ":"), strict=False):
+        if row.steps:
+            axis.plot(row.steps[worst].time, row.steps[worst].response, color=GREY, linestyle=dash)
+    axis.axhline(1.0, color=INK, linewidth=0.8)
+    axis.set_xlabel("time [s]")
+    axis.set_ylabel("response over the step [-]")
+    axis.set_title("Step of each actuator" if found.steps else "No step response: the loop is unstable")
+    if found.steps:
+        axis.set_xlim(0.0, found.steps[0].time[-1])
