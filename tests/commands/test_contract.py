@@ -58,6 +58,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
     "play": [],
     "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
     "compile": [("fourbar --functions tool --no-cache", 0)],
+    "tune": [("fourbar --by poles --duration 0.1 --json", 0)],
 }
 SLOW: dict[str, list[tuple[str, int]]] = {
     "plot": [
@@ -88,6 +89,13 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     ],
     "play": [(f"fivebar --trajectory hold --html {HERE}/page.html", 0)],
     "export": [(f"stewart --to urdf -o {HERE}/stewart.urdf", 0)],
+    "tune": [
+        ("cpm --plant inferred --controller pd-gravity", 0),
+        (f"fivebar --by poles --rate 500 --delay 2e-3 --payload 0 --payload 0.1 -o {HERE}/bode.png", 0),
+        ("fivebar --by poles --bandwidth 200 --rate 100", 1),
+        ("omega3 --by optimise --controller pid --trials 20 --rate 1000 --noise 1e-5 --json", 0),
+        (f"{HERE}/hostile --by poles", 0),
+    ],
     "compile": [
         ("omega3 --functions tool,step --no-cache --measure", 0),
         ("fourbar --functions tool --no-cache --json", 0),
@@ -173,9 +181,33 @@ WRONG: dict[str, list[str]] = {
     "view": ["", "cpm --port -1", "cpm --size 3 --html x.html", f"cpm --html {HERE}/no/page.html"],
     "play": ["", "cpm", "none.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
     "export": ["cpm --to none", f"cpm -o {HERE}"],
+    "tune": [
+        "",
+        "cpm --controller none",
+        "cpm --controller pdd",
+        "cpm --error -1",
+        "cpm --limit 1",
+        "cpm --bandwidth 20",
+        "cpm --by poles --error 1e-3",
+        "cpm --by poles --bandwidth 0",
+        "cpm --by poles --damping nan",
+        "cpm --by optimise --trials 2",
+        "cpm --by magic",
+        "cpm --payload -1",
+        "cpm --after 99",
+        "cpm --delay 1e-3",
+        "cpm --gain kp=1",
+        "cpm --plant none",
+        "fivebar --plant inferred",
+        "fivebar --controller pid --error 1e-3 --limit 10",
+        "fivebar --error 1e-3",
+        "underactuated",
+        "cpm -o bode.txt",
+        f"cpm -o {HERE}/no/bode.png",
+    ],
     "compile": ["fourbar --functions none", "fourbar --arguments none", "cpm --variant none"],
 }
-TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
+TAKES_A_ROBOT = ("info", "tune", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
 
 
 @dataclass

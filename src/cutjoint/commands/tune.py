@@ -16,8 +16,6 @@ from cutjoint.commands.progress import progress
 from cutjoint.commands.stopping import stopped
 
 if TYPE_CHECKING:
-    from typing import Literal
-
     from cutjoint.mechanism import Mechanism
     from cutjoint.tuning import Tuning
 
@@ -145,7 +143,8 @@ def command(
 
     By the rule of the CPM's paper (kd from the limit of the first effort, then the smallest kp that keeps the error),
     by placing the poles of the linear loop, or by a search over runs of the loop as it is built (--rate, --delay,
-    --noise, friction), of the worst --payload.  What the way does not fix is told.  Exit status 1 where the loop is unstable.
+    --noise, friction), of the worst --payload.  What the way does not fix is told.  Exit status 1 where the loop is
+    unstable.
 
     Examples: `cutjoint tune cpm --plant inferred` (12691 and 436, as printed); `cutjoint tune fivebar --by poles
     --bandwidth 30`; `cutjoint tune omega3 --by optimise --controller pd-gravity --rate 1000 --delay 1e-3`.
@@ -203,7 +202,7 @@ def command(
                     limit=way.limit,
                     payloads=payload or [0.0],
                     after=after,
-                    of=None if of is None else cast("Literal['tool', 'actuators']", of.value),
+                    of=None if of is None else of.value,
                     begin=begin,
                     compare={"given": begin} if begin else None,
                     progress=shown if trials_of else None,

@@ -32,6 +32,8 @@ from cutjoint.tuning.linear import LinearLaw, LinearPlant, discretised
 Complex = npt.NDArray[np.complex128]
 POINTS = 600
 """Frequencies on the even part of the grid; there are more about every pole."""
+SHARP = 0.6
+"""Damping ratio of a pole below which it is looked at closely."""
 MOST_PERIODS = 400
 """Longest delay of a sampled loop in periods."""
 LEFT = 1e-7
@@ -118,30 +120,45 @@ class LinearLoop(Values):
         return len(self.plant.q)
 
     @cached_property
-    def _plant(self) -> _Part:
-        """From efforts to measured positions and speeds."""
-        n, period = self.n, self.timing.period
-        a, b = self.plant.state, self.plant.input
-        if not period:
-            return _Part(a, b, np.eye(2 * n), np.zeros((2 * n, n)))
+    def _held(self) -> tuple[int, Array, Array, Array]:
+        """Whole periods of the delay, Phi, Gamma0 and Gamma1 of a sampled loop."""
+        a, b, period = self.plant.state, self.plant.input, self.timing.period
         late, rest = _split(self.timing.delay, period)
-        places = late + (1 if rest else 0)
         begun, newer = discretised(a, b, period - rest)
+        if not rest:
+            return late, begun, newer, np.zeros_like(newer)
+        over, older = discretised(a, b, rest)
+        return late, begun @ over, newer, begun @ older
+
+    @cached_property
+    def _plant(self) -> _Part:
+        """From efforts to measured positions and speeds; of a sampled loop with the commands on their way as states."""
+        n = self.n
+        if not self.timing.period:
+            return _Part(self.plant.state, self.plant.input, np.eye(2 * n), np.zeros((2 * n, n)))
+        late, begun, newer, older = self._held
+        places = late + (1 if older.any() else 0)
         size = 2 * n + places * n
         whole, inputs = np.zeros((size, size)), np.zeros((size, n))
-        whole[: 2 * n, : 2 * n] = discretised(a, b, period)[0]
-        older = begun @ discretised(a, b, rest)[1] if rest else None
+        whole[: 2 * n, : 2 * n] = begun
         for lag, gamma in ((late, newer), (late + 1, older)):
-            if gamma is None:
-                continue
             if lag == 0:
                 inputs[: 2 * n] = gamma
-            else:
+            elif lag <= places:
                 whole[: 2 * n, 2 * n + (lag - 1) * n : 2 * n + lag * n] = gamma
         if places:
             inputs[2 * n : 3 * n] = np.eye(n)
             whole[3 * n :, 2 * n : size - n] += np.eye(size - 3 * n)
         return _Part(whole, inputs, np.eye(2 * n, size), np.zeros((2 * n, n)))
+
+    def _plant_at(self, points: Complex) -> Complex:
+        """Transfer matrix of the plant: without the registers, which are powers of 1 / z."""
+        if not self.timing.period:
+            return self._plant.at(points)
+        late, begun, newer, older = self._held
+        one = points[:, None, None]
+        resolvent = one * np.eye(len(begun)) - begun
+        return np.asarray(np.linalg.solve(resolvent, newer + older / one) / one**late)
 
     @cached_property
     def _law(self) -> _Part:
@@ -207,6 +224,7 @@ class LinearLoop(Values):
         near = [
             abs(one) * (1.0 + k * max(-one.real / max(abs(one), 1e-300), 1e-3))
             for one in self.poles
+            if -one.real < SHARP * abs(one)
             for k in (-3.0, -1.5, -0.7, -0.3, 0.0, 0.3, 0.7, 1.5, 3.0)
         ]
         grid: Array = np.unique(np.concatenate([np.geomspace(low, top, points), near]))
@@ -216,7 +234,7 @@ class LinearLoop(Values):
         """L at frequencies [rad/s], shape (frequencies, n, n)."""
         period = self.timing.period
         points = np.exp(1j * omega * period) if period else 1j * omega.astype(np.complex128)
-        return np.asarray(-self._law.at(points) @ self._plant.at(points))
+        return np.asarray(-self._law.at(points) @ self._plant_at(points))
 
     def sensitivity(self, omega: Array) -> Complex:
         """S = 1 / (1 + L) at frequencies [rad/s], shape (frequencies, n, n)."""

@@ -25,7 +25,7 @@ from cutjoint.tuning.loop import Complex, LinearLoop
 WHAT = "a margin of a loop"
 MOST_DELAY = 100.0
 """Periods up to which the delay margin of a sampled loop is sought."""
-HALVED = 40
+CLOSE = 1e-4
 REAL = 1e-6
 
 
@@ -188,10 +188,10 @@ def _delay_by_poles(loop: LinearLoop) -> float:
 
     low, high = 0.0, 0.25 * period
     while stable(high):
-        low, high = high, high + max(0.25 * period, 0.1 * high)
+        low, high = high, high + max(0.25 * period, 0.15 * high)
         if high > MOST_DELAY * period:
             return math.inf
-    for _ in range(HALVED):
+    while high - low > CLOSE * high:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if stable(middle) else (low, middle)
     return low

@@ -62,7 +62,7 @@ class PolePlacement:
     @property
     def words(self) -> str:
         """How it is told."""
-        return f"poles at {self.bandwidth:g} rad/s with a damping ratio of {self.damping:g}"
+        return f"poles, {self.bandwidth:g} rad/s, damping {self.damping:g}"
 
 
 def by_poles(case: TuningCase, spec: PolePlacement) -> Outcome:

@@ -216,15 +216,12 @@ class _Sought:
         others = self._others(kp, low, high)
         if others:
             least, most = min(others, key=lambda one: one[1]), max(others, key=lambda one: one[1])
+            unit = case.units()["kp"]
             if least[1] == most[1]:
-                free.append(
-                    f"over that range the smallest kp is the same, {kp:g} {case.units()['kp']}: kd does not move it"
-                )
+                free.append(f"over that range the smallest kp is the same, {kp:g} {unit}: kd does not move it")
             else:
-                free.append(
-                    f"and kp hangs on kd: over that range the smallest kp is from {least[1]:g} (kd = {least[0]:.4g}) to "
-                    f"{most[1]:g} (kd = {most[0]:.4g}) {case.units()['kp']}"
-                )
+                words = f"{least[1]:g} (kd = {least[0]:.4g}) to {most[1]:g} (kd = {most[0]:.4g}) {unit}"
+                free.append(f"and kp hangs on kd: over that range the smallest kp is from {words}")
         if self.fixed is None and high >= 0.999 * ABOVE * kd:
             free.append(f"no kd beyond {high:.4g} {unit} was looked at")
         free.append("nor does it say where the run starts: here at rest in the first desired posture")

@@ -104,10 +104,10 @@ def response_of(actuator: str, size: float, time: Array, response: Array, steady
     low, high = (_first(time, response, level) for level in (LOW, HIGH))
     end = float(response[-1])
     out = np.flatnonzero(np.abs(response - end) > BAND)
-    settling = 0.0 if not len(out) else float(time[out[-1] + 1]) if out[-1] + 1 < len(time) - 1 else math.nan
-    return StepResponse(
-        actuator, size, high - low, max(0.0, float(response.max()) - 1.0), settling, steady, time, response
-    )
+    came = int(out[-1]) + 1 if len(out) else 0
+    settling = float(time[came]) if came < (1.0 - BAND) * len(time) - 1.0 else math.nan
+    overshoot = max(0.0, float(response.max()) - 1.0)
+    return StepResponse(actuator, size, high - low, overshoot, settling, steady, time, response)
 
 
 def _first(time: Array, response: Array, level: float) -> float:

@@ -17,9 +17,11 @@ from cutjoint.tuning.loop import Complex
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.ticker import Locator
 
 SHOWN = 1e-4
-"""Smallest size of a loop that is drawn; and its reciprocal."""
+WIDE = 100.0
+"""Smallest size of a loop that is drawn, and its reciprocal; and how far from where it crosses 0 dB."""
 
 
 def tuning_sheet(tuning: Tuning) -> Drawing:
@@ -38,7 +40,7 @@ def tuning_sheet(tuning: Tuning) -> Drawing:
         handles, labels = size.get_legend_handles_labels()
         drawn.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 4), handlelength=3.0)
 
-    return sheet(draw, f"{tuning.robot}, {tuning.law}: {tuning.by}")
+    return sheet(draw, f"{tuning.robot}, {tuning.law}")
 
 
 def _bode(size: Axes, turn: Axes, tuning: Tuning) -> None:
@@ -58,12 +60,14 @@ def _bode(size: Axes, turn: Axes, tuning: Tuning) -> None:
     size.set_ylabel("magnitude [dB]")
     turn.set_ylabel("phase [deg]")
     turn.set_xlabel("frequency [rad/s]")
-    size.set_title("Loop of each actuator, the others closed")
+    size.set_title("Loops, one broken at a time")
     size.tick_params(labelbottom=False)
+    for axis in (size.xaxis, size.yaxis, turn.xaxis, turn.yaxis):
+        axis.set_major_formatter(lambda x, _: f"{x:g}".replace("-", "\N{MINUS SIGN}"))
     turn.yaxis.set_major_locator(_every(45.0, turn.get_ylim()))
 
 
-def _every(step: float, limits: tuple[float, float]) -> object:
+def _every(step: float, limits: tuple[float, float]) -> Locator:
     from matplotlib.ticker import MultipleLocator
 
     span = limits[1] - limits[0]
@@ -74,14 +78,17 @@ def _shown(row: JudgedGains, k: int) -> tuple[Array, Complex]:
     """What of a loop is drawn."""
     omega, loop = row.margins.omega, row.margins.loops[:, k]
     near = (np.abs(loop) > SHOWN) & (np.abs(loop) < 1.0 / SHOWN)
+    if math.isfinite(at := row.margins.actuators[k].crossover):
+        near &= (omega > at / WIDE) & (omega < at * WIDE)
     return omega[near], loop[near]
 
 
 def _phase(loop: Complex) -> Array:
-    """Unwrapped [deg], with the lowest frequency between -360 and 0."""
+    """Unwrapped [deg]; where the loop crosses 0 dB it is between -360 and 0."""
     found = np.degrees(np.unwrap(np.angle(loop)))
     if len(found):
-        found = found - 360.0 * math.ceil((found[0] - 1e-6) / 360.0)
+        here = int(np.abs(np.log(np.abs(loop))).argmin())
+        found = found - 360.0 * math.ceil((found[here] - 1e-6) / 360.0)
     return np.asarray(found, dtype=np.float64)
 
 
@@ -102,21 +109,16 @@ def _mark(size: Axes, turn: Axes, margins: ActuatorMargins, omega: Array, loop: 
             axis.axvline(margins.crossover, color=GREY, linewidth=0.8)
         turn.plot([margins.crossover] * 2, [-180.0, at], color=INK, linewidth=2.5)
         words = f"{margins.phase:.0f} deg at {margins.crossover:.3g} rad/s"
-        turn.annotate(
-            words, (margins.crossover, 0.5 * (at - 180.0)), (8, 0), textcoords="offset points", va="center", bbox=box
-        )
+        _say(turn, words, (margins.crossover, -180.0), (8, -14), "left")
     if math.isfinite(margins.gain_at) and math.isfinite(margins.gain):
         at = -20.0 * math.log10(margins.gain)
         size.plot([margins.gain_at] * 2, [0.0, at], color=INK, linewidth=2.5)
         words = f"{abs(at):.1f} dB at {margins.gain_at:.3g} rad/s"
-        size.annotate(
-            words, (margins.gain_at, 0.5 * at), (-8, 0), textcoords="offset points", va="center", ha="right", bbox=box
-        )
+        _say(size, words, (margins.gain_at, 0.0), (4, 10), "right")
 
 
-def _say(axis: Axes, words: str, at: tuple[float, float], away: int, side: str) -> None:
-    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
-    axis.annotate(words, at, (away, 0), textcoords="offset points", va="center", ha=side, bbox=box)
+def _say(axis: Axes, words: str, at: tuple[float, float], away: tuple[int, int], side: str) -> None:
+    axis.annotate(words, at, away, textcoords="offset points", va="center", ha=side)
 
 
 def _worst(row: JudgedGains) -> int:
@@ -135,8 +137,10 @@ def _steps(axis: Axes, tuning: Tuning) -> None:
         if row.steps:
             axis.plot(row.steps[worst].time, row.steps[worst].response, color=GREY, linestyle=dash)
     axis.axhline(1.0, color=INK, linewidth=0.8)
+    for side in (axis.xaxis, axis.yaxis):
+        side.set_major_formatter(lambda x, _: f"{x:g}")
     axis.set_xlabel("time [s]")
     axis.set_ylabel("response over the step [-]")
-    axis.set_title("Step of each actuator" if found.steps else "No step response: the loop is unstable")
+    axis.set_title("Step of each actuator" if found.steps else "Unstable: no step response")
     if found.steps:
         axis.set_xlim(0.0, found.steps[0].time[-1])
