@@ -186,7 +186,7 @@ WRONG: dict[str, list[str]] = {
         "cpm --controller none",
         "cpm --controller pdd",
         "cpm --error -1",
-        "cpm --limit 1",
+        "cpm --controller pd-gravity --limit 1",
         "cpm --bandwidth 20",
         "cpm --by poles --error 1e-3",
         "cpm --by poles --bandwidth 0",

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import cutjoint
-from cutjoint import control, crosscheck, description, drafting, motion, simulation
+from cutjoint import control, crosscheck, description, drafting, motion, simulation, tuning
 from cutjoint.chain import GearForce
 from cutjoint.chain.modes import ModeSeeker
 from cutjoint.chain.physics import Elastic
@@ -204,6 +204,11 @@ def slow_seeds() -> Iterator[object]:
     yield simulate_many(fast, law, hold, duration=0.01, runs=4, chunk=2, into=lambda number, many: None)
     method = integrators.RungeKutta4(1e-3)
     yield method.step(lambda t, y: -y, 0.0, np.ones(2), -np.ones(2), 1e-3, 1.0, 1.0)
+    swing = motion.Reference(motion.about_home(robot, 0.05, 0.2), robot)
+    placed = tuning.tune(robot, "pd", swing, by=tuning.PolePlacement(), after=0.1)
+    about = tuning.linear_law(law, tuning.at_rest(robot, robot.home.q))
+    yield from (placed, tuning.PaperRule(1e-3), tuning.PolePlacement(), tuning.GainSearch(), about)
+    yield from (tuning.LinearLoop(tuning.linear_plant(fast), about), tuning.Timing(1e-3))
     document = show(robot)
     yield from (document, document.files())
     yield from _in_hand(robot)

@@ -139,6 +139,7 @@ NEEDS: dict[str, tuple[tuple[str, ...], ...]] = {
     "zmq": (("view", "fourbar", "--html", "x.html"),),
     "llvmlite": (("compile", "fourbar"),),
     "matplotlib": (("reproduce", "cpm", "--output", "page"), ("plot", "run.npz", "-o", "run.svg")),
+    "control": (("tune", "fourbar", "--by", "poles"),),
     "rosbags": (("states", "run.npz", "-o", "bag"),),
     "yaml": (("info", "robot.yaml"), ("simulate", "robot.yaml")),
     "example_robot_data": (("info", "ur5"), ("simulate", "ur5"), ("view", "ur5")),
