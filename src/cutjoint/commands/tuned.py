@@ -28,7 +28,7 @@ OPTIONS = {
 """Options of each way."""
 
 
-class Way(NamedTuple):
+class HowTuned(NamedTuple):
     """How gains are found, the limit of efforts, and what was chosen unasked."""
 
     by: PaperRule | PolePlacement | GainSearch
@@ -71,7 +71,7 @@ def robots_for(
 
 def way_of(
     robot: str, controller: str, by: str | None, used: Mapping[str, object], limit: str | None, seed: int | None
-) -> Way:
+) -> HowTuned:
     """How gains are found; `used` are the options of all ways, None where they are not given.
 
     Raises:
@@ -97,14 +97,14 @@ def way_of(
         if printed is not None and error is None and printed.bound is not None:
             error = printed.bound
             told.append(f"bound of the error {error:g} m, the paper's")
-        return Way(PaperRule(error), bound, tuple(told))  # type: ignore[arg-type]
+        return HowTuned(PaperRule(error), bound, tuple(told))  # type: ignore[arg-type]
     if chosen == "poles":
         values = {name.removeprefix("--"): one for name, one in given.items()}
-        return Way(PolePlacement(**values), bound, tuple(told))  # type: ignore[arg-type]
+        return HowTuned(PolePlacement(**values), bound, tuple(told))  # type: ignore[arg-type]
     values = {name.removeprefix("--"): one for name, one in given.items()}
     if "method" in values:
         values["method"] = str(values["method"])
-    return Way(GainSearch(**values, seed=seed or 0), bound, tuple(told))  # type: ignore[arg-type]
+    return HowTuned(GainSearch(**values, seed=seed or 0), bound, tuple(told))  # type: ignore[arg-type]
 
 
 def reference_of(robots: Robots, trajectory: str | None, duration: float | None) -> tuple[Reference, list[str]]:

@@ -28,7 +28,7 @@ from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.reprs import line
 from cutjoint.tuning.case import TuningCase
-from cutjoint.tuning.rule import Outcome
+from cutjoint.tuning.rule import FoundGains
 
 INTEGRAL = 0.2
 """b: where the pole of an integral is, as a part of the bandwidth."""
@@ -65,7 +65,7 @@ class PolePlacement:
         return f"poles, {self.bandwidth:g} rad/s, damping {self.damping:g}"
 
 
-def by_poles(case: TuningCase, spec: PolePlacement) -> Outcome:
+def by_poles(case: TuningCase, spec: PolePlacement) -> FoundGains:
     """Gains that place the poles.
 
     Raises:
@@ -80,7 +80,7 @@ def by_poles(case: TuningCase, spec: PolePlacement) -> Outcome:
     w, z = spec.bandwidth, spec.damping
     if case.row.gains["kp"].unit == "1/s2":
         gains = {"kp": np.array(w * w), "kd": np.array(2.0 * z * w)}
-        return Outcome(gains, (), tuple(_exact(case, gains, spec)))
+        return FoundGains(gains, (), tuple(_exact(case, gains, spec)))
     size = _inertia(case)
     wanted = min(z, 1.0, INTEGRAL if "ki" in names else 1.0) * w
 
@@ -102,7 +102,7 @@ def by_poles(case: TuningCase, spec: PolePlacement) -> Outcome:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if meets(middle) else (middle, high)
     told = [f"the gains are those of {high * w:.4g} rad/s and the largest inertia of every actuator on the way"]
-    return Outcome(_gains(size, high * w, z, names), (), tuple(told))
+    return FoundGains(_gains(size, high * w, z, names), (), tuple(told))
 
 
 def _gains(size: Array, w: float, z: float, names: set[str]) -> Mapping[str, Array]:

@@ -66,7 +66,7 @@ class PaperRule:
         return "the CPM paper's rule"
 
 
-class Outcome(NamedTuple):
+class FoundGains(NamedTuple):
     """Gains, what the way they were found leaves open, and what was chosen."""
 
     gains: Mapping[str, Array]
@@ -74,7 +74,7 @@ class Outcome(NamedTuple):
     told: tuple[str, ...] = ()
 
 
-def by_rule(case: TuningCase, rule: PaperRule, guess: Mapping[str, float]) -> Outcome:
+def by_rule(case: TuningCase, rule: PaperRule, guess: Mapping[str, float]) -> FoundGains:
     """Gains by the rule.
 
     Args:
@@ -139,7 +139,7 @@ def _largest(part_of: Callable[[float], float], digits: int) -> float | None:
     return float(f"{found:.12g}")
 
 
-def _computed_torque(case: TuningCase, rule: PaperRule) -> Outcome:
+def _computed_torque(case: TuningCase, rule: PaperRule) -> FoundGains:
     kd = _largest(lambda kd: _effort_part(case, kd * kd / 4.0, kd), 3)
     if kd is None:
         raise InputError("the first effort does not depend on kd, as the reference starts at rest; place poles instead")
@@ -154,7 +154,7 @@ def _computed_torque(case: TuningCase, rule: PaperRule) -> Outcome:
     free = (
         "kp = kd^2 / 4 is the paper's choice: no bound of the error fixes kp, and every smaller kd keeps the limit too"
     )
-    return Outcome(gains, (free,), tuple(told))
+    return FoundGains(gains, (free,), tuple(told))
 
 
 class _Sought:
@@ -199,7 +199,7 @@ class _Sought:
         found = smallest_gain(lambda count: self.error_of(count, kd), self.bound, count)
         return float(f"{found.gain * self.step:.12g}")
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> FoundGains:
         kp = self.smallest(self.kp_guess)
         kd = self.kd_of(kp)
         case, unit = self.case, self.case.units()["kd"]
@@ -226,7 +226,7 @@ class _Sought:
             free.append(f"no kd beyond {high:.4g} {unit} was looked at")
         free.append("nor does it say where the run starts: here at rest in the first desired posture")
         gains = {"kp": np.array(kp), "kd": np.array(kd)}
-        return Outcome(gains, tuple(free), tuple(told))
+        return FoundGains(gains, tuple(free), tuple(told))
 
     def _interval(self, kp: float, kd: float) -> tuple[float, float]:
         """The kd about the one taken that serve with this kp."""

@@ -29,7 +29,7 @@ from cutjoint.extras import needed
 from cutjoint.reprs import line
 from cutjoint.tuning.case import TuningCase
 from cutjoint.tuning.margins import sensitivity_peak
-from cutjoint.tuning.rule import Outcome
+from cutjoint.tuning.rule import FoundGains
 from cutjoint.tuning.runs import CaseRuns
 
 RANGE = 30.0
@@ -141,7 +141,7 @@ class Searching:
             return math.inf
         return max(sensitivity_peak(one, ROUGHLY) for one in loops)
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> FoundGains:
         """The best gains.
 
         Raises:
@@ -170,7 +170,7 @@ class Searching:
         if edge:
             told.append(f"at the edge of what was looked at: {', '.join(edge)}; begin there to go on")
         free = ("gains of the actuators keep the proportions of those to begin with; only one factor a gain is sought",)
-        return Outcome(found, free, tuple(told))
+        return FoundGains(found, free, tuple(told))
 
     def _by_evolution(self) -> None:
         from scipy.optimize import differential_evolution

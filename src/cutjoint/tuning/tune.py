@@ -20,7 +20,7 @@ from cutjoint.tuning.judging import judged
 from cutjoint.tuning.known import COMPUTED_TORQUE, GAINS
 from cutjoint.tuning.margins import WHAT
 from cutjoint.tuning.poles import PolePlacement, by_poles
-from cutjoint.tuning.rule import Outcome, PaperRule, by_rule
+from cutjoint.tuning.rule import FoundGains, PaperRule, by_rule
 from cutjoint.tuning.runs import CaseRuns
 from cutjoint.tuning.search import GainSearch, Searching
 from cutjoint.tuning.values import JudgedGains, Tuning
@@ -105,7 +105,7 @@ def tune(
     return made
 
 
-def _judge(case: TuningCase, words: str, found: Outcome, others: Mapping[str, Mapping[str, Array]]) -> Tuning:
+def _judge(case: TuningCase, words: str, found: FoundGains, others: Mapping[str, Mapping[str, Array]]) -> Tuning:
     sets: dict[str, Mapping[str, Array]] = {"found": found.gains, **others}
     n = case.robot.n
     top = {
