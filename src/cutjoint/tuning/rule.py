@@ -174,7 +174,7 @@ class _Sought:
         if self.fixed is not None:
             return self.fixed
         kd = 2.0 * math.sqrt(kp * self.inertia)
-        return float(f"{kd:.3g}")
+        return float(f"{kd:.6g}")
 
     def figures(self, kp: Array, kd: Array) -> tuple[Array, Array]:
         """Late error and largest part of the limit, shape (N,) each."""
@@ -212,7 +212,7 @@ class _Sought:
         low, high = self._interval(kp, kd)
         what = "keeps the bound and the limit" if part[0] <= 1.0 else "keeps the bound"
         taken = "the largest is taken" if self.fixed is not None else "critical damping is taken"
-        free = [f"kd is free: with kp = {kp:g} every kd from {low:.5g} to {high:.5g} {unit} {what}; {taken}"]
+        free = [f"kd is free: with kp = {kp:g} every kd from {low:.4g} to {high:.4g} {unit} {what}; {taken}"]
         others = self._others(kp, low, high)
         if others:
             least, most = min(others, key=lambda one: one[1]), max(others, key=lambda one: one[1])
