@@ -63,6 +63,7 @@ def test_a_sampled_mass_on_pd_bears_the_gain_of_the_closed_form():
     assert not mass_on_pd(mass, 1e-6, 2.01 * mass / period, Timing(period)).stable
 
 
+@pytest.mark.slow
 def test_many_periods_of_delay_are_as_continuous_delay():
     """A loop sampled very often loses what the delay takes of its delay margin."""
     free = margins_of(mass_on_pd(2.0, 800.0, 40.0), ("a",)).delay
