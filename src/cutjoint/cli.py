@@ -20,7 +20,7 @@ HEADINGS = {
     "Begin": ("new", "cut", "list"),
     "Look at a robot": ("info", "check", "view"),
     "Run it and look at the run": ("simulate", "plot", "report", "play"),
-    "Engineer it": ("workspace", "size", "retime", "stiffness", "accuracy", "study", "synthesise"),
+    "Engineer it": ("workspace", "size", "retime", "stiffness", "accuracy", "tune", "study", "synthesise"),
     "Hand it to other programs": ("export", "states", "compile"),
     "Compare with papers and engines": ("crosscheck", "reproduce"),
 }

@@ -84,6 +84,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
         ("fourbar -t joints.*.origin.x=0.1mm --backlash 1arcmin --warm 10 --material steel --samples 100", 0),
         ("fourbar -t tool.x=1e-4 --samples 0 --json", 0),
     ],
+    "tune": [("fourbar --by poles --duration 0.1 --json", 0)],
 }
 SLOW: dict[str, list[tuple[str, int]]] = {
     "plot": [
@@ -139,6 +140,13 @@ SLOW: dict[str, list[tuple[str, int]]] = {
         ("redundant --cells 4", 0),
     ],
     "export": [(f"stewart --to urdf -o {HERE}/stewart.urdf", 0)],
+    "tune": [
+        ("cpm --plant inferred --controller pd-gravity", 0),
+        (f"fivebar --by poles --rate 500 --delay 2e-3 --payload 0 --payload 0.1 -o {HERE}/bode.png", 0),
+        ("fivebar --by poles --bandwidth 200 --rate 100", 1),
+        ("omega3 --by optimise --controller pid --trials 20 --rate 1000 --noise 1e-5 --json", 0),
+        (f"{HERE}/hostile --by poles", 0),
+    ],
     "compile": [
         ("omega3 --functions tool,step --no-cache --measure", 0),
         ("fourbar --functions tool --no-cache --json", 0),
@@ -311,6 +319,30 @@ WRONG: dict[str, list[str]] = {
     ],
     "play": ["", "cpm", "none.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
     "export": ["cpm --to none", f"cpm -o {HERE}"],
+    "tune": [
+        "",
+        "cpm --controller none",
+        "cpm --controller pdd",
+        "cpm --error -1",
+        "cpm --controller pd-gravity --limit 1",
+        "cpm --bandwidth 20",
+        "cpm --by poles --error 1e-3",
+        "cpm --by poles --bandwidth 0",
+        "cpm --by poles --damping nan",
+        "cpm --by optimise --trials 2",
+        "cpm --by magic",
+        "cpm --payload -1",
+        "cpm --after 99",
+        "cpm --delay 1e-3",
+        "cpm --gain kp=1",
+        "cpm --plant none",
+        "fivebar --plant inferred",
+        "fivebar --controller pid --error 1e-3 --limit 10",
+        "fivebar --error 1e-3",
+        "underactuated",
+        "cpm -o bode.txt",
+        f"cpm -o {HERE}/no/bode.png",
+    ],
     "compile": ["fourbar --functions none", "fourbar --arguments none", "cpm --variant none"],
     "stiffness": [
         "",
@@ -365,6 +397,7 @@ TAKES_A_ROBOT = (
     "stiffness",
     "accuracy",
 )
+TAKES_A_ROBOT = ("info", "tune", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
 
 
 @dataclass

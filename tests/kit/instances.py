@@ -25,6 +25,7 @@ from cutjoint import (
     stiffness,
     studies,
     synthesis,
+    tuning,
     workspace,
 )
 from cutjoint.accuracy.reading import errors_of
@@ -262,6 +263,12 @@ def slow_seeds() -> Iterator[object]:
     yield simulate_many(fast, law, hold, duration=0.01, runs=4, chunk=2, into=lambda number, many: None)
     method = integrators.RungeKutta4(1e-3)
     yield method.step(lambda t, y: -y, 0.0, np.ones(2), -np.ones(2), 1e-3, 1.0, 1.0)
+    swing = motion.Reference(motion.about_home(robot, 0.05, 0.2), robot)
+    placed = tuning.tune(robot, "pd", swing, by=tuning.PolePlacement(), after=0.1)
+    about = tuning.linear_law(law, tuning.at_rest(robot, robot.home.q))
+    yield from (placed, *placed.found.margins.actuators, *placed.found.steps)
+    yield from (tuning.PaperRule(1e-3), tuning.PolePlacement(), tuning.GainSearch(), about)
+    yield from (tuning.LinearLoop(tuning.linear_plant(fast), about), tuning.Timing(1e-3))
     document = show(robot)
     yield from (document, document.files())
     yield from _in_hand(robot)

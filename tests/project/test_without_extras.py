@@ -163,6 +163,7 @@ NEEDS: dict[str, tuple[tuple[str, ...], ...]] = {
     "pyarrow": (("study", "study.toml"),),
     "SALib": (("study", "indices.toml"),),
     "distributed": (("study", "study.toml", "--scheduler", "tcp://127.0.0.1:1"),),
+    "control": (("tune", "fourbar", "--by", "poles"),),
     "rosbags": (("states", "run.npz", "-o", "bag"),),
     "yaml": (("info", "robot.yaml"), ("simulate", "robot.yaml")),
     "example_robot_data": (("info", "ur5"), ("simulate", "ur5"), ("view", "ur5")),

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cutjoint.experiments import omega3
-from cutjoint.experiments.gains import GAINS, default_gains
 from cutjoint.papers.omega3.published import ERROR_BOUND, SETTLING_TIME
+from cutjoint.tuning.known import GAINS, default_gains
 
 curve_run = cache(omega3.curve_run)
 

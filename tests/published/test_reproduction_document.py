@@ -14,12 +14,12 @@ import pytest
 
 from cutjoint.experiments import cpm, cpm_claims, cpm_law_claims, omega3, study
 from cutjoint.experiments.cpm_claims import TITLES
-from cutjoint.experiments.gains import GAINS
 from cutjoint.experiments.tables import Verdict
 from cutjoint.papers.cpm.published import CIRCLE, SETTLING_TIME
 from cutjoint.papers.omega3.published import ERROR_BOUND
 from cutjoint.papers.publication import PrintedNumber
 from cutjoint.pool import run_all
+from cutjoint.tuning.known import GAINS
 
 ROOT = Path(__file__).resolve().parents[2]
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e-?\d+)?")

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cutjoint.errors import InputError
-from cutjoint.experiments.gains import smallest_gain
+from cutjoint.tuning.smallest import smallest_gain
 
 
 @given(st.integers(50, 20000), st.floats(0.3, 3.0), st.floats(-2.0, -0.3), st.floats(0.0, 0.999))

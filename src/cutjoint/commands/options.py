@@ -173,7 +173,7 @@ def gains_of(robot: str, controller: str, given: Mapping[str, str]) -> Mapping[s
         UnknownNameError: no such controller.
         InputError: a gain is missing, not used or no number, or none is known.
     """
-    from cutjoint.experiments.gains import default_gains
+    from cutjoint.tuning.known import default_gains
 
     row = law_row(controller)
     gains = {name: numbers(option(name), text) for name, text in given.items()}

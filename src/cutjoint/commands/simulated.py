@@ -219,7 +219,7 @@ def _following(robots: Robots, controller: str, gains: Mapping[str, str]) -> tup
     """
     from cutjoint.control import LAWS, law
     from cutjoint.control.usual_gains import SPEED, usual_gains
-    from cutjoint.experiments.gains import GAINS
+    from cutjoint.tuning.known import GAINS
 
     known = GAINS.get(robots.chain.description.name, {})
     takes = list(LAWS[controller].gains) if controller in LAWS else []

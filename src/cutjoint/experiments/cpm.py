@@ -9,7 +9,6 @@ import numpy as np
 from cutjoint.chain import ClosedChain
 from cutjoint.control import Law, law
 from cutjoint.errors import InputError, UnknownNameError
-from cutjoint.experiments.gains import GAINS, SmallestGain, smallest_gain
 from cutjoint.mechanism import Mechanism
 from cutjoint.motion import Reference
 from cutjoint.papers.cpm import CpmModel, InferredCpmModel
@@ -25,6 +24,8 @@ from cutjoint.simulation import (
     RungeKutta4,
     run,
 )
+from cutjoint.tuning.known import GAINS
+from cutjoint.tuning.smallest import SmallestGain, smallest_gain
 
 ROBOT = "cpm"
 ROWS: dict[str, Table3Row] = {row.controller.replace("_", "-"): row for row in TABLE_3}

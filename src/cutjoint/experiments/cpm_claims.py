@@ -10,11 +10,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from cutjoint.experiments import cpm
-from cutjoint.experiments.gains import SmallestGain
 from cutjoint.experiments.tables import Claim, Verdict
 from cutjoint.papers.cpm.published import CIRCLE, FORCE_LIMIT, SETTLING_TIME
 from cutjoint.pool import Key, Outcome
 from cutjoint.simulation import Result
+from cutjoint.tuning.smallest import SmallestGain
 
 Found = Mapping[Key, Outcome]
 TITLES = {

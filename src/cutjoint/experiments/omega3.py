@@ -13,11 +13,11 @@ from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.control import Law, law
 from cutjoint.errors import UnknownNameError
-from cutjoint.experiments.gains import GAINS
 from cutjoint.motion import Reference
 from cutjoint.papers.omega3 import Omega3Model, Parameters
 from cutjoint.robots import PUBLISHED, load
 from cutjoint.simulation import ConstrainedPlant, ReducedPlant, Result, RungeKutta4, run
+from cutjoint.tuning.known import GAINS
 
 ROBOT = "omega3"
 LAWS = ("computed-torque", "feedforward")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from cutjoint.experiments import omega3
-from cutjoint.experiments.gains import GAINS
 from cutjoint.experiments.tables import Verdict, cost_table, errata_table
 from cutjoint.papers.omega3.errata import ERRATA
 from cutjoint.papers.omega3.published import ERROR_BOUND, SETTLING_TIME
@@ -17,6 +16,7 @@ from cutjoint.report.page import Picture
 from cutjoint.robots import hypothesis_cost_of
 from cutjoint.simulation import Result
 from cutjoint.tables import TextTable
+from cutjoint.tuning.known import GAINS
 
 TITLES = {"computed-torque": "computed torque", "feedforward": "PD + feedforward"}
 ARMS = ("arm 1", "arm 2", "arm 3")

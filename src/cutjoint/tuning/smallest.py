@@ -1,57 +1,17 @@
-"""Gains: those known for the robots whose papers run controllers, and the rule for the smallest one that does.
+"""The smallest gain that keeps a bound, as the CPM's paper chooses K_P (Elkady et al. 2008, sections 5.3 and 5.4).
 
-The CPM's are printed (Elkady et al. 2008, table 3).  The Omega-3's paper prints none: these are this project's.  They
-make the error critically damped at 20 rad/s for computed torque; for the others kp and kd are of the size of the
-robot's largest inertia (1.4e-3 kg m2) times a bandwidth of some 25 rad/s, held well damped.
-
-The rule (sections 5.3 and 5.4) asks for the smallest integer gain whose tracking error stays under a bound.  The error
-along the worst axis from a time on falls as the gain grows, so one sign change is sought: a bracket around it, then
-regula falsi on logarithmic scales until two neighbouring integers are left.
+The rule asks for the smallest integer gain whose tracking error stays under a bound.  The error along the worst axis
+from a time on falls as the gain grows, so one sign change is sought: a bracket around it, then regula falsi on
+logarithmic scales until two neighbouring integers are left.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from cutjoint.control.catalogue import law_row
 from cutjoint.errors import InputError
-from cutjoint.papers.cpm.published import TABLE_3
-
-Gains = Mapping[str, float]
-
-# The linear error equation of computed torque is the same for every robot.
-COMPUTED_TORQUE: Gains = {"kp": 400.0, "kd": 40.0}
-
-GAINS: Mapping[str, Mapping[str, Gains]] = {
-    "cpm": {row.controller.replace("_", "-"): {"kp": row.k_p, "kd": row.k_d} for row in TABLE_3},
-    "omega3": {
-        "pd": {"kp": 1.0, "kd": 0.05},
-        "pd-gravity": {"kp": 1.0, "kd": 0.05},
-        "feedforward": {"kp": 1.0, "kd": 0.05},
-        "computed-torque": COMPUTED_TORQUE,
-    },
-}
-
-
-def default_gains(robot: str, law: str) -> Gains:
-    """The gains known for a robot and a law.
-
-    Raises:
-        UnknownNameError: no such law.
-        InputError: none are known.
-    """
-    takes = law_row(law).gains
-    if not takes:
-        return {}
-    known = GAINS.get(robot, {"computed-torque": COMPUTED_TORQUE})
-    if law not in known:
-        options = " and ".join(f"--{name.replace('_', '-')}" for name in takes)
-        have = f"; known for {robot}: {', '.join(known)}" if known else ""
-        raise InputError(f"no gains are known for controller '{law}' on '{robot}'; give {options}{have}")
-    return known[law]
-
 
 ROUNDS = 40
 
