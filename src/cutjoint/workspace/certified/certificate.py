@@ -13,7 +13,7 @@ from cutjoint.arrays import Array, Frozen, Values
 from cutjoint.reprs import one_line, quoted, short
 
 Status = Literal["certified", "refused", "open"]
-Why = Literal["unreachable", "joint limit", "type-1 singular", "type-2 singular"]
+Why = Literal["unreachable", "joint limit", "type-1 singular", "type-2 singular", "another assembly mode"]
 
 
 @dataclass(frozen=True, eq=False)

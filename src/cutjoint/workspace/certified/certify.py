@@ -1,8 +1,8 @@
 """A guarantee that a box of tool coordinates is wholly inside the workspace and free of singularities.
 
-What is proven, where a box is certified: from the posture that the robot has in its middle, on the branch that was chosen,
-the tool can be led to every point of the box and in no other posture of that branch; on all of it joints keep their limits,
-and neither a type-1 nor a type-2 singularity is met.
+What is proven, where a box is certified: from the posture that the robot has in its middle, on the branch that was
+chosen, the tool can be led to every point of the box and in no other posture of that branch; on all of it joints keep
+their limits, and neither a type-1 nor a type-2 singularity is met.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from cutjoint.mechanism import Mechanism, Posture
 from cutjoint.workspace.certified.certificate import Certificate, CounterExample, Status
 from cutjoint.workspace.certified.cover import Cover
 from cutjoint.workspace.certified.goals import Goals
-from cutjoint.workspace.certified.search import Search, shown_by_chain
+from cutjoint.workspace.certified.search import CounterSearch, shown_by_chain
 from cutjoint.workspace.certified.system import LedSystem
 
 MOST = 100_000
@@ -60,29 +60,14 @@ def certify(
         CompileError: the loops close only when some of their equations are left out.
     """
     chain = _chain_of(robot)
-    names, lower, upper, axes = _ends(chain, box, held or {})
     if most < 1 or (seconds is not None and not seconds > 0.0):
         raise InputError(f"at least one sub-box and some time are needed, found most={most}, seconds={seconds}")
     source = ChainSource(chain)
-    lack = source.lacks(Need.ACTUATED)
-    if lack is not None:
-        raise lack
+    for need in (Need.TOOL, Need.ACTUATED):
+        if (lack := source.lacks(need)) is not None:
+            raise lack
     source.need_all_rows()
-    middle = 0.5 * (lower + upper)
-    answer = _Answer(chain, names, lower, upper, axes)
-    at = dict(zip(names, middle.tolist(), strict=True))
-    wrong = shown_by_chain(chain, at, near)
-    if wrong is not None:
-        return answer.refused(wrong)
-    start = chain.reach(at, near, free=True)
-    wrong = _singular(chain, at, start)
-    if wrong is not None:
-        return answer.refused(wrong)
-    system = LedSystem(source, Goals(chain, names, axes), start)
-    search = Search(system, lower, upper, start)
-    found = search.first()
-    if found is not None:
-        return answer.refused(found)
+    answer = _Answer(chain, *_ends(chain, box, held or {}))
     end = None if seconds is None else monotonic() + seconds
 
     def go_on(part: float) -> bool:
@@ -90,34 +75,56 @@ def certify(
             told(part)
         return end is None or monotonic() < end
 
+    return _decided(source, answer, near, most, go_on)
+
+
+def _decided(
+    source: ChainSource, answer: _Answer, near: Posture | str | None, most: int, go_on: Callable[[float], bool]
+) -> Certificate:
+    """Look for counter-examples, then prove."""
+    chain = source.chain
+    start = shown_by_chain(chain, answer.middle, near)
+    if isinstance(start, CounterExample):
+        return answer.of("refused", start)
+    wrong = _singular(chain, answer.middle, start)
+    if wrong is not None:
+        return answer.of("refused", wrong)
+    system = LedSystem(source, Goals(chain, answer.names, answer.axes), start)
+    search = CounterSearch(system, answer.lower, answer.upper, start)
+    found = search.first(chain.home if near is None or isinstance(near, str) else near)
+    if found is not None:
+        return answer.of("refused", found)
     cover = Cover(system, search, np.array(start.q_full), most, go_on)
     done = cover.run()
     if cover.counter_example is not None:
-        return answer.refused(cover.counter_example, cover)
+        return answer.of("refused", cover.counter_example, cover)
     return answer.of("certified" if done else "open", None, cover)
 
 
 class _Answer:
-    """Makes the answer for one box."""
+    """Makes the answer for one box.
+
+    Attributes:
+        names, lower, upper: of all led coordinates, and their ends, the same where one is held.
+        axes: numbers of those that the box is over.
+        middle: of the box, by name.
+    """
 
     def __init__(
         self, chain: ClosedChain, names: tuple[str, ...], lower: Array, upper: Array, axes: tuple[int, ...]
     ) -> None:
-        self._chain, self._names, self._axes = chain, names, list(axes)
-        self._lower, self._upper = lower, upper
+        self._chain, self.names, self.axes, self.lower, self.upper = chain, names, axes, lower, upper
+        self.middle = dict(zip(names, (0.5 * (lower + upper)).tolist(), strict=True))
 
-    def refused(self, found: CounterExample, cover: Cover | None = None) -> Certificate:
-        return self.of("refused", found, cover)
-
-    def of(self, status: Status, found: CounterExample | None, cover: Cover | None) -> Certificate:
-        names, axes = self._names, self._axes
-        lower, upper = self._lower[axes], self._upper[axes]
+    def of(self, status: Status, found: CounterExample | None, cover: Cover | None = None) -> Certificate:
+        names, axes = self.names, list(self.axes)
+        lower, upper = self.lower[axes], self.upper[axes]
         nothing = lower[None], upper[None], np.zeros(1, dtype=bool), np.full(1, -1.0)
         lows, highs, proven, margins = nothing if cover is None else cover.leaves()
         volumes = np.prod((highs - lows) / (upper - lower), axis=1)
         part = 1.0 if status == "certified" else min(float(volumes[proven].sum()), float(np.nextafter(1.0, 0.0)))
         over = tuple(names[k] for k in axes)
-        held = {name: float(self._lower[k]) for k, name in enumerate(names) if name not in over}
+        held = {name: float(self.lower[k]) for k, name in enumerate(names) if name not in over}
         units = tuple("rad" if name.startswith("r") else "m" for name in over)
         return Certificate(
             robot=self._chain.name,
@@ -166,8 +173,8 @@ def _ends(
         names = tuple(name for name in task.names if name in box or name in held)
         if len(names) != chain.n:
             raise InputError(
-                f"{chain.name} has {chain.n} actuators, and its tool moves along {', '.join(task.names)} together: name "
-                f"{chain.n} of these in the box and what is held, found {', '.join(names)}"
+                f"{chain.name} has {chain.n} actuators, and its tool moves along {', '.join(task.names)} together: "
+                f"name {chain.n} of these in the box and what is held, found {', '.join(names)}"
             )
     at_home = dict(zip(task.names, task.coordinates(task.home).tolist(), strict=True))
     lower, upper = np.empty(len(names)), np.empty(len(names))

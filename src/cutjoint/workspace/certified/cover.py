@@ -1,9 +1,9 @@
 """A box taken apart into sub-boxes until each is proven, and their postures joined to one branch.
 
-Sub-boxes that are not proven are halved along the axis on which most depends, the largest first.  Neighbours are joined at a
-common point of their faces: where the room in which the one has its posture lies in that in which the other has one alone,
-both have the same; and then they have the same on all of the common face, as neither is singular there.  One pair across every
-cut is enough, since both sides of the cut are joined in themselves.
+Sub-boxes that are not proven are halved along the axis on which most depends, the largest first.  Neighbours are
+joined at a common point of their faces: where the room in which the one has its posture lies in that in which the
+other has one alone, both have the same; and then they have the same on all of the common face, as neither is singular
+there.  One pair across every cut is enough, since both sides of the cut are joined in themselves.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cutjoint.arrays import Array
 from cutjoint.workspace.certified.certificate import CounterExample
 from cutjoint.workspace.certified.forms import EPS
 from cutjoint.workspace.certified.proof import Proofs, prove
-from cutjoint.workspace.certified.search import Search
+from cutjoint.workspace.certified.search import CounterSearch
 from cutjoint.workspace.certified.system import LedSystem
 
 TOGETHER = 256
@@ -30,7 +30,7 @@ ROUNDED = 1e-13
 
 
 @dataclass
-class Part:
+class SubBox:
     """A sub-box, halved or not.
 
     Attributes:
@@ -63,12 +63,12 @@ class Cover:
     """
 
     def __init__(
-        self, system: LedSystem, search: Search, start: Array, most: int, told: Callable[[float], bool]
+        self, system: LedSystem, search: CounterSearch, start: Array, most: int, told: Callable[[float], bool]
     ) -> None:
         self._system, self._search, self._most, self._told = system, search, most, told
         self._axes = list(system.goals.axes)
         self._lower, self._upper = search.lower, search.upper
-        self.parts = [Part(self._lower[self._axes], self._upper[self._axes], start)]
+        self.parts = [SubBox(self._lower[self._axes], self._upper[self._axes], start)]
         self._proofs: list[Proofs] = []
         self.looked, self.volume = 0, 0.0
         self.counter_example: CounterExample | None = None
@@ -99,7 +99,12 @@ class Cover:
         proofs = [self._proofs[one.batch] if one.batch >= 0 else None for one in kept]
         good = [bool(p.good[one.place]) if p else False for one, p in zip(kept, proofs, strict=True)]
         margins = [float(p.margin[one.place]) if p else -1.0 for one, p in zip(kept, proofs, strict=True)]
-        return np.array([one.low for one in kept]), np.array([one.high for one in kept]), np.array(good), np.array(margins)
+        return (
+            np.array([one.low for one in kept]),
+            np.array([one.high for one in kept]),
+            np.array(good),
+            np.array(margins),
+        )
 
     # ---- looking ---------------------------------------------------------------------------------------------------
 
@@ -134,7 +139,7 @@ class Cover:
         halves[:, self._axes] = 0.5 * (high - low) * (1.0 + 1e-12) + 4.0 * EPS * (np.abs(low) + np.abs(high))
         return middles, halves
 
-    def _share_of(self, part: Part) -> float:
+    def _share_of(self, part: SubBox) -> float:
         whole = self.parts[0]
         return float(np.prod((part.high - part.low) / (whole.high - whole.low)))
 
@@ -153,7 +158,7 @@ class Cover:
             (high if sign < 0.0 else low)[axis] = half
             guess = proofs.near(place, 0.5 * sign * np.eye(len(scores))[axis])
             usable = proofs.closed[place] and np.isfinite(guess).all()
-            self.parts.append(Part(low, high, guess if usable else part.guess))
+            self.parts.append(SubBox(low, high, guess if usable else part.guess))
         part.children = len(self.parts) - 2, len(self.parts) - 1
         return list(part.children)
 
@@ -165,7 +170,9 @@ class Cover:
         if not cuts:
             return []
         points = np.array([0.5 * (one.low + one.high) for one in cuts])
-        sides = [[self._holding(one.children[side], at) for one, at in zip(cuts, points, strict=True)] for side in (0, 1)]
+        sides = [
+            [self._holding(one.children[side], at) for one, at in zip(cuts, points, strict=True)] for side in (0, 1)
+        ]
         enclosures = [self._room(numbers, points) for numbers in sides]
         (q, room, tight), (other, other_room, other_tight) = enclosures
         away = np.abs(q - other)

@@ -1,19 +1,20 @@
 """Quadratic forms: enclosures of what a straight-line program computes over many boxes at once, roundings included.
 
-A form stands for all values m + g . s + s' H s + e with the shares s in [-1, 1] (one for every edge of a box) and |e| <= r.
-The polynomial is kept with its signs, so terms that cancel do so here too; all of third order goes into r with a bound.
-With L the sum of |g|, Q that of |H|, R = L + Q + r the radius, and T a bound of a sixth of the third derivative,
+A form stands for all values m + g . s + s' H s + e with the shares s in [-1, 1] (one for every edge of a box) and |e|
+<= r. The polynomial is kept with its signs, so terms that cancel do so here too; all of third order goes into r with a
+bound. With L the sum of |g|, Q that of |H|, R = L + Q + r the radius, and T a bound of a sixth of the third
+derivative,
 
     x y:       |m_x| r_y + |m_y| r_x + L_x (Q_y + r_y) + (Q_x + r_x) R_y
     f(x):      |f'| r + |f''| / 2 (2 L + Q + r) (Q + r) + T R^3
 
-Every operation adds a bound of its own rounding to r, from `EPS`; that of numpy's sine and cosine, which are good to a few
-units in the last place, is taken as eight.  Constants of a program are what the description's numbers were rounded to, so
-all but small multiples of 1/2 count as uncertain by four units in their last place.
+Every operation adds a bound of its own rounding to r, from `EPS`; that of numpy's sine and cosine, which are good to a
+few units in the last place, is taken as eight.  Constants of a program are what the description's numbers were rounded
+to, so all but small multiples of 1/2 count as uncertain by four units in their last place.
 
-After M. Berz, G. Hoffstaetter: Computation and application of Taylor polynomials with interval remainder bounds.  Reliable
-Computing 4 (1998) 83-97; and L. H. de Figueiredo, J. Stolfi: Affine arithmetic: concepts and applications.  Numer.
-Algorithms 37 (2004) 147-158.
+After M. Berz, G. Hoffstaetter: Computation and application of Taylor polynomials with interval remainder bounds.
+Reliable Computing 4 (1998) 83-97; and L. H. de Figueiredo, J. Stolfi: Affine arithmetic: concepts and applications.
+Numer. Algorithms 37 (2004) 147-158.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ TINY = 1e-290
 """Makes up for what underflows."""
 
 
-class Terms(NamedTuple):
+class FormTerms(NamedTuple):
     """The polynomial of a form: 1, the shares, and their products.
 
     Attributes:
@@ -62,14 +63,14 @@ class Terms(NamedTuple):
 
 
 @cache
-def terms_of(shares: int) -> Terms:
+def terms_of(shares: int) -> FormTerms:
     """The terms for a number of shares."""
     first, second = np.triu_indices(shares)
-    return Terms(shares, first, second, np.where(first == second, 0.5, 1.0)[:, None])
+    return FormTerms(shares, first, second, np.where(first == second, 0.5, 1.0)[:, None])
 
 
 @cache
-def terms_by_size(size: int) -> Terms:
+def terms_by_size(size: int) -> FormTerms:
     """The terms by how many they are."""
     return next(terms for shares in range(size) if (terms := terms_of(shares)).size == size)
 
@@ -141,7 +142,7 @@ def multiply(x: Form, y: Form) -> Form:
     return form(line, (rest + 8.0 * EPS * (x.largest * y.largest)) * UP + TINY)
 
 
-def _product(terms: Terms, x: Array, y: Array) -> Array:
+def _product(terms: FormTerms, x: Array, y: Array) -> Array:
     """Coefficients of the products of two linear parts."""
     i, j = 1 + terms.first, 1 + terms.second
     return np.asarray((x[i] * y[j] + x[j] * y[i]) * terms.half)
@@ -241,7 +242,9 @@ def enclose(program: Program, inputs: Sequence[Form]) -> list[Form]:
     Raises:
         InputError: it has an operation without an enclosure.
     """
-    unknown = sorted({Op(code).name for code in program.op.tolist()} - {op.name for op in (*MEANING, Op.CONST, Op.INPUT)})
+    unknown = sorted(
+        {Op(code).name for code in program.op.tolist()} - {op.name for op in (*MEANING, Op.CONST, Op.INPUT)}
+    )
     if unknown:
         raise InputError(f"{program.name} cannot be enclosed: it has {', '.join(unknown)}")
     shares = terms_by_size(len(inputs[0].line)).shares

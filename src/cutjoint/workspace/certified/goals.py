@@ -1,7 +1,7 @@
 """What the tool is asked for over boxes of its coordinates: numbers and forms for the equations of a led chain.
 
-A goal has the wanted place along the axes of the task, in the chain's model, and the wanted rotation since home in these
-axes, exp([r]) with the rotation vector r of the task's coordinates,
+A goal has the wanted place along the axes of the task, in the chain's model, and the wanted rotation since home in
+these axes, exp([r]) with the rotation vector r of the task's coordinates,
 
     exp([r]) = 1 + S [r] + C (r r' - s),    s = r' r,    S = sum (-s)^k / (2 k + 1)!,    C = sum (-s)^k / (2 k + 2)!
 

@@ -1,20 +1,21 @@
 """Proofs on sub-boxes: for every goal in one there is exactly one posture near by, and none of them is singular.
 
-With t the goals of a sub-box and p(t) a polynomial of second order that the postures nearly follow, they are looked for in
+With t the goals of a sub-box and p(t) a polynomial of second order that the postures nearly follow, they are looked
+for in
 
     x = p(t) + e,    |e_i| <= E_i
 
-With F the equations, J their derivative over all of these x and t (`cutjoint.workspace.certified.forms`), C the inverse of
-J in the middle, A a bound of |1 - C J| and b one of |C F(p(t), t)|, Krawczyk's test
+With F the equations, J their derivative over all of these x and t (`cutjoint.workspace.certified.forms`), C the
+inverse of J in the middle, A a bound of |1 - C J| and b one of |C F(p(t), t)|, Krawczyk's test
 
     b + A E < E
 
-proves a posture for every t, and no second one within E.  As A E < E, the spectral radius of A is below 1, so that J is
-regular: no type-1 singularity.  The same with the actuators held instead of the tool, A' v < v for some v > 0, excludes type
-2.  Margins are 1 less the larger of the two spectral radii, or rather of bounds of these.
+proves a posture for every t, and no second one within E.  As A E < E, the spectral radius of A is below 1, so that J
+is regular: no type-1 singularity.  The same with the actuators held instead of the tool, A' v < v for some v > 0,
+excludes type 2.  Margins are 1 less the larger of the two spectral radii, or rather of bounds of these.
 
-After R. Krawczyk: Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken.  Computing 4 (1969) 187-201; and
-A. Neumaier: Interval methods for systems of equations.  Cambridge 1990, section 5.1.
+After R. Krawczyk: Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken.  Computing 4 (1969) 187-201;
+and A. Neumaier: Interval methods for systems of equations.  Cambridge 1990, section 5.1.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ STILL = 1e-9
 FARTHEST = 0.5
 """Longest step of Newton's method."""
 ROOM, LEAST = 0.02, 1e-11
-"""Room for a posture beside what is needed: part of its way over the sub-box, and in radians or lengths of the robot."""
+"""Room for a posture beside what is needed: part of its way over the sub-box; in radians or lengths of the robot."""
 TRIES = 3
 CLEARLY = 1.0 - 1e-12
 """Factor of what is to be clearly larger."""
@@ -72,7 +73,7 @@ class Proofs:
     @property
     def q(self) -> Array:
         """Postures in the middle, (N, size)."""
-        return self.line[0]
+        return np.asarray(self.line[0])
 
     def near(self, place: int, shares: Array) -> Array:
         """The polynomial of one sub-box at shares (shares,), (size,)."""
@@ -98,7 +99,7 @@ def settled(system: LedSystem, q: Array, goals: Array) -> tuple[Array, Flags]:
 
 
 def prove(system: LedSystem, middles: Array, halves: Array, guesses: Array) -> Proofs:
-    """Look at sub-boxes (middles and half edges of the led coordinates, (N, led) each), from postures near those in their
+    """Look at sub-boxes, middles and half edges of the led coordinates (N, led), from postures near those in their
     middles (N, size)."""
     goals = system.goals.numbers(middles)
     q, closed = settled(system, guesses, goals)

@@ -1,9 +1,9 @@
 """Looks for points of a box that do not hold what is asked, before and beside the proof.
 
-Points are led to from the middle of the box along straight lines by Newton's method; what does not arrive, or is beyond a
-limit, is asked of the chain, whose answer counts.  From corners, middles of edges and faces, and the middle, the smallest
-singular values (with the sign of their determinant) and the room to joint limits are then followed downhill.  A determinant
-with the actuators held that changes its sign is followed to the singularity by bisection.
+Points are led to from the middle of the box along straight lines by Newton's method; what does not arrive, or is
+beyond a limit, is asked of the chain, whose answer counts.  From corners, middles of edges and faces, and the middle,
+the smallest singular values (with the sign of their determinant) and the room to joint limits are then followed
+downhill.  A determinant with the actuators held that changes its sign is followed to the singularity by bisection.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import LimitError, SingularError, UnreachableError
@@ -35,7 +36,7 @@ ASKED = 64
 HALVINGS = 60
 
 
-class Led(NamedTuple):
+class WalkedPoints(NamedTuple):
     """Postures at some points.
 
     Attributes:
@@ -51,7 +52,7 @@ class Led(NamedTuple):
     measures: Array
 
 
-class Search:
+class CounterSearch:
     """Looks for counter-examples in one box.
 
     Args:
@@ -69,8 +70,10 @@ class Search:
         led, driven = (one * system.units for one in system.matrices(at[1], goals))
         self.signs = np.array([np.linalg.slogdet(one)[0][0] for one in (led, driven)])
 
-    def first(self) -> CounterExample | None:
-        """A counter-example among some points, or downhill from them."""
+    def first(self, near: Posture) -> CounterExample | None:
+        """A counter-example: the middle, on another assembly mode than `near`, some points, or downhill from them."""
+        if (found := self._other_mode(near)) is not None:
+            return found
         axes = self._system.goals.axes
         shares = np.array(list(product((-1.0, 1.0, 0.0), repeat=len(axes))))
         points = np.tile(self.middle, (len(shares), 1))
@@ -90,7 +93,7 @@ class Search:
 
     # ---- ways ------------------------------------------------------------------------------------------------------
 
-    def _walked(self, points: Array) -> Led:
+    def _walked(self, points: Array) -> WalkedPoints:
         """Postures at points (N, led), along straight lines from the middle."""
         system = self._system
         q = np.tile(np.array(self._start.q_full), (len(points), 1))
@@ -102,7 +105,7 @@ class Search:
             q = np.where(arrived[:, None], found, q)
         return self._measured(points, q, arrived)
 
-    def _measured(self, at: Array, q: Array, arrived: npt.NDArray[np.bool_]) -> Led:
+    def _measured(self, at: Array, q: Array, arrived: npt.NDArray[np.bool_]) -> WalkedPoints:
         system = self._system
         measures = np.empty((3, len(at)))
         for kind, matrices in enumerate(system.matrices(q, system.goals.numbers(at))):
@@ -111,9 +114,9 @@ class Search:
             measures[kind] = signs * self.signs[kind] * np.linalg.svd(scaled, compute_uv=False)[:, -1]
         room = np.minimum(q - system.lower, system.upper - q) / system.units
         measures[2] = room.min(axis=1)
-        return Led(at, q, arrived & (measures[0] > 0.0), measures)
+        return WalkedPoints(at, q, arrived & (measures[0] > 0.0), measures)
 
-    def _downhill(self, seen: Led, kind: int) -> CounterExample | None:
+    def _downhill(self, seen: WalkedPoints, kind: int) -> CounterExample | None:
         """Follow one of the measures from the points where it is least."""
         axes = list(self._system.goals.axes)
         if kind == 2 and not np.isfinite(seen.measures[2]).all():
@@ -146,7 +149,7 @@ class Search:
 
     # ---- what is wrong ---------------------------------------------------------------------------------------------
 
-    def _wrong(self, seen: Led) -> CounterExample | None:
+    def _wrong(self, seen: WalkedPoints) -> CounterExample | None:
         """A counter-example among points, if the chain agrees."""
         crossed = np.flatnonzero(seen.arrived & (seen.measures[1] <= 0.0))
         for k in crossed[:2].tolist():
@@ -166,7 +169,22 @@ class Search:
             return None
         self._asked += 1
         names = dict(zip(self._system.goals.names, at.tolist(), strict=True))
-        return shown_by_chain(self._system.chain, names, self._start)
+        found = shown_by_chain(self._system.chain, names, self._start)
+        return found if isinstance(found, CounterExample) else None
+
+    def _other_mode(self, near: Posture) -> CounterExample | None:
+        """Whether a type-2 singularity lies between a posture and the middle of the box."""
+        system, q = self._system, np.array(near.q_full)[None]
+        sign, size = np.linalg.slogdet(system.matrices(q, system.goals.numbers(self.middle[None]))[1] * system.units)
+        if sign[0] != -self.signs[1] or size[0] < np.log(tolerances.SINGULAR.value):
+            return None
+        names = dict(zip(system.goals.names, self.middle.tolist(), strict=True))
+        told = (
+            "the determinant with the actuators held has another sign here, in the middle of the box, than at the "
+            "posture that the robot comes from, so every way between them leads through a type-2 singularity; a "
+            "posture in the box as `near` picks this assembly mode"
+        )
+        return CounterExample(names, "another assembly mode", "", told)
 
     def _crossing(self, at: Array) -> CounterExample | None:
         """The type-2 singularity between the middle and a point with the other sign."""
@@ -187,19 +205,24 @@ class Search:
             return None
         names = dict(zip(system.goals.names, low.tolist(), strict=True))
         told = (
-            "the determinant with the actuators held changes its sign between the middle of the box and here, where the "
-            f"smallest singular value is {abs(last):.1e}"
+            "the determinant with the actuators held changes its sign between the middle of the box and here, where "
+            f"the smallest singular value is {abs(last):.1e}"
         )
         return CounterExample(names, "type-2 singular", "", told)
 
 
-def shown_by_chain(chain: ClosedChain, names: Mapping[str, float], near: Posture | None) -> CounterExample | None:
-    """What the chain says of a point: a counter-example, or nothing where it arrives there."""
+def shown_by_chain(
+    chain: ClosedChain, names: Mapping[str, float], near: Posture | str | None
+) -> CounterExample | Posture:
+    """What the chain says of a point: a counter-example, or its posture there.
+
+    Raises:
+        CutjointError: something else is wrong.
+    """
     why: Why = "unreachable"
     joint = ""
     try:
-        chain.reach(names, near, free=True)
-        return None
+        return chain.reach(names, near, free=True)
     except LimitError as error:
         why, joint, told = "joint limit", error.joint, str(error)
     except UnreachableError as error:

@@ -1,14 +1,14 @@
 """A chain that is led by its tool, as equations in its configuration: as many equations as unknowns.
 
 Unknowns are Pinocchio's coordinates: a ball has its quaternion, a body that turns in a plane cosine and sine, with one
-equation each for their unit length.  Then there are the equations of the loops, as many as are independent, and for every
-led coordinate of the tool
+equation each for their unit length.  Then there are the equations of the loops, as many as are independent, and for
+every led coordinate of the tool
 
     places:       A' p - t = 0,                  with p the tool's place and t the wanted one along the task's axes A
     rotations:    led parts of (E - E') / 2,     E = exp(-[r]) A' Q A, with Q the rotation since home, r the wanted one
 
-which vanish where the tool is as `cutjoint.mechanism.task` asks: E - E' is 4 w q of its quaternion (q, w).  Idle freedoms,
-such as the spin of a rod between two balls, are held by one linear equation each.
+which vanish where the tool is as `cutjoint.mechanism.task` asks: E - E' is 4 w q of its quaternion (q, w).  Idle
+freedoms, such as the spin of a rod between two balls, are held by one linear equation each.
 
 Equations of the loops that depend on the others at the start are left out: along the branch of a robot they hold by
 themselves, since the closure is analytic.  What they are open by is looked at in the middle of every sub-box.
@@ -173,13 +173,13 @@ class LedSystem:
         return np.concatenate([open_by, q @ self._idle.T - self._held], axis=1)
 
     def matrices(self, q: Array, goals: Array) -> tuple[Array, Array]:
-        """Derivatives of the equations by the unknowns, led by the tool and led by the actuators, (N, size, size) each."""
+        """Derivatives of the equations by the unknowns, led by tool and by actuators, (N, size, size) each."""
         return self._whole(self._slopes.dense(self._run(self._slopes.program, q, goals)), True)
 
     def left_open(self, q: Array, goals: Array) -> Array:
         """What the equations that are left out are open by at most, dimensionless, shape (N,)."""
         values = np.abs(self._run(self._left, q, goals)) * self._left_scale
-        return values.max(axis=1, initial=0.0)
+        return np.asarray(values.max(axis=1, initial=0.0))
 
     def _run(self, program: Program, q: Array, goals: Array) -> Array:
         with np.errstate(all="ignore"):
