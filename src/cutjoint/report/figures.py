@@ -75,7 +75,6 @@ SETTINGS = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
-    "axes.formatter.use_mathtext": True,
     "grid.color": GRID,
     "text.color": INK,
     "figure.facecolor": PLATE,

@@ -23,7 +23,7 @@ from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.mechanism import Mechanism, Posture
 from cutjoint.workspace.certified.certificate import Certificate, CounterExample, Status
 from cutjoint.workspace.certified.cover import Cover
-from cutjoint.workspace.certified.goals import Goals
+from cutjoint.workspace.certified.goals import BoxGoals
 from cutjoint.workspace.certified.search import CounterSearch, shown_by_chain
 from cutjoint.workspace.certified.system import LedSystem
 
@@ -89,9 +89,11 @@ def _decided(
     wrong = _singular(chain, answer.middle, start)
     if wrong is not None:
         return answer.of("refused", wrong)
-    system = LedSystem(source, Goals(chain, answer.names, answer.axes), start)
+    system = LedSystem(source, BoxGoals(chain, answer.names, answer.axes), start)
     search = CounterSearch(system, answer.lower, answer.upper, start)
-    found = search.first(chain.home if near is None or isinstance(near, str) else near)
+    found = search.first(
+        near if isinstance(near, Posture) else ClosedChain(chain.description, near).home if near else chain.home
+    )
     if found is not None:
         return answer.of("refused", found)
     cover = Cover(system, search, np.array(start.q_full), most, go_on)

@@ -28,8 +28,8 @@ THIRD = 1e-3
 """Bound of a sixth of the third derivatives of both."""
 
 
-class Goals:
-    """Goals of one chain along some coordinates of its tool.
+class BoxGoals:
+    """BoxGoals of one chain along some coordinates of its tool.
 
     Args:
         chain: the robot.
@@ -50,7 +50,7 @@ class Goals:
         self._rounding = 16.0 * EPS * (np.abs(basis.T) @ (np.abs(origin) + np.abs(start)))
 
     def numbers(self, at: Array) -> Array:
-        """Goals of coordinates (N, led), shape (N, width)."""
+        """BoxGoals of coordinates (N, led), shape (N, width)."""
         found, turns = np.zeros((len(at), self.width)), np.zeros((len(at), 3))
         for k, name in enumerate(self.names):
             axis = "xyz".index(name[-1])

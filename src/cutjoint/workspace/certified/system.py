@@ -36,7 +36,7 @@ from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Posture
 from cutjoint.workspace.certified.forms import Form, enclose, weighted
-from cutjoint.workspace.certified.goals import Goals
+from cutjoint.workspace.certified.goals import BoxGoals
 
 Indices = npt.NDArray[np.intp]
 
@@ -81,7 +81,7 @@ class LedSystem:
         InputError: the robot is singular at the start.
     """
 
-    def __init__(self, source: ChainSource, goals: Goals, start: Posture) -> None:
+    def __init__(self, source: ChainSource, goals: BoxGoals, start: Posture) -> None:
         self.source, self.goals, self.chain = source, goals, source.chain
         self.size, self.units = source.positions, np.array(source.position_scale)
         lower, upper = source.limits
