@@ -125,7 +125,8 @@ def show_certificate(found: Certificate, picture: Path | None = None) -> None:
         for name, low, high, unit in zip(found.names, found.lower, found.upper, found.units, strict=True)
     ]
     rows += [
-        (name, f"{value:.6g} {'rad' if name.startswith('r') else 'm'}, held") for name, value in found.held.items()
+        (name, f"{round(value, 12):.6g} {'rad' if name.startswith('r') else 'm'}, held")
+        for name, value in found.held.items()
     ]
     rows.append(("proven", f"{100.0 * found.part:.4g} % of the box, {int(found.proven.sum())} sub-boxes"))
     if found.proven.any():
@@ -134,7 +135,8 @@ def show_certificate(found: Certificate, picture: Path | None = None) -> None:
     wrong = found.counter_example
     if wrong is not None:
         at = ", ".join(
-            f"{name} = {value:.6g} {'rad' if name.startswith('r') else 'm'}" for name, value in wrong.at.items()
+            f"{name} = {round(value, 12):.6g} {'rad' if name.startswith('r') else 'm'}"
+            for name, value in wrong.at.items()
         )
         say(f"Not so at {at}: {wrong.why}{f' of {wrong.joint}' if wrong.joint else ''}.")
         say(f"{wrong.shown}.")

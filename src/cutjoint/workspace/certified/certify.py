@@ -198,9 +198,9 @@ def _singular(chain: ClosedChain, at: Mapping[str, float], start: Posture) -> Co
     """Whether the middle itself is singular."""
     report, limit = chain.mobility(start), tolerances.SINGULAR.value
     if not report.type2 > limit:
-        told = f"the distance to a type-2 singularity is {report.type2:.1e} in the middle of the box"
+        told = f"The distance to a type-2 singularity is {report.type2:.1e} in the middle of the box"
         return CounterExample(at, "type-2 singular", "", told)
     if report.type1 <= limit:
-        told = f"the distance to a type-1 singularity is {report.type1:.1e} in the middle of the box"
+        told = f"The distance to a type-1 singularity is {report.type1:.1e} in the middle of the box"
         return CounterExample(at, "type-1 singular", "", told)
     return None

@@ -180,7 +180,7 @@ class CounterSearch:
             return None
         names = dict(zip(system.goals.names, self.middle.tolist(), strict=True))
         told = (
-            "the determinant with the actuators held has another sign here, in the middle of the box, than at the "
+            "The determinant with the actuators held has another sign here, in the middle of the box, than at the "
             "posture that the robot comes from, so every way between them leads through a type-2 singularity; a "
             "posture in the box as `near` picks this assembly mode"
         )
@@ -205,7 +205,7 @@ class CounterSearch:
             return None
         names = dict(zip(system.goals.names, low.tolist(), strict=True))
         told = (
-            "the determinant with the actuators held changes its sign between the middle of the box and here, where "
+            "The determinant with the actuators held changes its sign between the middle of the box and here, where "
             f"the smallest singular value is {abs(last):.1e}"
         )
         return CounterExample(names, "type-2 singular", "", told)
