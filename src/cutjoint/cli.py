@@ -20,6 +20,7 @@ HEADINGS = {
     "Begin": ("new", "cut", "list"),
     "Look at a robot": ("info", "check", "view"),
     "Run it and look at the run": ("simulate", "plot", "report", "play"),
+    "Engineer it": ("workspace",),
     "Hand it to other programs": ("export", "states", "compile"),
     "Compare with papers and engines": ("crosscheck", "reproduce"),
 }

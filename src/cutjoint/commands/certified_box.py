@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
@@ -27,6 +27,10 @@ CertifyBox = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+CertificatePicture = Annotated[
+    Path | None,
+    typer.Option("--certificate", metavar="FILE", help="Picture of the box: .png or .svg.", rich_help_panel=PANEL),
+]
 MostBoxes = Annotated[
     int, typer.Option("--most", min=1, help="Sub-boxes that are looked at, at most.", rich_help_panel=PANEL)
 ]
@@ -34,6 +38,50 @@ Seconds = Annotated[
     float | None, typer.Option("--seconds", metavar="S", help="Time that the proof may take.", rich_help_panel=PANEL)
 ]
 MOST = 100_000
+
+
+class AskedBox(NamedTuple):
+    """What is asked of a box.
+
+    Attributes:
+        box: its edges.
+        picture: where its picture is written.
+        most, seconds: sub-boxes that are looked at, and time that it takes, at most.
+    """
+
+    box: dict[str, tuple[float, float]]
+    picture: Path | None
+    most: int
+    seconds: float | None
+
+
+def asked(
+    box: str | None, picture: Path | None, most: int, seconds: float | None, others: Sequence[str]
+) -> AskedBox | None:
+    """What the options ask for; None where no box is given.
+
+    Raises:
+        InputError: options of a box without one or of a map beside one, no box, or nothing can be written where the
+            picture shall be.
+    """
+    from cutjoint.errors import InputError
+    from cutjoint.report.answers.sheet import check_picture
+    from cutjoint.report.figures import plotting
+
+    own = {"--certificate": picture is not None, "--most": most != MOST, "--seconds": seconds is not None}
+    if box is None:
+        if said := [name for name, given in own.items() if given]:
+            raise InputError(f"{said[0]} is of a box: give it by --certify x=-0.1..0.1,...")
+        return None
+    if others:
+        raise InputError(f"--certify goes without {others[0]}, which is of a map; --hold holds other coordinates")
+    if seconds is not None and not seconds > 0.0:
+        raise InputError(f"--seconds must be above 0, found {seconds:g}")
+    edges = box_of(box)
+    if picture is not None:
+        check_picture(picture)
+        plotting()
+    return AskedBox(edges, picture, most, seconds)
 
 
 def box_of(text: str) -> dict[str, tuple[float, float]]:
@@ -47,7 +95,7 @@ def box_of(text: str) -> dict[str, tuple[float, float]]:
     found: dict[str, tuple[float, float]] = {}
     for part in text.split(","):
         name, equals, ends = part.partition("=")
-        low, dots, high = ends.partition("..")
+        low, dots, high = ends.partition(".." if ".." in ends else ":")
         try:
             if not (equals and dots):
                 raise ValueError
@@ -64,39 +112,28 @@ def box_of(text: str) -> dict[str, tuple[float, float]]:
 
 
 def certify_box(
-    chain: ClosedChain,
-    box: str,
-    held: Mapping[str, float] | None = None,
-    *,
-    most: int = MOST,
-    seconds: float | None = None,
-    picture: Path | None = None,
-    json: bool = False,
+    chain: ClosedChain, asked: AskedBox, held: Mapping[str, float] | None = None, *, json: bool = False
 ) -> None:
-    """Certify a box and tell; ends with status 1 where it is not proven.
-
-    Raises:
-        InputError: it is no box, or nothing can be written where the picture shall be.
-    """
+    """Certify a box and tell; ends with status 1 where it is not proven."""
     from cutjoint.report.answers.certificate import certificate_picture
-    from cutjoint.report.answers.sheet import check_picture, write_sheet
-    from cutjoint.report.figures import plotting
+    from cutjoint.report.answers.sheet import write_sheet
     from cutjoint.workspace import certify
 
-    edges = box_of(box)
-    if picture is not None:
-        check_picture(picture)
-        plotting()
     with progress(f"{chain.name}: proving a box", 100.0, "%") as told:
         found = certify(
-            chain, edges, held=held, most=most, seconds=seconds, told=lambda part: told(round(100.0 * part, 2))
+            chain,
+            asked.box,
+            held=held,
+            most=asked.most,
+            seconds=asked.seconds,
+            told=lambda part: told(round(100.0 * part, 2)),
         )
-    if picture is not None:
-        write_sheet(certificate_picture(found), picture)
+    if asked.picture is not None:
+        write_sheet(certificate_picture(found), asked.picture)
     if json:
         print_json(certificate_data(found))
     else:
-        show_certificate(found, picture)
+        show_certificate(found, asked.picture)
     if not found.is_certified:
         raise typer.Exit(1)
 

@@ -14,6 +14,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from cutjoint import tolerances
 from cutjoint.arrays import Array
 from cutjoint.compile.functions.sample import nearest_turn
 from cutjoint.compile.mechanism import WRENCH, CompiledMechanism
@@ -117,6 +118,18 @@ class Batch:
         Raises:
             InputError: wrong shape, no target of this robot, or the robot has no tool.
             UnreachableError, ClosureError, SingularError: a row cannot be reached; a note names it.
+        """
+        raise NotImplementedError
+
+    def reached(self, targets: npt.ArrayLike) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """Closed positions as of `reach`, shape (N, positions), NaN where the compiled equations do not find any; and
+        which rows they find, shape (N,).  No error says why a row is missing.
+
+        Args:
+            targets: as of `reach`.
+
+        Raises:
+            InputError: wrong shape, no target of this robot, or the robot has no tool.
         """
         raise NotImplementedError
 
@@ -258,11 +271,36 @@ class PaperBatch(Batch):
             rows = range(len(given))
             return np.array([asked(k, lambda k: self._model(values, k).reach(given[k])).q for k in rows])
         target = given
-        parts, _ = model.library()["reach"].batch([target, values], self.threads)
+        parts, trusted = model.library()["reach"].batch([target, values], self.threads)
         q = nearest_turn(parts["q_reached"], model.home.q, [one.kind == "rotation" for one in model.actuators])
-        for row in np.flatnonzero(~np.isfinite(q).all(axis=1)).tolist():
+        for row in np.flatnonzero(~trusted).tolist():
             q[row] = asked(row, lambda k: self._model(values, k).reach(target[k])).q
         return q
+
+    def reached(self, targets: npt.ArrayLike) -> tuple[Array, npt.NDArray[np.bool_]]:
+        target = targets_of(targets)
+        if target.shape[1:] != (3,):
+            raise InputError(f"a published model is led by points (N, 3), found shape {target.shape}")
+        q, found = self.reached_in_any(target)
+        tool, trusted = self._mechanism.library()["tool"].batch(
+            [np.ascontiguousarray(q[found]), np.zeros(self.n), self._values(None)], self.threads
+        )
+        # the tool that goes with these actuators on the branch of home, another one behind a type-2 singularity
+        away = np.abs(tool["position"] - target[found]).max(axis=1, initial=0.0)
+        size = np.abs(target[found] - self._mechanism.tool(self._mechanism.home).position).max(initial=0.0)
+        found[found] = trusted & (away <= tolerances.REACHED.value * max(size, np.finfo(float).tiny))
+        q[~found] = np.nan
+        return q, found
+
+    def reached_in_any(self, target: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """The same with the tool at points (N, 3), on whichever side of type-2 singularities."""
+        model = self._mechanism
+        given = [np.ascontiguousarray(target), self._values(None)]
+        found_q, strain = model.library()["reach"].kernel.batch(given, threads=self.threads)
+        q = np.array(found_q)
+        found = np.isfinite(q).all(axis=1) & np.isfinite(strain[:, 0])
+        q[found] = nearest_turn(q[found], model.home.q, [one.kind == "rotation" for one in model.actuators])
+        return q, found
 
     def _posture(self, model: Mechanism, positions: Array) -> Posture:
         return model.close(positions)

@@ -13,7 +13,7 @@ from cutjoint.compile.batch import Batch, Given, asked, targets_of
 from cutjoint.compile.closing import ChainClosing
 from cutjoint.compile.mechanism import CompiledMechanism
 from cutjoint.compile.reaching import ChainReaching
-from cutjoint.errors import CutjointError
+from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import Mechanism, Posture
 
 
@@ -72,6 +72,20 @@ class ChainBatch(Batch):
             last = asked(row, one)
             found[row] = last.q_full
         return found
+
+    def reached(self, targets: npt.ArrayLike) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """As of `Batch.reached`: what a straight way of the tool from home leads to, within the limits of joints."""
+        given = targets_of(targets)
+        if self._reaching is None:
+            raise InputError(
+                f"the compiled equations of {self._mechanism.name} do not lead its tool; reach() asks the robot itself"
+            )
+        task = self._mechanism.task
+        wanted = [asked(row, lambda k: task.target(given[k])) for row in range(len(given))]
+        found, done = self._reaching.many(np.tile(self._mechanism.home.q_full, (len(given), 1)), wanted, self.threads)
+        self._respect_limits(found, done)
+        found[~done] = np.nan
+        return found, done
 
     def _geometry(self, values: Array, k: int) -> Mechanism:
         """The chain that closes the loops at the values of a row."""

@@ -248,6 +248,7 @@ def reach_step(call: Call) -> Traced:
 
 
 def reach(call: Call) -> Traced:
-    """Inverse kinematics in closed form."""
+    """Inverse kinematics in closed form; the strain is that of the posture, not a number where there is none."""
     assert isinstance(call.source, PaperSource)
-    return {"q_reached": call.source.inverse_kinematics(call["p"], call["parameters"])}, 1.0
+    found = call.source.inverse_kinematics(call["p"], call["parameters"])
+    return {"q_reached": found}, call.source.strain_at(call.graph, found, call["parameters"])

@@ -94,6 +94,14 @@ class PaperSource:
         p = self.with_expressions(dict(zip(self.parameters, parameters, strict=True)))
         return list(self.model.inverse_kinematics(p, (tool[0], tool[1], tool[2]), self.branch, FUNCTIONS))
 
+    def strain_at(self, graph: Graph, q: Sequence[Number], parameters: Sequence[Expression]) -> Number:
+        """What the strains at actuated coordinates come to; not a number where one of them is none, which the largest
+        of them would hide."""
+        p = self.with_expressions(dict(zip(self.parameters, parameters, strict=True)))
+        own: EquationState = self.model.state_at(p, tuple(q), self.branch, FUNCTIONS)
+        strains: list[Number] = [abs(one) for one in own.strains()]
+        return reduce(add, strains)
+
 
 class PaperState:
     """A `TracedState` of a published model: the positions are the actuated coordinates."""
