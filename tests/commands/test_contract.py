@@ -58,6 +58,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
     "play": [],
     "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
     "compile": [("fourbar --functions tool --no-cache", 0)],
+    "workspace": [("fivebar --certify x=-0.6..0.6", 1), ("fivebar --certify x=-0.6..0.6 --json", 1)],
 }
 SLOW: dict[str, list[tuple[str, int]]] = {
     "plot": [
@@ -92,8 +93,24 @@ SLOW: dict[str, list[tuple[str, int]]] = {
         ("omega3 --functions tool,step --no-cache --measure", 0),
         ("fourbar --functions tool --no-cache --json", 0),
     ],
+    "workspace": [(f"fivebar --certify x=0..0.02,z=0.29..0.31 --certificate {HERE}/box.png", 0)],
 }
 WRONG: dict[str, list[str]] = {
+    "workspace": [
+        "",
+        "none",
+        "fivebar --certify x",
+        "fivebar --certify x=1..0",
+        "fivebar --certify y=0..1",
+        "fivebar --certify x=0..nan",
+        "fivebar --certify x=0..0.1,x=0..0.1",
+        "fivebar --certify x=0..0.1 --cells 4",
+        "fivebar --certify x=0..0.1 --seconds 0",
+        "fivebar --certify x=0..0.1 --most 0",
+        "fivebar --certify x=0..0.1 --certificate box.txt",
+        "fivebar --certificate box.png",
+        "redundant --certify x=0..0.1",
+    ],
     "new": [
         "",
         "cpm",

@@ -29,6 +29,7 @@ from cutjoint.simulation.panels import PANELS, panels_of
 from cutjoint.tables import TextTable
 from cutjoint.viewer import LiveView, show
 from cutjoint.viewer.film.recording import from_result
+from cutjoint.workspace import certify
 
 
 def walked(seeds: Iterator[object], most: int = 4) -> dict[type, object]:
@@ -164,6 +165,7 @@ def _of_runs(robot: cutjoint.ClosedChain, reference: motion.Reference) -> Iterat
         states,
         crosscheck.compare(robot, robot, states),
         crosscheck.workspace_box(robot),
+        certify(cutjoint.load("fivebar"), {"x": (-0.6, 0.6)}),
         crosscheck.Reacher(robot),
     )
     path = [(np.array(reference.at(0.0).tool.position), np.zeros(3), np.zeros(3))]
