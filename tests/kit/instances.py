@@ -47,7 +47,7 @@ from cutjoint.simulation.panels import PANELS, panels_of
 from cutjoint.tables import TextTable
 from cutjoint.viewer import LiveView, Places, show
 from cutjoint.viewer.film.recording import from_result
-from cutjoint.workspace import MAPS, FieldMap, GridAxis, Workspace
+from cutjoint.workspace import MAPS, FieldMap, GridAxis, Workspace, certify
 from cutjoint.workspace.exploring import Question
 from cutjoint.workspace.goals import Goals
 from cutjoint.workspace.lattice import Lattice
@@ -215,6 +215,7 @@ def _of_runs(robot: cutjoint.ClosedChain, reference: motion.Reference) -> Iterat
         states,
         crosscheck.compare(robot, robot, states),
         crosscheck.workspace_box(robot),
+        certify(cutjoint.load("fivebar"), {"x": (-0.6, 0.6)}),
         crosscheck.Reacher(robot),
     )
     path = [(np.array(reference.at(0.0).tool.position), np.zeros(3), np.zeros(3))]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cutjoint.commands import options, workspace_files
+from cutjoint.commands import certified_box, options, workspace_files
 from cutjoint.commands.output import print_json, say, show
 from cutjoint.commands.progress import progress
 from cutjoint.errors import InputError
@@ -89,6 +89,10 @@ def command(
     save: workspace_files.Save = None,
     largest: workspace_files.Largest = None,
     margin: workspace_files.Margin = None,
+    certify: certified_box.CertifyBox = None,
+    certificate: certified_box.CertificatePicture = None,
+    most: certified_box.MostBoxes = certified_box.MOST,
+    seconds: certified_box.Seconds = None,
     json: options.Json = False,
 ) -> None:
     """Where the tool can be without a singularity between, and how well the robot does there.
@@ -106,10 +110,17 @@ def command(
     kinds = _names(largest) if largest is not None else ()
     wanted = workspace_files.WantedFiles(picture, _numbers("--through", through or []), surface, save, kinds, margin)
     wanted.check(single=modes is WorkingModes.HOME)
+    others = {"--axes": axes, "--cells": cells, "--range": within, "--map": maps, "--published": published}
+    others |= {f"--{name}": True for name in tilts} | {"--collisions": collisions, "--ignore-limits": ignore_limits}
+    others |= {"--modes all": modes is WorkingModes.ALL, "--assembly any": assembly is AssemblyModes.ANY}
+    asked = certified_box.asked(certify, certificate, most, seconds, [name for name, one in others.items() if one])
 
     from cutjoint.robots import load
     from cutjoint.robots import published as published_model
 
+    if asked is not None:
+        certified_box.certify_box(load(robot, variant, home, lenient=lenient), asked, held, json=json)
+        return
     limits: JointLimits = "ignore" if ignore_limits else "respect"
     model: Mechanism = published_model(robot) if published else load(robot, variant, home, lenient=lenient)
     with progress(f"{model.name}: workspace", None, "cells") as told:

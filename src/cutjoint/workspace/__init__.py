@@ -1,5 +1,6 @@
 """The workspace: where the tool of a robot can be, without a singularity between, and how well the robot does there."""
 
+from cutjoint.workspace.certified import Certificate, CounterExample, certify
 from cutjoint.workspace.files import load, save
 from cutjoint.workspace.fitting import FittedShape, largest
 from cutjoint.workspace.in_world import WorldShape, in_world
@@ -11,12 +12,15 @@ from cutjoint.workspace.surface import Surface, surface, write_surface
 
 __all__ = [
     "MAPS",
+    "Certificate",
+    "CounterExample",
     "FieldMap",
     "FittedShape",
     "GridAxis",
     "Surface",
     "Workspace",
     "WorldShape",
+    "certify",
     "in_world",
     "largest",
     "load",

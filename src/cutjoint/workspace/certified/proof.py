@@ -1,0 +1,223 @@
+"""Proofs on sub-boxes: for every goal in one there is exactly one posture near by, and none of them is singular.
+
+With t the goals of a sub-box and p(t) a polynomial of second order that the postures nearly follow, they are looked
+for in
+
+    x = p(t) + e,    |e_i| <= E_i
+
+With F the equations, J their derivative over all of these x and t (`cutjoint.workspace.certified.forms`), C the
+inverse of J in the middle, A a bound of |1 - C J| and b one of |C F(p(t), t)|, Krawczyk's test
+
+    b + A E < E
+
+proves a posture for every t, and no second one within E.  As A E < E, the spectral radius of A is below 1, so that J
+is regular: no type-1 singularity.  The same with the actuators held instead of the tool, A' v < v for some v > 0,
+excludes type 2.  Margins are 1 less the larger of the two spectral radii, or rather of bounds of these.
+
+After R. Krawczyk: Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken.  Computing 4 (1969) 187-201;
+and A. Neumaier: Interval methods for systems of equations.  Cambridge 1990, section 5.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cutjoint import tolerances
+from cutjoint.arrays import Array
+from cutjoint.workspace.certified.forms import EPS, UP, Form, form, terms_by_size, terms_of
+from cutjoint.workspace.certified.system import LedSystem
+
+Flags = npt.NDArray[np.bool_]
+NEWTON = 8
+"""Steps of Newton's method in the middle of a sub-box."""
+STILL = 1e-9
+"""Steps smaller than this, in radians or lengths of the robot, leave rounding alone."""
+FARTHEST = 0.5
+"""Longest step of Newton's method."""
+ROOM, LEAST = 0.02, 1e-11
+"""Room for a posture beside what is needed: part of its way over the sub-box; in radians or lengths of the robot."""
+TRIES = 3
+CLEARLY = 1.0 - 1e-12
+"""Factor of what is to be clearly larger."""
+
+
+@dataclass(frozen=True, eq=False)
+class Proofs:
+    """What was found on N sub-boxes.
+
+    Attributes:
+        line: the polynomial that the postures follow, a row a term of the shares, (terms, N, size).
+        room, tight: half the room in which there is one posture alone, and in which that is, (N, size).
+        good: whether all is proven, (N,).
+        margin: see the module, (N,); not above 0 where nothing is proven.
+        limited: whether only joint limits are in question, (N,).
+        closed: whether there is a posture in the middle at all, as far as Newton's method can tell.
+        signs: of the determinants in the middle, led by the tool and by the actuators, (2, N).
+        scores: which axis to split, the largest, (shares, N).
+    """
+
+    line: Array
+    room: Array
+    tight: Array
+    good: Flags
+    margin: Array
+    limited: Flags
+    closed: Flags
+    signs: Array
+    scores: Array
+
+    @property
+    def q(self) -> Array:
+        """Postures in the middle, (N, size)."""
+        return np.asarray(self.line[0])
+
+    def near(self, place: int, shares: Array) -> Array:
+        """The polynomial of one sub-box at shares (shares,), (size,)."""
+        return np.asarray(terms_of(len(shares)).values(shares) @ self.line[:, place])
+
+
+def settled(system: LedSystem, q: Array, goals: Array) -> tuple[Array, Flags]:
+    """Postures (N, size) by Newton's method from near ones, and which arrived."""
+    q, arrived = q.copy(), np.zeros(len(q), dtype=bool)
+    going = np.arange(len(q))
+    for _ in range(NEWTON):
+        open_by = system.residuals(q[going], goals[going])
+        matrix = system.matrices(q[going], goals[going])[0]
+        step = np.asarray(_inverses(matrix * system.units) @ open_by[:, :, None])[:, :, 0]
+        size = np.abs(step).max(axis=1)
+        usable = size < FARTHEST
+        q[going[usable]] -= step[usable] * system.units
+        arrived[going[size < STILL]] = True
+        going = going[usable & ~(size < STILL)]
+        if not len(going):
+            break
+    return q, arrived
+
+
+def prove(system: LedSystem, middles: Array, halves: Array, guesses: Array) -> Proofs:
+    """Look at sub-boxes, middles and half edges of the led coordinates (N, led), from postures near those in their
+    middles (N, size)."""
+    goals = system.goals.numbers(middles)
+    q, closed = settled(system, guesses, goals)
+    closed &= system.left_open(q, goals) < 1e3 * tolerances.CLOSURE.value
+    led, driven = system.matrices(q, goals)
+    signs = np.array([np.linalg.slogdet(np.nan_to_num(one * system.units))[0] for one in (led, driven)])
+    with np.errstate(all="ignore"):
+        followed = _followed(system, q, (middles, halves), _inverses(led))
+        return _krawczyk(system, followed, closed, signs, _inverses(driven))
+
+
+class Followed(NamedTuple):
+    """Postures over sub-boxes to second order.
+
+    Attributes:
+        goal: forms of the goals.
+        line: the polynomials, (terms, N, size).
+        need: bound of what a step of Newton's method still changes, (N, size).
+        inverse: of the matrix in the middle, (N, size, size).
+    """
+
+    goal: list[Form]
+    line: Array
+    need: Array
+    inverse: Array
+
+
+def _followed(system: LedSystem, q: Array, boxes: tuple[Array, Array], inverse: Array) -> Followed:
+    """The polynomials: Newton's method on those of the equations, an order more each time."""
+    goal, line = system.goals.forms(*boxes), np.zeros((terms_of(len(system.goals.axes)).size, *q.shape))
+    line[0] = q
+    for _ in range(2):
+        part, _ = _open(system, line, goal)
+        line[1:] -= (inverse @ part[1:, :, :, None])[..., 0]
+    part, rest = _open(system, line, goal)
+    need, _ = _times(inverse, part[..., None], rest[..., None])
+    return Followed(goal, line, need[..., 0], inverse)
+
+
+def _open(system: LedSystem, line: Array, goal: list[Form]) -> tuple[Array, Array]:
+    """What the equations are open by along polynomials."""
+    thin = [form(line[:, :, k], np.zeros(line.shape[1])) for k in range(system.size)]
+    return system.residual_forms(thin, goal, line.shape[1])
+
+
+def _krawczyk(system: LedSystem, seen: Followed, closed: Flags, signs: Array, other_inverse: Array) -> Proofs:
+    line, need, q = seen.line, seen.need, seen.line[0]
+    way = np.abs(line[1:]).sum(axis=0)
+    spare = ROOM * way + LEAST * system.units
+    room = 2.0 * need + spare
+    exists = np.zeros(len(q), dtype=bool)
+    for attempt in range(TRIES):
+        forms = [form(line[:, :, k], room[:, k]) for k in range(system.size)]
+        led, driven = system.matrix_forms(forms, seen.goal, len(q))
+        bound, shares = _times(seen.inverse, *led, one=True)
+        found = (need + (bound @ room[:, :, None])[:, :, 0]) * UP
+        exists = (found < CLEARLY * room).all(axis=1)
+        if exists.all() or attempt == TRIES - 1:
+            break
+        larger = 1.1 * np.abs(_solved(bound, need + 0.5 * spare))
+        room = np.where(exists[:, None] | ~np.isfinite(larger), room, larger)
+    tight = np.where(exists[:, None], np.minimum(found, room), room)
+    for _ in range(2):
+        tight = np.minimum(tight, (need + (bound @ tight[:, :, None])[:, :, 0]) * UP)
+    other, other_shares = _times(other_inverse, *driven, one=True)
+    weight = np.abs(_solved(other, np.broadcast_to(system.units, q.shape)))
+    regular = ((other @ weight[:, :, None])[:, :, 0] * UP < CLEARLY * weight).all(axis=1)
+    reached = (way + tight) * UP
+    beyond = np.maximum(system.lower - (q - reached), (q + reached) - system.upper)
+    within, proven = (beyond <= 0.0).all(axis=1), exists & regular & closed
+    margin = 1.0 - np.maximum(_radius(bound, room), _radius(other, weight))
+    scores = np.maximum(_share(shares, room), _share(other_shares, weight))
+    limited = np.flatnonzero(proven & ~within)
+    if len(limited):
+        linear = line[1 : 1 + len(scores)]
+        scores[:, limited] = np.abs(linear[:, limited, beyond[limited].argmax(axis=1)])
+    margin = np.where(np.isfinite(margin), margin, -1.0)
+    return Proofs(line, room, tight, proven & within, margin, proven & ~within, closed, signs, scores)
+
+
+def _times(inverse: Array, line: Array, rest: Array, one: bool = False) -> tuple[Array, Array]:
+    """Bound of |C M|, or of |1 - C M|, for forms M (terms, N, size, k), and of the part of every share."""
+    size = inverse.shape[-1]
+    loose = np.abs(inverse) @ (rest + 2.0 * (size + 2) * EPS * np.abs(line).sum(axis=0))
+    middle = inverse @ line[0]
+    if one:
+        middle, loose = np.eye(size) - middle, loose + 2.0 * EPS
+    parts = np.abs(inverse @ line[1:])
+    bound = (np.abs(middle) + parts.sum(axis=0) + loose) * (UP + 4.0 * (len(line) + size) * EPS)
+    return bound, parts[: terms_by_size(len(line)).shares]
+
+
+def _radius(bound: Array, weight: Array) -> Array:
+    """Bound of spectral radii."""
+    for _ in range(3):
+        weight = (bound @ weight[:, :, None])[:, :, 0] + 1e-3 * weight
+    return np.asarray(((bound @ weight[:, :, None])[:, :, 0] / weight).max(axis=1))
+
+
+def _share(shares: Array, weight: Array) -> Array:
+    return np.asarray(((shares @ weight[:, :, None])[..., 0] / weight).max(axis=-1))
+
+
+def _solved(bound: Array, right: Array) -> Array:
+    """(1 - A)^-1 times a vector, NaN where that is singular."""
+    return np.asarray(_inverses(np.eye(bound.shape[-1]) - bound) @ right[:, :, None])[:, :, 0]
+
+
+def _inverses(matrices: Array) -> Array:
+    """Of matrices (N, k, k), NaN where there is none."""
+    usable = np.isfinite(matrices).all(axis=(1, 2))
+    found = np.full_like(matrices, np.nan)
+    try:
+        found[usable] = np.linalg.inv(matrices[usable])
+    except np.linalg.LinAlgError:
+        for k in np.flatnonzero(usable).tolist():
+            try:
+                found[k] = np.linalg.inv(matrices[k])
+            except np.linalg.LinAlgError:
+                continue
+    return found
