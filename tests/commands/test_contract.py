@@ -58,6 +58,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
     "play": [],
     "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
     "compile": [("fourbar --functions tool --no-cache", 0)],
+    "retime": [],
 }
 SLOW: dict[str, list[tuple[str, int]]] = {
     "plot": [
@@ -91,6 +92,10 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     "compile": [
         ("omega3 --functions tool,step --no-cache --measure", 0),
         ("fourbar --functions tool --no-cache --json", 0),
+    ],
+    "retime": [
+        (f"fourbar --acceleration 9 --effort inf --save {HERE}/quick.csv -o {HERE}/quick.svg", 0),
+        (f"{HERE}/hostile --effort inf --acceleration 3 --json", 0),
     ],
 }
 WRONG: dict[str, list[str]] = {
@@ -173,9 +178,30 @@ WRONG: dict[str, list[str]] = {
     "view": ["", "cpm --port -1", "cpm --size 3 --html x.html", f"cpm --html {HERE}/no/page.html"],
     "play": ["", "cpm", "none.npz", f"{HERE}/text.npz", f"cpm --trajectory hold --html {HERE}/no/page.html"],
     "export": ["cpm --to none", f"cpm -o {HERE}"],
+    "retime": [
+        "",
+        "fourbar --effort 0",
+        "fourbar --effort nan",
+        "fourbar --effort 1,2,3",
+        "fourbar --effort crnk=3",
+        "fourbar --effort crank=x",
+        "fourbar --effort crank=1,crank=2",
+        "fourbar --speed fast",
+        "fourbar --effort inf",
+        "fourbar --effort 9 --tool-speed 0",
+        "fourbar --effort 9 --ramp 0",
+        "fourbar --effort 9 --payload -1",
+        "fourbar --effort 9 --load tool",
+        "fourbar --effort 9 --trajectory circel",
+        "fourbar --effort 9 --variant none",
+        "fourbar --effort 9 --save run.npz",
+        f"fourbar --effort 9 --save {HERE}/no/run.csv",
+        "fourbar --effort 9 -o run.txt",
+        "redundant --effort 9",
+    ],
     "compile": ["fourbar --functions none", "fourbar --arguments none", "cpm --variant none"],
 }
-TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
+TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile", "retime")
 
 
 @dataclass

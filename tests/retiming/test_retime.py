@@ -57,7 +57,7 @@ def needed(robot: ClosedChain, reference: Reference) -> tuple[np.ndarray, np.nda
 
 
 def test_a_mass_lifted_takes_the_time_of_the_closed_form(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cutjoint.retiming.retime.CHECKS", 100)
+    monkeypatch.setattr("cutjoint.retiming.finding.CHECKS", 100)
     robot = ClosedChain(cutjoint.load_description(write("slider", tmp_path)))
     weight, mass, far = 2.0 * 9.81, 2.0, 0.4
     way = JointSpline([0.0, 1.0], np.array([[0.0], [far]]))
@@ -101,8 +101,9 @@ def test_the_circle_of_the_cpm_at_60_n() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("name", ["stewart", "fivebar", "delta", "spherical_3rrr"])
+@pytest.mark.parametrize(
+    ("name", "seed"), [("fivebar", 0), ("fivebar", 1), ("stewart", 0), ("spherical_3rrr", 0), ("delta", 0)]
+)
 def test_limits_are_kept_at_any_instant_by_any_robot(name: str, seed: int, tmp_path: Path) -> None:
     """Of any shape, size and mounting, with joints that rub, along ways that bend; and the file is the same motion."""
     assert name in LED
@@ -188,7 +189,7 @@ def test_power_is_limited_and_takes_time() -> None:
 def test_corners_are_stops_and_the_workspace_is_kept() -> None:
     robot = cutjoint.load("omega3")
     found = retime(robot, trajectory("about-home", robot), limits_of(robot, effort=3.0))
-    assert any("1 corners" in one or "1 corner," in one for one in found.told)
+    assert any("1 corners" in one for one in found.told)
     speeds = np.abs([found.trajectory.at(float(t)).v for t in found.trajectory.times]).max(axis=1)
     middle = speeds[len(speeds) // 4 : -len(speeds) // 4]
     assert middle.min() <= 1e-6 * speeds.max()

@@ -141,7 +141,10 @@ class _Work:
             nodes = sum(len(one.s) - 1 for one in self.way.pieces)
             if half - time <= LOST * time or 2 * nodes > MOST_NODES:
                 return squares, time - max(half - time, 0.0) if np.isfinite(half) else time
+            before = [(one.piece.s, x) for one, x in zip(self.solvers, squares, strict=True)]
             self._prepare(2 * nodes)
+            for one, (s, x) in zip(self.solvers, before, strict=True):
+                one.like(s, x)
             told(0.5 - 0.5 * NODES / nodes)
 
     def _solved(self) -> list[Array]:
@@ -168,25 +171,26 @@ class _Work:
     # ---- rounds ------------------------------------------------------------------------------------------------------
 
     def _tightened(self, squares: list[Array], shortest: float, told: Told) -> _Found:
-        """Rounds of tightening until no limit is passed between the samples; the quickest that keeps all."""
-        best: _Found | None = None
+        """Rounds of tightening until no limit is passed between the samples; or else the nearest of them, stretched."""
+        nearest, least = None, np.inf
         for i in range(ROUNDS):
             now = self._motion(squares, shortest)
             worst = peaks.worst_of(now.used)
             told(0.5 + 0.3 * (i + 1) / ROUNDS)
-            factor = self._stretch(now, worst)
-            stretched = self._longer(now, factor)
-            if best is None or stretched.motion.duration < best.motion.duration * (1.0 - 1e-6):
-                best = stretched
             if worst <= 1.0 + AIM:
-                break
+                return now
+            if worst < least:
+                nearest, least = now, worst
             self._tighten(now)
             try:
                 squares = self._solved()
             except RetimingError:
                 break
-        assert best is not None
-        return best
+        assert nearest is not None
+        kept = nearest
+        return self._longer(
+            kept, peaks.stretch_that_keeps(lambda by: peaks.worst_of(self._longer(kept, by).used), 1.0 + AIM)
+        )
 
     def _motion(self, squares: list[Array], shortest: float) -> _Found:
         half = 0.5 * (shortest / FIRST if self.ramp is None else self.ramp)
@@ -206,16 +210,6 @@ class _Work:
                 terms = one.terms.between(smooth.place(k, t[here] / longer))
                 parts.append(peaks.estimated(spline, t[here], terms, self.units, self.limits))
         return {one: np.concatenate([part[one] for part in parts]) for one in parts[0]}
-
-    def _stretch(self, now: _Found, worst: float) -> float:
-        """By what the motion must be longer to keep its limits as it is."""
-        if worst <= 1.0 + AIM:
-            return 1.0
-
-        def parts_at(factor: float) -> float:
-            return peaks.worst_of(self._longer(now, factor).used)
-
-        return peaks.stretch_that_keeps(parts_at, 1.0 + AIM)
 
     def _longer(self, now: _Found, factor: float) -> _Found:
         if factor == 1.0 or not np.isfinite(factor):
