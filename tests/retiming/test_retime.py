@@ -56,6 +56,7 @@ def needed(robot: ClosedChain, reference: Reference) -> tuple[np.ndarray, np.nda
     return held, np.max([np.abs(robot.inverse_dynamics(one.posture, one.v, one.a)) for one in at], axis=0)
 
 
+@pytest.mark.slow
 def test_a_mass_lifted_takes_the_time_of_the_closed_form(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cutjoint.retiming.finding.CHECKS", 100)
     robot = ClosedChain(cutjoint.load_description(write("slider", tmp_path)))
@@ -175,7 +176,7 @@ def test_jerk_and_the_tool_are_limited() -> None:
 @pytest.mark.slow
 def test_power_is_limited_and_takes_time() -> None:
     robot = cutjoint.load("cpm")
-    path = PointToPoint.from_home(robot, 0.1, 0.05, 0.1)
+    path = PointToPoint.from_home(robot, 0.1, 0.05, 0.1, 1.0)
     free, bounded = (
         retime(robot, path, limits_of(robot, effort=80.0, power=power))
         for power in (np.inf, np.array([30.0, 30.0, 40.0]))
@@ -194,7 +195,7 @@ def test_corners_are_stops_and_the_workspace_is_kept() -> None:
     middle = speeds[len(speeds) // 4 : -len(speeds) // 4]
     assert middle.min() <= 1e-6 * speeds.max()
     with pytest.raises(UnreachableError, match="leaves the workspace"):
-        retime(robot, PointToPoint.from_home(robot, 5.0, 0.0, 0.0), limits_of(robot, effort=3.0))
+        retime(robot, PointToPoint.from_home(robot, 5.0, 0.0, 0.0, 1.0), limits_of(robot, effort=3.0))
 
 
 @pytest.mark.slow

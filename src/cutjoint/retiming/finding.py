@@ -26,7 +26,7 @@ from cutjoint.motion.splines import is_closed
 from cutjoint.retiming import peaks
 from cutjoint.retiming.answer import ACTIVE, LimitPeak, Retimed
 from cutjoint.retiming.limits import OF_ACTUATORS, OF_TOOL, MotionLimits
-from cutjoint.retiming.path import MOST_NODES, NODES, Way, way_of
+from cutjoint.retiming.path import MOST_NODES, NODES, WholeWay, way_of
 from cutjoint.retiming.rows import Margins, rows_of
 from cutjoint.retiming.smoothing import Smoothed, smoothed
 from cutjoint.retiming.solving import PieceSolver
@@ -120,7 +120,7 @@ class _Work:
 
     def _prepare(self, nodes: int) -> None:
         """The way, with about so many samples, and the terms along it."""
-        self.way: Way = way_of(self.reference, self.units, round_and_round=self.goes_round, nodes=nodes)
+        self.way: WholeWay = way_of(self.reference, self.units, round_and_round=self.goes_round, nodes=nodes)
         self.solvers = [
             PieceSolver(self.robot, self.way, one, terms_along(self.robot, one, self.loads), goes_round=self.goes_round)
             for one in self.way.pieces
@@ -159,7 +159,8 @@ class _Work:
             worst, checked, used, t = self._checked(best)
             if worst <= 1.0 + KEPT:
                 return self._answer(best, shortest, tops, (checked, used, t))
-            squares = self._tighter_by_check(used, t, best)
+            self._tighten(best, t, used)
+            squares = self._solved()
         raise RetimingError(
             f"the motion found keeps its limits by the terms along the way, but not by inverse dynamics, which finds "
             f"{100.0 * worst:.2f} % of one; this way has places that the samples do not show",
@@ -251,10 +252,6 @@ class _Work:
         t = peaks.instants_to_check(best.used, best.t, best.motion.duration, CHECKS)
         used = peaks.found(Reference(best.motion, self.robot), self.robot, best.spline, t, self.limits, self.loads)
         return peaks.worst_of(used), len(t), used, t
-
-    def _tighter_by_check(self, used: peaks.Used, t: Array, best: _Found) -> list[Array]:
-        self._tighten(best, t, used)
-        return self._solved()
 
     def _ceiling(self, squares: list[Array]) -> Array:
         """Way lengths and the largest rates that limits leave there."""

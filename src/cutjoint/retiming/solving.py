@@ -11,7 +11,7 @@ from cutjoint.arrays import Array
 from cutjoint.errors import RetimingError
 from cutjoint.mechanism import Mechanism
 from cutjoint.retiming.limits import MotionLimits
-from cutjoint.retiming.path import Way, WayPiece
+from cutjoint.retiming.path import WayPiece, WholeWay
 from cutjoint.retiming.rows import LimitRows, Margins, rows_of, static_faults
 from cutjoint.retiming.sweep import Blocked, quickest
 from cutjoint.retiming.terms import WayTerms
@@ -33,7 +33,7 @@ class PieceSolver:
         goes_round: whether its end is its beginning, passed at speed.
     """
 
-    def __init__(self, robot: Mechanism, way: Way, piece: WayPiece, terms: WayTerms, *, goes_round: bool) -> None:
+    def __init__(self, robot: Mechanism, way: WholeWay, piece: WayPiece, terms: WayTerms, *, goes_round: bool) -> None:
         self.piece, self.terms, self.goes_round = piece, terms, goes_round
         self._robot, self._way = robot, way
         self.squares = np.zeros(len(piece.s))
