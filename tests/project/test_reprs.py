@@ -27,7 +27,18 @@ NO_UNITS = (
     *("Stored", "Place", "CpmState", "Branch", "MobilityReport", "Kernel", "Program", "CompiledFunction", "Frame"),
     *("Panel", "Link", "DormandPrince", "Adaptive", "Differences", "RobotDescription", "CpmModel"),
     *("InferredCpmModel", "CpmRotaryModel", "JointPhysics", "Elastic", "ClosedLoop", "Batch", "Section"),
-    *("TextTable", "Drawing", "Format", "Made", "Problem", "LiveView", "Bridge", "ChainBatch", "PaperBatch"),
+    *(
+        "LimitRows",
+        "TextTable",
+        "Drawing",
+        "Format",
+        "Made",
+        "Problem",
+        "LiveView",
+        "Bridge",
+        "ChainBatch",
+        "PaperBatch",
+    ),
     *("Coupling", "CutJoint", "Joint", "Variant", "Document", "Gain"),
 )
 """Classes whose numbers are counts, or without a unit."""

@@ -96,7 +96,7 @@ class WholeWay(Frozen):
     missed: float
     rests: float
 
-    __repr__ = line("pieces", "length", "closed", "missed", rests="s")
+    __repr__ = line("pieces", "length", "closed", "units", units="m or rad")
 
     def time_of(self, s: float) -> float:
         """The time at which the trajectory is at a way length [s]."""
