@@ -86,6 +86,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
         ("fourbar -t tool.x=1e-4 --samples 0 --json", 0),
     ],
     "tune": [("fourbar --by poles --duration 0.1 --json", 0)],
+    "retime": [],
 }
 SLOW: dict[str, list[tuple[str, int]]] = {
     "plot": [
@@ -164,6 +165,9 @@ SLOW: dict[str, list[tuple[str, int]]] = {
         (f"{HERE}/hostile -t cuts.*.a.*[xyz]=0.1mm -o {HERE}/off.png --springs bearings.toml", 0),
         ("omega3 --errors off.toml --reach 0.11,0.01,0 --json", 0),
         (f"fivebar -t joints.*.origin.x=1e-4 --samples 1000 --exact -o {HERE}/off.svg", 0),
+    "retime": [
+        (f"fourbar --acceleration 9 --effort inf --save {HERE}/quick.csv -o {HERE}/quick.svg", 0),
+        (f"{HERE}/hostile --effort inf --acceleration 3 --json", 0),
     ],
 }
 WRONG: dict[str, list[str]] = {
@@ -356,6 +360,26 @@ WRONG: dict[str, list[str]] = {
         "underactuated",
         "cpm -o bode.txt",
         f"cpm -o {HERE}/no/bode.png",
+    "retime": [
+        "",
+        "fourbar --effort 0",
+        "fourbar --effort nan",
+        "fourbar --effort 1,2,3",
+        "fourbar --effort crnk=3",
+        "fourbar --effort crank=x",
+        "fourbar --effort crank=1,crank=2",
+        "fourbar --speed fast",
+        "fourbar --effort inf",
+        "fourbar --effort 9 --tool-speed 0",
+        "fourbar --effort 9 --ramp 0",
+        "fourbar --effort 9 --payload -1",
+        "fourbar --effort 9 --load tool",
+        "fourbar --effort 9 --trajectory circel",
+        "fourbar --effort 9 --variant none",
+        "fourbar --effort 9 --save run.npz",
+        f"fourbar --effort 9 --save {HERE}/no/run.csv",
+        "fourbar --effort 9 -o run.txt",
+        "redundant --effort 9",
     ],
     "compile": ["fourbar --functions none", "fourbar --arguments none", "cpm --variant none"],
     "stiffness": [
@@ -412,6 +436,7 @@ TAKES_A_ROBOT = (
     "accuracy",
 )
 TAKES_A_ROBOT = ("info", "tune", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
+TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile", "retime")
 
 
 @dataclass

@@ -19,6 +19,7 @@ from cutjoint import (
     description,
     drafting,
     motion,
+    retiming,
     settings,
     simulation,
     sizing,
@@ -41,6 +42,10 @@ from cutjoint.motion.catalogue import trajectory
 from cutjoint.papers.cpm.model import InferredCpmModel
 from cutjoint.report import Section, ToolPath
 from cutjoint.report.figures import Drawing
+from cutjoint.retiming.path import way_of
+from cutjoint.retiming.rows import Margins, rows_of
+from cutjoint.retiming.smoothing import smoothed
+from cutjoint.retiming.terms import terms_along
 from cutjoint.simulation import hardware, integrators, reactions_of
 from cutjoint.simulation.panel import Shown
 from cutjoint.simulation.panels import PANELS, panels_of
@@ -274,6 +279,7 @@ def slow_seeds() -> Iterator[object]:
     yield from (document, document.files())
     yield from _in_hand(robot)
     yield from _of_studies()
+    yield from _retimed(robot)
     with LiveView(robot) as view:
         yield from (view, view.bridge)
 
@@ -299,6 +305,18 @@ def _of_studies() -> Iterator[object]:
         with studies.begun(file, Path(place) / "runs") as ready:
             yield from (ready, ready.plan, ready.estimate, ready.prepared.recipe, ready.run())
         yield studies.summary_of(Path(place) / "runs")
+
+
+def _retimed(robot: cutjoint.ClosedChain) -> Iterator[object]:
+    """A motion that was retimed, and what it is made of."""
+    units, limits = np.ones(robot.n), retiming.limits_of(robot, effort=8.0)
+    path = trajectory("line:0.02,0,0.02", robot)
+    way = way_of(motion.Reference(path, robot), units)
+    terms = terms_along(robot, way.pieces[0])
+    squares = np.ones(len(terms.s))
+    rows = rows_of(terms, limits, Margins(len(terms.s), robot.n), squares)
+    yield from (way, terms, rows, smoothed([(way.pieces[0], squares)], 0.01, limits.jerk, goes_round=False))
+    yield from (limits, retiming.retime(robot, path, limits))
 
 
 def _in_hand(robot: cutjoint.ClosedChain) -> Iterator[object]:

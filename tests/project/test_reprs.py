@@ -29,7 +29,7 @@ NO_UNITS = (
     *("InferredCpmModel", "CpmRotaryModel", "JointPhysics", "Elastic", "ClosedLoop", "Batch", "Section"),
     *("TextTable", "Drawing", "Format", "Made", "Problem", "LiveView", "Bridge", "ChainBatch", "PaperBatch"),
     *("Coupling", "CutJoint", "Joint", "Variant", "Document", "Gain", "StudySummary", "BlockPlan", "PathEffect"),
-    *("LinearLaw", "GainSearch", "Tuning"),
+    *("LimitRows", "LinearLaw", "GainSearch", "Tuning"),
 )
 """Classes whose numbers are counts, or without a unit."""
 HOSTILE = "a\n<script>alert(1)</script> [bold]\x1b[31m" + 1000 * "x"

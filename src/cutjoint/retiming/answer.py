@@ -111,12 +111,13 @@ class Retimed(Frozen):
 
     @property
     def active(self) -> tuple[str, ...]:
-        """At each instant of `time` the quantity that is nearest to its limit, or nothing below 98 % of it."""
+        """At each instant of `time` a quantity that is at 98 % of its limit or more, or nothing."""
         parts = np.abs(self.used)
-        most = parts.argmax(axis=1)
-        return tuple(
-            self.peaks[k].quantity if parts[i, k] >= ACTIVE else "" for i, k in enumerate(np.atleast_1d(most).tolist())
-        )
+        found, last = [], 0
+        for row, most in zip(parts.tolist(), parts.argmax(axis=1).tolist(), strict=True):
+            last = last if row[last] >= ACTIVE else most  # where several are, it stays the same one
+            found.append(self.peaks[last].quantity if row[last] >= ACTIVE else "")
+        return tuple(found)
 
     def table(self) -> TextTable:
         """The peaks beside their limits."""

@@ -171,6 +171,8 @@ def _as_limits(quantity: str, value: LimitLike, actuators: tuple[Actuator, ...],
         numbers = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"{quantity} must be numbers > 0, found {described(value)}") from error
+    if np.asarray(value).dtype.kind not in "iuf":
+        raise InputError(f"{quantity} must be numbers > 0, found {described(value)}")
     if numbers.ndim > 1 or numbers.size not in (1, len(actuators)):
         raise InputError(
             f"{quantity} must be one number, or {len(actuators)} of them, or some by name; found {described(value)}"

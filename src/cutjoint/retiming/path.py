@@ -75,7 +75,7 @@ class WayPiece(Frozen):
 
 
 @dataclass(frozen=True, eq=False)
-class Way(Frozen):
+class WholeWay(Frozen):
     """A whole way.
 
     Attributes:
@@ -96,7 +96,7 @@ class Way(Frozen):
     missed: float
     rests: float
 
-    __repr__ = line("pieces", "length", "closed", "missed", rests="s")
+    __repr__ = line("pieces", "length", "closed", "units", units="m or rad")
 
     def time_of(self, s: float) -> float:
         """The time at which the trajectory is at a way length [s]."""
@@ -106,7 +106,7 @@ class Way(Frozen):
         return float(np.interp(s, one.s, one.times))
 
 
-def way_of(reference: Reference, units: Array, *, round_and_round: bool = False, nodes: int = NODES) -> Way:
+def way_of(reference: Reference, units: Array, *, round_and_round: bool = False, nodes: int = NODES) -> WholeWay:
     """The way of a trajectory, seen through a mechanism.
 
     Args:
@@ -150,7 +150,7 @@ def way_of(reference: Reference, units: Array, *, round_and_round: bool = False,
         if missed <= MISSED * total or 2 * count > MOST_NODES:
             break
         count *= 2
-    return Way(tuple(pieces), units, float(total), closed, smooth, missed, still)
+    return WholeWay(tuple(pieces), units, float(total), closed, smooth, missed, still)
 
 
 def _turned(rates: Array, moving: Array) -> Array:

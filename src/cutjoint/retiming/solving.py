@@ -11,13 +11,14 @@ from cutjoint.arrays import Array
 from cutjoint.errors import RetimingError
 from cutjoint.mechanism import Mechanism
 from cutjoint.retiming.limits import MotionLimits
-from cutjoint.retiming.path import Way, WayPiece
+from cutjoint.retiming.path import WayPiece, WholeWay
 from cutjoint.retiming.rows import LimitRows, Margins, rows_of, static_faults
 from cutjoint.retiming.sweep import Blocked, quickest
 from cutjoint.retiming.terms import WayTerms
 from cutjoint.retiming.time_law import elapsed
 
-ROUNDS, STAYS = 40, 1e-5
+ROUNDS, STAYS, NEARLY = 40, 1e-4, 0.02
+"""Rounds, and by what part the time changes where it stays, and where it nearly does."""
 RETRIES = 12
 LAPS = 3
 
@@ -32,7 +33,7 @@ class PieceSolver:
         goes_round: whether its end is its beginning, passed at speed.
     """
 
-    def __init__(self, robot: Mechanism, way: Way, piece: WayPiece, terms: WayTerms, *, goes_round: bool) -> None:
+    def __init__(self, robot: Mechanism, way: WholeWay, piece: WayPiece, terms: WayTerms, *, goes_round: bool) -> None:
         self.piece, self.terms, self.goes_round = piece, terms, goes_round
         self._robot, self._way = robot, way
         self.squares = np.zeros(len(piece.s))
@@ -48,23 +49,35 @@ class PieceSolver:
             self.squares = self._once(limits, margins, np.ones(len(self.piece.s)))
             return self.squares
         if not self.squares.any():
-            free = replace(limits, power=np.full_like(limits.power, np.inf))
-            first = np.ones(len(self.piece.s))
-            if self._robot.dissipates:
-                self.terms = self.terms.rubbed(self._robot, self.piece, first)
-            self.squares = self._once(free, margins, first)
-            if powered:
-                self.squares = self._slowed(limits)
-        before = np.inf
+            self._begin(limits, margins, powered=powered)
+        before, fresh = np.inf, False
         for _ in range(ROUNDS):
-            if self._robot.dissipates:
-                self.terms = self.terms.rubbed(self._robot, self.piece, self.squares)
             self.squares = self._patiently(limits, margins)
-            time = elapsed(self.piece.s, self.squares)[-1]
-            if abs(time - before) <= STAYS * time:
+            time = float(elapsed(self.piece.s, self.squares)[-1])
+            change = abs(time - before) / time
+            if change <= STAYS and fresh:
                 break
+            fresh = change <= NEARLY
+            if fresh:  # friction costs more than all the rest of a round
+                self.terms = self.terms.rubbed(self._robot, self.piece, self.squares)
             before = time
         return self.squares
+
+    def _begin(self, limits: MotionLimits, margins: Margins, *, powered: bool) -> None:
+        """A first guess: without the limits of power, then slowed to keep them."""
+        free = replace(limits, power=np.full_like(limits.power, np.inf))
+        first = np.ones(len(self.piece.s))
+        for _ in range(3 if self._robot.dissipates else 1):
+            self.terms = self.terms.rubbed(self._robot, self.piece, first)
+            first = self._once(free, margins, first)
+        self.squares = first
+        if powered:
+            self.squares = self._slowed(limits)
+
+    def like(self, s: Array, squares: Array) -> None:
+        """Begin with s_dot^2 as they were found at other samples."""
+        self.squares = np.interp(self.piece.s, s, squares)
+        self.terms = self.terms.rubbed(self._robot, self.piece, self.squares)
 
     def halved(self, limits: MotionLimits, margins: Margins) -> float:
         """The time that the piece takes with every other sample, after `solve` [s]; infinite where that is too few."""

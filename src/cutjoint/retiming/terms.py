@@ -47,7 +47,7 @@ class WayTerms(Frozen):
     tool_rates: Array
     tool_bends: Array
 
-    __repr__ = line("s")
+    __repr__ = line("s", "holding", holding="N or N m")
 
     @property
     def per_acceleration(self) -> Array:

@@ -80,7 +80,7 @@ Computed = Callable[[Cells], Array]
 
 
 @dataclass(frozen=True)
-class Quantity:
+class MapRow:
     """A row of the table.
 
     Attributes:
@@ -153,15 +153,15 @@ def _chain(cells: Cells) -> CompiledChain:
     return robot
 
 
-MAPS: Mapping[str, Quantity] = {
-    "condition": Quantity("condition number of the Jacobian", _condition, "low"),
-    "isotropy": Quantity("isotropy: 1 / condition number", lambda cells: 1.0 / _condition(cells)),
-    "type1": Quantity("distance to type-1 singularities", lambda cells: _singular(cells)[:, -1]),
-    "type2": Quantity("distance to type-2 singularities", _type2, of_chains=True),
-    "bearing": Quantity("largest joint force per force at the tool", _bearing, "low", "N/N", of_chains=True),
-    "effort": Quantity("largest effort per force at the tool", _effort, "low", "F/N", of_places=True),
-    "speed": Quantity("largest actuator speed per tool speed", _speed, "low", "(A/s)/(m/s)", of_places=True),
-    "stiffness": Quantity("least stiffness per actuator stiffness", _stiffness, "high", "(N/m)/(F/A)", of_places=True),
+MAPS: Mapping[str, MapRow] = {
+    "condition": MapRow("condition number of the Jacobian", _condition, "low"),
+    "isotropy": MapRow("isotropy: 1 / condition number", lambda cells: 1.0 / _condition(cells)),
+    "type1": MapRow("distance to type-1 singularities", lambda cells: _singular(cells)[:, -1]),
+    "type2": MapRow("distance to type-2 singularities", _type2, of_chains=True),
+    "bearing": MapRow("largest joint force per force at the tool", _bearing, "low", "N/N", of_chains=True),
+    "effort": MapRow("largest effort per force at the tool", _effort, "low", "F/N", of_places=True),
+    "speed": MapRow("largest actuator speed per tool speed", _speed, "low", "(A/s)/(m/s)", of_places=True),
+    "stiffness": MapRow("least stiffness per actuator stiffness", _stiffness, "high", "(N/m)/(F/A)", of_places=True),
 }
 """Quantities over the cells, by name."""
 

@@ -26,7 +26,7 @@ from cutjoint.motion.splines import is_closed
 from cutjoint.retiming import peaks
 from cutjoint.retiming.answer import ACTIVE, LimitPeak, Retimed
 from cutjoint.retiming.limits import OF_ACTUATORS, OF_TOOL, MotionLimits
-from cutjoint.retiming.path import MOST_NODES, NODES, Way, way_of
+from cutjoint.retiming.path import MOST_NODES, NODES, WholeWay, way_of
 from cutjoint.retiming.rows import Margins, rows_of
 from cutjoint.retiming.smoothing import Smoothed, smoothed
 from cutjoint.retiming.solving import PieceSolver
@@ -120,7 +120,7 @@ class _Work:
 
     def _prepare(self, nodes: int) -> None:
         """The way, with about so many samples, and the terms along it."""
-        self.way: Way = way_of(self.reference, self.units, round_and_round=self.goes_round, nodes=nodes)
+        self.way: WholeWay = way_of(self.reference, self.units, round_and_round=self.goes_round, nodes=nodes)
         self.solvers = [
             PieceSolver(self.robot, self.way, one, terms_along(self.robot, one, self.loads), goes_round=self.goes_round)
             for one in self.way.pieces
@@ -141,7 +141,10 @@ class _Work:
             nodes = sum(len(one.s) - 1 for one in self.way.pieces)
             if half - time <= LOST * time or 2 * nodes > MOST_NODES:
                 return squares, time - max(half - time, 0.0) if np.isfinite(half) else time
+            before = [(one.piece.s, x) for one, x in zip(self.solvers, squares, strict=True)]
             self._prepare(2 * nodes)
+            for one, (s, x) in zip(self.solvers, before, strict=True):
+                one.like(s, x)
             told(0.5 - 0.5 * NODES / nodes)
 
     def _solved(self) -> list[Array]:
@@ -156,7 +159,8 @@ class _Work:
             worst, checked, used, t = self._checked(best)
             if worst <= 1.0 + KEPT:
                 return self._answer(best, shortest, tops, (checked, used, t))
-            squares = self._tighter_by_check(used, t, best)
+            self._tighten(best, t, used)
+            squares = self._solved()
         raise RetimingError(
             f"the motion found keeps its limits by the terms along the way, but not by inverse dynamics, which finds "
             f"{100.0 * worst:.2f} % of one; this way has places that the samples do not show",
@@ -168,25 +172,26 @@ class _Work:
     # ---- rounds ------------------------------------------------------------------------------------------------------
 
     def _tightened(self, squares: list[Array], shortest: float, told: Told) -> _Found:
-        """Rounds of tightening until no limit is passed between the samples; the quickest that keeps all."""
-        best: _Found | None = None
+        """Rounds of tightening until no limit is passed between the samples; or else the nearest of them, stretched."""
+        nearest, least = None, np.inf
         for i in range(ROUNDS):
             now = self._motion(squares, shortest)
             worst = peaks.worst_of(now.used)
             told(0.5 + 0.3 * (i + 1) / ROUNDS)
-            factor = self._stretch(now, worst)
-            stretched = self._longer(now, factor)
-            if best is None or stretched.motion.duration < best.motion.duration * (1.0 - 1e-6):
-                best = stretched
             if worst <= 1.0 + AIM:
-                break
+                return now
+            if worst < least:
+                nearest, least = now, worst
             self._tighten(now)
             try:
                 squares = self._solved()
             except RetimingError:
                 break
-        assert best is not None
-        return best
+        assert nearest is not None
+        kept = nearest
+        return self._longer(
+            kept, peaks.stretch_that_keeps(lambda by: peaks.worst_of(self._longer(kept, by).used), 1.0 + AIM)
+        )
 
     def _motion(self, squares: list[Array], shortest: float) -> _Found:
         half = 0.5 * (shortest / FIRST if self.ramp is None else self.ramp)
@@ -206,16 +211,6 @@ class _Work:
                 terms = one.terms.between(smooth.place(k, t[here] / longer))
                 parts.append(peaks.estimated(spline, t[here], terms, self.units, self.limits))
         return {one: np.concatenate([part[one] for part in parts]) for one in parts[0]}
-
-    def _stretch(self, now: _Found, worst: float) -> float:
-        """By what the motion must be longer to keep its limits as it is."""
-        if worst <= 1.0 + AIM:
-            return 1.0
-
-        def parts_at(factor: float) -> float:
-            return peaks.worst_of(self._longer(now, factor).used)
-
-        return peaks.stretch_that_keeps(parts_at, 1.0 + AIM)
 
     def _longer(self, now: _Found, factor: float) -> _Found:
         if factor == 1.0 or not np.isfinite(factor):
@@ -257,10 +252,6 @@ class _Work:
         t = peaks.instants_to_check(best.used, best.t, best.motion.duration, CHECKS)
         used = peaks.found(Reference(best.motion, self.robot), self.robot, best.spline, t, self.limits, self.loads)
         return peaks.worst_of(used), len(t), used, t
-
-    def _tighter_by_check(self, used: peaks.Used, t: Array, best: _Found) -> list[Array]:
-        self._tighten(best, t, used)
-        return self._solved()
 
     def _ceiling(self, squares: list[Array]) -> Array:
         """Way lengths and the largest rates that limits leave there."""
