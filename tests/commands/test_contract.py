@@ -24,6 +24,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from kit.regions import region
 
 from cutjoint.cli import COMMANDS, main
 from cutjoint.commands import progress
@@ -33,7 +34,6 @@ from cutjoint.robots import load
 from cutjoint.simulation import ConstrainedPlant, run, save
 from cutjoint.texts import broad
 from cutjoint.workspace import save as save_workspace
-from tests.kit.regions import region
 
 WIDTH = 80
 HOSTILE = ("stewert", "a\nb", "\x1b[31mred\x1b[0m", "[bold]x[/]", "漢字" * 50, "x" * 1_000_000, "\udcff", "-" * 3)
@@ -165,6 +165,7 @@ SLOW: dict[str, list[tuple[str, int]]] = {
         (f"{HERE}/hostile -t cuts.*.a.*[xyz]=0.1mm -o {HERE}/off.png --springs bearings.toml", 0),
         ("omega3 --errors off.toml --reach 0.11,0.01,0 --json", 0),
         (f"fivebar -t joints.*.origin.x=1e-4 --samples 1000 --exact -o {HERE}/off.svg", 0),
+    ],
     "retime": [
         (f"fourbar --acceleration 9 --effort inf --save {HERE}/quick.csv -o {HERE}/quick.svg", 0),
         (f"{HERE}/hostile --effort inf --acceleration 3 --json", 0),
@@ -360,6 +361,7 @@ WRONG: dict[str, list[str]] = {
         "underactuated",
         "cpm -o bode.txt",
         f"cpm -o {HERE}/no/bode.png",
+    ],
     "retime": [
         "",
         "fourbar --effort 0",
@@ -421,22 +423,22 @@ WRONG: dict[str, list[str]] = {
         "underactuated -t tool.x=1mm",
     ],
 }
-TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "size", "reproduce", "view", "play", "export", "compile")
-TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile", "workspace")
 TAKES_A_ROBOT = (
     "info",
     "crosscheck",
     "simulate",
+    "size",
     "reproduce",
     "view",
     "play",
     "export",
     "compile",
+    "workspace",
     "stiffness",
     "accuracy",
+    "tune",
+    "retime",
 )
-TAKES_A_ROBOT = ("info", "tune", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile")
-TAKES_A_ROBOT = ("info", "crosscheck", "simulate", "reproduce", "view", "play", "export", "compile", "retime")
 
 
 @dataclass

@@ -9,6 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from kit.regions import ball, region
 from matplotlib.figure import Figure
 
 import cutjoint
@@ -56,7 +57,6 @@ from cutjoint.workspace import MAPS, FieldMap, GridAxis, Workspace, certify
 from cutjoint.workspace.exploring import Question
 from cutjoint.workspace.goals import Goals
 from cutjoint.workspace.lattice import Lattice
-from tests.kit.regions import ball, region
 
 
 def walked(seeds: Iterator[object], most: int = 4) -> dict[type, object]:

@@ -21,7 +21,7 @@ from cutjoint.reprs import WIDTH, line, one_line, short
 
 TABLES = (Posture, Reactions)
 """What shows itself in lines one below the other."""
-UNIT = re.compile(r"\b(m|rad|s|N|kg|Hz|J|W|m2|s2)\b")
+UNIT = re.compile(r"\b(m|rad|s|N|kg|Hz|J|W|m2|m3|s2)\b")
 NO_UNITS = (
     *("GearForce", "Linearisation", "Derivatives", "Loaded", "Options", "ComparisonRow", "Comparison", "Modes"),
     *("Stored", "Place", "CpmState", "Branch", "MobilityReport", "Kernel", "Program", "CompiledFunction", "Frame"),
@@ -29,7 +29,18 @@ NO_UNITS = (
     *("InferredCpmModel", "CpmRotaryModel", "JointPhysics", "Elastic", "ClosedLoop", "Batch", "Section"),
     *("TextTable", "Drawing", "Format", "Made", "Problem", "LiveView", "Bridge", "ChainBatch", "PaperBatch"),
     *("Coupling", "CutJoint", "Joint", "Variant", "Document", "Gain", "StudySummary", "BlockPlan", "PathEffect"),
-    *("LimitRows", "LinearLaw", "GainSearch", "Tuning"),
+    *(
+        "LimitRows",
+        "LinearLaw",
+        "GainSearch",
+        "Tuning",
+        "SynthesisOrder",
+        "Design",
+        "Variable",
+        "Contribution",
+        "Cause",
+    ),
+    *("MotorFit", "Gearing", "Workspace", "FittedShape"),
 )
 """Classes whose numbers are counts, or without a unit."""
 HOSTILE = "a\n<script>alert(1)</script> [bold]\x1b[31m" + 1000 * "x"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kit.regions import ball, region, ring
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
@@ -15,7 +16,6 @@ from cutjoint.report.answers.sheet import write_sheet
 from cutjoint.report.answers.workspace import workspace_picture
 from cutjoint.report.figures import Panel, figure
 from cutjoint.workspace import Workspace, largest
-from tests.kit.regions import ball, region, ring
 
 
 def texts(drawn: Figure) -> list[Text]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kit.regions import ball, region
 
 from cutjoint import load
 from cutjoint.errors import InputError, UnknownNameError
@@ -17,7 +18,6 @@ from cutjoint.viewer import LiveView, Places, show
 from cutjoint.viewer.picture.figure import Figure
 from cutjoint.viewer.picture.places import legend_of, show_places
 from cutjoint.workspace import in_world
-from tests.kit.regions import ball, region
 
 TURNED = turned(np.array([0.3, -0.5, 1.1]))
 

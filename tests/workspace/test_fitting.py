@@ -7,12 +7,12 @@ import math
 
 import numpy as np
 import pytest
+from kit.regions import ball, random_region, region, ring
 
 from cutjoint.errors import InputError, UnknownNameError
 from cutjoint.workspace import FittedShape, Workspace, largest
 from cutjoint.workspace.grid_body import body_of
 from cutjoint.workspace.largest_box import largest_box
-from tests.kit.regions import ball, random_region, region, ring
 
 KINDS = ("box", "cylinder", "sphere")
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from kit.regions import ball, random_region, region, ring
 
 from cutjoint.errors import InputError
 from cutjoint.workspace import Surface, surface, write_surface
-from tests.kit.regions import ball, random_region, region, ring
 
 BODIES = {
     "ball": (ball, 4.0 / 3.0 * math.pi, 2),

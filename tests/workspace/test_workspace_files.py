@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from kit.regions import ball, random_region, region
 
 from cutjoint.errors import InputError, ResultFileError
 from cutjoint.workspace import Workspace, load, save
-from tests.kit.regions import ball, random_region, region
 
 SEEDS = [0, *(pytest.param(one, marks=pytest.mark.slow) for one in range(1, 12))]
 

@@ -57,7 +57,7 @@ class Sensitivity(Frozen):
     turn: Array
     strained: tuple[str, ...]
 
-    __repr__ = line("names", "matrix")
+    __repr__ = line("names", "matrix", matrix="m or rad")
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -26,6 +26,7 @@ from cutjoint.chain.world import World
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Pose
+from cutjoint.reprs import line
 
 _UNIT = np.eye(6)
 MAGNIFIED = 1e-2
@@ -43,6 +44,8 @@ class Placed:
         tool_position: of the tool point in the model, shape (3,) [m].
         tool_axes: axes of the tool as columns, shape (3, 3).
     """
+
+    __repr__ = line("q", q="m or rad")
 
     def __init__(self, kinematics: Kinematics, q: Array, placements: Array, twists: Array) -> None:
         k = self._k = kinematics
