@@ -100,15 +100,23 @@ class Problem:
 class DescriptionError(CutjointError):
     """A robot's files are wrong.  `problems` holds all of them, not only the first."""
 
+    where = "the description"
+
     def __init__(self, problems: Sequence[Problem]) -> None:
         self.problems = tuple(problems)
         count = len(self.problems)
-        head = f"{count} problems in the description" if count > 1 else "a problem in the description"
+        head = f"{count} problems in {self.where}" if count > 1 else f"a problem in {self.where}"
         lines = [head + ":", *map(str, self.problems)]
         errors = [one for one in self.problems if one.severity == "error"]
         if errors and all(one.tolerable for one in errors):
             lines.append("--lenient, or lenient=True, passes these: it tells each, and what it leaves out")
         super().__init__("\n  ".join(lines))
+
+
+class SettingsError(DescriptionError, InputError):
+    """A file of settings (a study, hardware, springs, tolerances, ...) is wrong.  `problems` holds all of it."""
+
+    where = "the settings"
 
 
 MOST_KNOWN = 8

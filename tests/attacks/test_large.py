@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from cutjoint.description import meshes, read_checked
-from cutjoint.description.findings import MOST, Findings
 from cutjoint.errors import DescriptionError, InputError
+from cutjoint.findings import MOST, Findings
 
 ROBOT = "<robot name='r'><link name='a'/>{}</robot>"
 MANY = 6000

@@ -241,11 +241,11 @@ def pixar(text: str) -> tuple[float, np.ndarray, np.ndarray]:
     """Mass, centre and inertia of body /a by UsdPhysics' own rules; volumes are those of this reader's shapes."""
     from pxr import Gf, Usd, UsdPhysics
 
-    from cutjoint.description.findings import Findings
     from cutjoint.description.formats.usd.bodies import _shape
     from cutjoint.description.formats.usd.frames import stand
     from cutjoint.description.formats.usd.mass import along, solid
     from cutjoint.description.formats.usd.stage import _facts
+    from cutjoint.findings import Findings
 
     opened = Usd.Stage.CreateInMemory()
     opened.GetRootLayer().ImportFromString(text)
@@ -563,10 +563,10 @@ def test_pixars_own_reading_has_the_same_joints(seed: int, tmp_path: Path) -> No
     """Frames, axes, limits and bodies of all joints, as LoadUsdPhysicsFromRange gives them in single precision."""
     from pxr import Usd, UsdPhysics
 
-    from cutjoint.description.findings import Findings
     from cutjoint.description.formats.usd.bodies import read_bodies
     from cutjoint.description.formats.usd.joints import read_joints
     from cutjoint.description.formats.usd.stage import read as read_stage
+    from cutjoint.findings import Findings
 
     robot = spatial(np.random.default_rng(seed))
     file = tmp_path / "robot.usda"

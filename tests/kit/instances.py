@@ -21,7 +21,6 @@ from cutjoint import (
     drafting,
     motion,
     retiming,
-    settings,
     simulation,
     sizing,
     stiffness,
@@ -286,7 +285,6 @@ def slow_seeds() -> Iterator[object]:
 
 def _of_answers(robot: cutjoint.ClosedChain) -> Iterator[object]:
     """Settings, and a synthesis."""
-    yield from (settings.Settings({"a": 1}, "file.toml"), settings.MISSING)
     lighter = synthesis.Variable("mass", "path", ("links.left_distal.mass",), 0.1, 0.9)
     problem = synthesis.problem_of(robot, [lighter], [synthesis.Want("mass", {}, "least")])
     design = synthesis.judged(problem, problem.now)

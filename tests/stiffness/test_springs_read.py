@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 
 from cutjoint.description import load_description
-from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.errors import InputError, SettingsError
 from cutjoint.stiffness import Beam
 from cutjoint.stiffness.reading import both, springs_from_file, springs_of
-from cutjoint.stiffness.units import handy, quantity, told
+from cutjoint.stiffness.telling import told
+from cutjoint.units import handy, in_si
 
 FILE = """
 [actuators]
@@ -45,37 +46,37 @@ def test_a_file_says_it_all(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "kind", "told_of"),
+    ("text", "told_of"),
     [
-        ("[actuator]\n'*' = 1", UnknownNameError, "did you mean 'actuators'"),
-        ("[actuators]\nleft = 1", UnknownNameError, "left_shoulder"),
-        ("[actuators]\n'*' = '1 N/m'", InputError, "turning stiffness"),
-        ("[actuators]\n'*' = true", InputError, "turning stiffness"),
-        ("[joints]\ntip = [1, 2]", InputError, "one number or six"),
-        ("[joints]\n'tip.x' = '3 N m/rad'", InputError, "stiffness"),
-        ("[rods.left_distal]\nyoung = 1", InputError, "lacks shear"),
-        ("[rods.left_distal]\nyoung = 1\nshear = 1\nouter = 1\ninnr = 1", UnknownNameError, "did you mean 'inner'"),
-        ("[rods.left_distal]\nyoung = 1\nshear = 1\nouter = 1\ninner = 1", InputError, "inner diameter"),
-        ("actuators = 3", InputError, "must be a table"),
-        ("[actuators", InputError, "no TOML"),
+        ("[actuator]\n'*' = 1", "did you mean 'actuators'"),
+        ("[actuators]\nleft = 1", "left_shoulder"),
+        ("[actuators]\n'*' = '1 N/m'", "turning stiffness"),
+        ("[actuators]\n'*' = true", "turning stiffness"),
+        ("[joints]\ntip = [1, 2]", "one number or six"),
+        ("[joints]\n'tip.x' = '3 N m/rad'", "stiffness"),
+        ("[rods.left_distal]\nyoung = 1", "lacks shear"),
+        ("[rods.left_distal]\nyoung = 1\nshear = 1\nouter = 1\ninnr = 1", "did you mean 'inner'"),
+        ("[rods.left_distal]\nyoung = 1\nshear = 1\nouter = 1\ninner = 1", "inner diameter"),
+        ("actuators = 3", "expected a table"),
+        ("[actuators\nx = 1", "does not parse"),
     ],
 )
-def test_what_is_wrong_in_a_file(text: str, kind: type[Exception], told_of: str, tmp_path: Path) -> None:
+def test_what_is_wrong_in_a_file(text: str, told_of: str, tmp_path: Path) -> None:
     (tmp_path / "x.toml").write_text(text)
-    with pytest.raises(kind, match=told_of):
+    with pytest.raises(SettingsError, match=rf"x\.toml:\d: (?s:.*){told_of}"):
         springs_from_file(tmp_path / "x.toml", load_description("fivebar"))
 
 
 def test_units() -> None:
-    assert quantity("it", "0.1 mm", "length") == pytest.approx(1e-4)
-    assert quantity("it", "3", "angle") == 3.0
-    assert quantity("it", 2, "angle") == 2.0
-    assert quantity("it", "180deg", "angle") == pytest.approx(math.pi)
-    assert quantity("it", "1 arcmin", "angle") == pytest.approx(math.pi / 10800)
-    assert quantity("it", "2 N·m/mrad", "turning stiffness") == pytest.approx(2000.0)
+    assert in_si("it", "0.1 mm", "length") == pytest.approx(1e-4)
+    assert in_si("it", "3", "angle") == 3.0
+    assert in_si("it", 2, "angle") == 2.0
+    assert in_si("it", "180deg", "angle") == pytest.approx(math.pi)
+    assert in_si("it", "1 arcmin", "angle") == pytest.approx(math.pi / 10800)
+    assert in_si("it", "2 N·m/mrad", "turning stiffness") == pytest.approx(2000.0)
     for given, kind in (("1 inch", "length"), ("mm", "length"), ("1 mm", "angle"), (True, "length"), (None, "length")):
         with pytest.raises(InputError, match="it must be a"):
-            quantity("it", given, kind)  # type: ignore[arg-type]
+            in_si("it", given, kind)  # type: ignore[arg-type]
     assert handy(3e-5, "m") == (pytest.approx(1e6), "µm")
     assert handy(5e7, "N/m") == (pytest.approx(1e-6), "N/µm")
     assert handy(0.0, "m") == (1.0, "m")

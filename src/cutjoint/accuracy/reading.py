@@ -17,14 +17,17 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 from cutjoint.accuracy.deviations import ACTUATORS, Deviation, ErrorSource, sources
 from cutjoint.description.model import RobotDescription
 from cutjoint.doors import described
 from cutjoint.errors import InputError, UnknownNameError, shown
 from cutjoint.reprs import line
-from cutjoint.stiffness.reading import toml_tables
-from cutjoint.stiffness.units import Kind, quantity
+from cutjoint.toml.reading import read_settings
+from cutjoint.toml.table import TomlTable
+from cutjoint.toml.taking import each
+from cutjoint.units import Kind, in_si
 
 _HOW = ("within", "sigma")
 NORMAL = "normal"
@@ -59,10 +62,20 @@ def errors_from_file(path: str | os.PathLike[str], robot: RobotDescription) -> E
     """What is off, from a file of TOML.
 
     Raises:
-        FileError, InputError, UnknownNameError: it cannot be read, or says what the robot does not have.
+        SettingsError: it cannot be read, or says what the robot does not have: all that is wrong, with lines.
     """
-    tables = toml_tables(path, ("tolerances", "backlash", "warm", "expansion"))
-    return errors_of(robot, *(tables.get(one, {}) for one in ("tolerances", "backlash", "warm", "expansion")))
+    return read_settings(path, partial(_taken, robot))
+
+
+def _taken(robot: RobotDescription, top: TomlTable) -> Errors:
+    found = Errors(
+        each(top.table("tolerances"), partial(_deviation, robot)),
+        each(top.table("backlash"), partial(_backlash, robot)),
+        each(top.table("warm"), _warmth),
+        each(top.table("expansion"), _material),
+    )
+    top.finish()
+    return found
 
 
 def errors_of(
@@ -80,8 +93,8 @@ def errors_of(
     """
     return Errors(
         {name: _deviation(robot, name, one) for name, one in tolerances.items()},
-        {name: _size(robot, f"{ACTUATORS}.{name}", f"backlash of '{name}'", one) for name, one in backlash.items()},
-        {name: quantity(f"warmth of '{name}'", one, "warmth") for name, one in warm.items()},
+        {name: _backlash(robot, name, one) for name, one in backlash.items()},
+        {name: _warmth(name, one) for name, one in warm.items()},
         {name: _material(name, one) for name, one in expansion.items()},
     )
 
@@ -109,6 +122,14 @@ def _deviation(robot: RobotDescription, name: str, given: object) -> Deviation:
     return Deviation(_size(robot, name, what, given), normal)
 
 
+def _backlash(robot: RobotDescription, name: str, given: object) -> float:
+    return _size(robot, f"{ACTUATORS}.{name}", f"backlash of '{name}'", given)
+
+
+def _warmth(name: str, given: object) -> float:
+    return in_si(f"warmth of '{name}'", given, "warmth")
+
+
 def _size(robot: RobotDescription, name: str, what: str, given: object) -> float:
     """A tolerance in the unit of what it is of."""
     found: tuple[ErrorSource, ...] = sources(robot, [name])
@@ -116,9 +137,9 @@ def _size(robot: RobotDescription, name: str, what: str, given: object) -> float
     if len(kinds) > 1:
         raise InputError(f"'{name}' means numbers of several kinds, {', '.join(kinds)}; state their tolerances apart")
     if kinds == ["ratio"]:
-        return quantity(what, given, "length") if not isinstance(given, str) else _bare(what, given)
+        return in_si(what, given, "length") if not isinstance(given, str) else _bare(what, given)
     kind: Kind = "length" if kinds == ["length"] else "angle"
-    return quantity(what, given, kind)
+    return in_si(what, given, kind)
 
 
 def _bare(what: str, given: str) -> float:

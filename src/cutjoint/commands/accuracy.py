@@ -165,7 +165,7 @@ def _tolerances(texts: Sequence[str]) -> Mapping[str, str]:
 
 
 def _show(budget: Accuracy | None, loose: ToolPlay | None, grown: Growth | None) -> None:
-    from cutjoint.stiffness.units import handy
+    from cutjoint.units import handy
 
     rows: list[tuple[str, Array]] = []
     notes = []
@@ -194,7 +194,7 @@ def _show(budget: Accuracy | None, loose: ToolPlay | None, grown: Growth | None)
 
 
 def _show_errors(title: str, unit: str, rows: Sequence[tuple[str, Array]], notes: Sequence[str]) -> None:
-    from cutjoint.stiffness.units import handy
+    from cutjoint.units import handy
 
     factor, shown = handy(max((float(np.abs(one).max()) for _, one in rows), default=0.0), unit)
     axes = ("x", "y", "z")
@@ -206,7 +206,7 @@ def _show_errors(title: str, unit: str, rows: Sequence[tuple[str, Array]], notes
 def _how(budget: Accuracy) -> str:
     """How the samples were drawn, and what the linear law leaves out."""
 
-    from cutjoint.stiffness.units import handy
+    from cutjoint.units import handy
 
     told = []
     if len(budget.errors):
@@ -226,7 +226,7 @@ def _how(budget: Accuracy) -> str:
 
 
 def _show_causes(budget: Accuracy) -> None:
-    from cutjoint.stiffness.units import handy
+    from cutjoint.units import handy
 
     ranked = budget.ranked
     seen = ranked[:SHOWN]
@@ -250,7 +250,7 @@ def _show_causes(budget: Accuracy) -> None:
 
 
 def _show_parts(title: str, names: Sequence[str], parts: Array, sizes: Sequence[str]) -> None:
-    from cutjoint.stiffness.units import handy
+    from cutjoint.units import handy
 
     factor, unit = handy(float(np.abs(parts[:3]).max(initial=0.0)), "m")
     cells = [

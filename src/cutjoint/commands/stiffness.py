@@ -171,7 +171,7 @@ def _along(
 def _show(found: ToolStiffness, wrench: Array, json: bool) -> None:
     """One posture: principal stiffness, deflection, parts."""
 
-    from cutjoint.stiffness.units import told
+    from cutjoint.stiffness.telling import told
 
     moved, parts = found.deflection(wrench), found.contributions(wrench)
     if json:
@@ -222,7 +222,8 @@ def _show(found: ToolStiffness, wrench: Array, json: bool) -> None:
 
 
 def _show_deflection(found: ToolStiffness, wrench: Array, moved: Array) -> None:
-    from cutjoint.stiffness.units import handy, told
+    from cutjoint.stiffness.telling import told
+    from cutjoint.units import handy
 
     rows = []
     for what, unit, few in (("displacement", "m", slice(0, 3)), ("rotation", "rad", slice(3, 6))):
@@ -240,7 +241,7 @@ def _show_deflection(found: ToolStiffness, wrench: Array, moved: Array) -> None:
 def _show_course(times: Array, found: Sequence[ToolStiffness], json: bool) -> None:
     """Along a motion: the softest of each."""
 
-    from cutjoint.stiffness.units import told
+    from cutjoint.stiffness.telling import told
 
     forces = np.array([one.translation.stiffness for one in found])
     moments = np.array([one.rotation.stiffness for one in found])
@@ -269,7 +270,7 @@ def _show_course(times: Array, found: Sequence[ToolStiffness], json: bool) -> No
 
 
 def _shown(value: float, unit: str) -> tuple[str, str]:
-    from cutjoint.stiffness.units import handy
+    from cutjoint.units import handy
 
     if np.isinf(value):
         return "rigid", ""
@@ -278,7 +279,7 @@ def _shown(value: float, unit: str) -> tuple[str, str]:
 
 
 def _size(displacement: Array) -> tuple[str, str]:
-    from cutjoint.stiffness.units import handy
+    from cutjoint.units import handy
 
     size = float(np.linalg.norm(displacement))
     factor, unit = handy(size, "m")

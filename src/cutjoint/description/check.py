@@ -17,11 +17,11 @@ from cutjoint.description.checks.loops import check_loops
 from cutjoint.description.checks.physics import check_physics
 from cutjoint.description.checks.shapes import check_shapes, without_impossible_shapes
 from cutjoint.description.checks.tree import check_joints, check_tree
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats import Reading, read
 from cutjoint.description.model import RobotDescription
 from cutjoint.doors import door
 from cutjoint.errors import DescriptionError, DescriptionWarning, Problem, UnknownNameError
+from cutjoint.findings import Findings
 
 
 @door

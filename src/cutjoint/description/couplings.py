@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from cutjoint.description.curves import Curve, Polynomial, added_up
-from cutjoint.description.place import NOWHERE, Place
+from cutjoint.findings import NOWHERE, Place
 from cutjoint.reprs import line
 
 

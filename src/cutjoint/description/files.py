@@ -10,48 +10,13 @@ from __future__ import annotations
 import os
 import sys
 from functools import cache
-from itertools import islice
 from pathlib import Path
 from urllib.parse import unquote
 
-from cutjoint.description.findings import Findings, nearest
-from cutjoint.errors import FileError, shown
-from cutjoint.files import is_file, read_file
-
-LARGEST_FILE = 32 * 2**20
-"""Bytes.  The largest robot descriptions in use have about 1 MB."""
-
-
-def read_text_file(path: Path, findings: Findings, kind: str) -> bytes | None:
-    """The bytes of a text file, or None after noting why not.  `kind` names the format for messages."""
-    findings.file = findings.file or shown(str(path))
-    try:
-        data = read_file(path, LARGEST_FILE)
-    except FileError as error:
-        mend = nearest(path.name, _neighbours(path)) if error.missing else error.mend
-        found = "file not found" if error.missing else error.why.removesuffix(", expected a file")
-        findings.error(found, f"a {kind} file", mend)
-        return None
-    if not data.strip():
-        findings.error("an empty file", f"a {kind} file", "the copy or download may have failed")
-        return None
-    if b"\0" in data and not data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        findings.error("a binary file", f"a {kind} text file", "a mesh or an archive does not describe a robot")
-        return None
-    return data
-
-
-def _neighbours(path: Path) -> list[str]:
-    """Names of the files beside `path`."""
-    try:
-        return [one.name for one in islice(path.parent.iterdir(), MOST_NAMES) if one.is_file()]
-    except (OSError, ValueError):
-        return []
-
+from cutjoint.files import is_file
+from cutjoint.findings import Findings
 
 _ABOVE = 5
-MOST_NAMES = 2000
-"""Of a folder that are looked through for what may have been meant."""
 
 
 @cache

@@ -13,12 +13,12 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from cutjoint.description.findings import clip
 from cutjoint.description.formats.common.child import ChildFailed, in_child
 from cutjoint.description.mesh_guards import GUARDS, LARGEST, MeshFault
 from cutjoint.errors import FileError, InputError, shown
 from cutjoint.extras import needed
 from cutjoint.files import read_file
+from cutjoint.findings import clip
 
 if TYPE_CHECKING:
     from trimesh import Trimesh

@@ -21,9 +21,9 @@ from cutjoint.description.couplings import DriverCurve as DriverCurve
 from cutjoint.description.cuts import CutType as CutType
 from cutjoint.description.joints import JointType as JointType
 from cutjoint.description.limits import Limits as Limits
-from cutjoint.description.place import NOWHERE
-from cutjoint.description.place import Place as Place
 from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.findings import NOWHERE
+from cutjoint.findings import Place as Place
 from cutjoint.mechanism.physics import LARGEST_PAYLOAD, NO_PHYSICS
 from cutjoint.mechanism.physics import Bushing as Bushing
 from cutjoint.mechanism.physics import JointPhysics as JointPhysics

@@ -8,11 +8,9 @@ import re
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings, clip
 from cutjoint.description.model import Place
+from cutjoint.findings import LARGEST_LENGTH, Findings, check_range, clip
 
-LARGEST_LENGTH = 1e6
-"""Lengths [m] and angles [rad] beyond this are refused: at 1e6 m a double has lost its last tenth of a nanometre."""
 LARGEST_MASS = 1e9
 """kg.  Beyond it nothing that moves has its mass; the check warns far earlier."""
 LARGEST_INERTIA = 1e15
@@ -68,20 +66,6 @@ def read_numbers(
         return None
     numbers = tuple(float(value) for value in values if value is not None)
     return numbers if check_range(numbers, what, findings, at, largest) else None
-
-
-def check_range(
-    numbers: tuple[float, ...], what: str, findings: Findings, at: Place | int | None, largest: float = LARGEST_LENGTH
-) -> bool:
-    """Whether all `numbers` are finite and at most `largest` in size; notes a problem otherwise."""
-    for value in numbers:
-        if not math.isfinite(value):
-            findings.error(f"{what} is {value}", "a finite number", "", at)
-            return False
-        if abs(value) > largest:
-            findings.error(f"{what} is {value:g}", f"at most {largest:g} in size (SI units)", "check the units", at)
-            return False
-    return True
 
 
 def unit_axis(

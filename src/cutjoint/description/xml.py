@@ -8,9 +8,8 @@ from typing import Any
 
 from lxml import etree
 
-from cutjoint.description.files import read_text_file
-from cutjoint.description.findings import Findings, clip, closest, slip
 from cutjoint.description.numbers import is_xacro
+from cutjoint.findings import Findings, clip, closest, read_text_file, slip
 
 DEEPEST = 100
 """Levels of nested elements; robot files have about ten."""

@@ -10,23 +10,16 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from math import pi
 
 from cutjoint.mechanism import Actuator
+from cutjoint.units import UNITS, Kind, factor
 
 POINT = ("x", "y", "z")
 QUATERNION = ("qx", "qy", "qz", "qw")
 FIXED_AXES = ("roll", "pitch", "yaw")
 VECTOR = ("rx", "ry", "rz")
 
-# Kind of quantity -> unit -> factor to SI; the first is SI.
-UNITS: Mapping[str, Mapping[str, float]] = {
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "sec": 1.0, "min": 60.0},
-    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6},
-    "angle": {"rad": 1.0, "deg": pi / 180.0, "°": pi / 180.0, "degrees": pi / 180.0, "mrad": 1e-3},
-    "number": {"1": 1.0, "-": 1.0},
-}
-KINDS: Mapping[str, str] = {
+KINDS: Mapping[str, Kind] = {
     "t": "time",
     "time": "time",
     **dict.fromkeys(POINT, "length"),
@@ -42,13 +35,13 @@ class Meaning:
 
     Attributes:
         name: t, a coordinate of the tool, or an actuator.
-        kind: of the quantity, a key of `UNITS`.
+        kind: of the quantity, a key of `cutjoint.units.UNITS`.
         of_joint: whether it is an actuator.
         factor: what its numbers are multiplied by to be in SI units.
     """
 
     name: str
-    kind: str
+    kind: Kind
     of_joint: bool = False
     factor: float = 1.0
 
@@ -74,14 +67,15 @@ def meaning_of(heading: str, actuators: Sequence[Actuator]) -> Meaning:
             f"found a heading that means both an actuator and the tool; expected 'joint.{name}' or 'tool.{name}'"
         )
     (meaning,) = found
-    units = UNITS[meaning.kind]
     if unit is None:
         if meaning.kind == "angle" and not meaning.of_joint:
             raise ValueError(f"found an angle without a unit; expected '{name} [deg]' or '{name} [rad]'")
         return meaning
-    if unit not in units:
-        raise ValueError(f"found the unit '{unit}'; expected one of {', '.join(units)} for this {meaning.kind}")
-    return replace(meaning, factor=units[unit])
+    scale = factor(unit, meaning.kind)
+    if scale is None:
+        known_units = ", ".join(UNITS[meaning.kind])
+        raise ValueError(f"found the unit '{unit}'; expected one of {known_units} for this {meaning.kind}")
+    return replace(meaning, factor=scale)
 
 
 def _known(actuators: Sequence[Actuator]) -> Mapping[str, list[Meaning]]:
@@ -105,6 +99,6 @@ def _readings(heading: str) -> list[tuple[str, str | None]]:
     if match := _IN_BRACKETS.fullmatch(whole):
         readings.append((match[1], (match[2] if match[3] is None else match[3]).strip()))
     name, _, unit = whole.rpartition("_")
-    if name and any(unit in units for units in UNITS.values()):
+    if name and any(factor(unit, kind) is not None for kind in KINDS.values()):
         readings.append((name.strip(), unit))
     return readings

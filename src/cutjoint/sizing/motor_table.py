@@ -17,7 +17,7 @@ from cutjoint.doors import door
 from cutjoint.errors import FileError, InputError, nearest, shown
 from cutjoint.files import read_file
 from cutjoint.sizing.motor import ServoMotor
-from cutjoint.sizing.units import UNITS, factor, quantities_of
+from cutjoint.units import UNITS, Kind, factor, kinds_of
 
 LARGEST = 10_000_000
 """Bytes."""
@@ -29,8 +29,8 @@ class ColumnMeaning(NamedTuple):
     where such a table does not have it."""
 
     field: str
-    turning: str | None
-    sliding: str | None
+    turning: Kind | None
+    sliding: Kind | None
 
 
 COLUMNS: Mapping[str, ColumnMeaning] = {
@@ -166,7 +166,7 @@ def _columns(
 
 
 def _factor(
-    path: str, line: int, headings: Sequence[str], number: int, unit: str | None, quantity: str
+    path: str, line: int, headings: Sequence[str], number: int, unit: str | None, quantity: Kind
 ) -> float:  # fmt: skip
     """How many SI units the unit of a column is."""
     known = ", ".join(UNITS[quantity])
@@ -174,7 +174,7 @@ def _factor(
         _refuse(path, line, f"the heading tells no unit; expected one of {known}, in [ ]", number, headings)
     scale = factor(unit, quantity)
     if scale is None:
-        measures = quantities_of(unit)
+        measures = kinds_of(unit)
         found = f"which is a unit of {' and '.join(measures)}" if measures else "which is not known"
         told = f"found the unit '{shown(unit.strip(), 30)}', {found}; expected a unit of {quantity}: {known}"
         _refuse(path, line, told, number, headings)

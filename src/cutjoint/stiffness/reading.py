@@ -17,52 +17,40 @@ inner = "16 mm"
 from __future__ import annotations
 
 import os
-import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 from cutjoint.description.model import RobotDescription
 from cutjoint.doors import described
 from cutjoint.errors import InputError, UnknownNameError
-from cutjoint.files import path_name, read_file
 from cutjoint.stiffness.springs import DIRECTIONS, Beam, Springs, matching
-from cutjoint.stiffness.units import Kind, quantity
+from cutjoint.toml.reading import read_settings
+from cutjoint.toml.table import TomlTable
+from cutjoint.toml.taking import each
+from cutjoint.units import Kind, in_si
 
-LARGEST_FILE = 1 << 20
-"""Bytes."""
 _TUBE = ("young", "shear", "outer", "inner")
 _BEAM = ("young", "shear", "area", "bending_y", "bending_z", "torsion")
-
-
-def toml_tables(path: str | os.PathLike[str], known: Sequence[str]) -> dict[str, dict[str, object]]:
-    """The tables of a TOML file, all of them of names that are known.
-
-    Raises:
-        FileError: it cannot be read.
-        InputError: it is no TOML, or holds something else.
-        UnknownNameError: a table of another name.
-    """
-    name = path_name(path)
-    try:
-        found = tomllib.loads(read_file(path, LARGEST_FILE).decode("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError(f"'{name}' is no TOML file: {error}") from error
-    for table, content in found.items():
-        if table not in known:
-            raise UnknownNameError(f"table in '{name}'", table, known)
-        if not isinstance(content, dict):
-            raise InputError(f"'{table}' in '{name}' must be a table [{table}], found {described(content)}")
-    return found
 
 
 def springs_from_file(path: str | os.PathLike[str], robot: RobotDescription) -> Springs:
     """Springs of a robot, from a file of TOML.
 
     Raises:
-        FileError, InputError, UnknownNameError: it cannot be read, or says what the robot does not have.
+        SettingsError: it cannot be read, or says what the robot does not have: all that is wrong, with lines.
     """
-    tables = toml_tables(path, ("actuators", "joints", "rods"))
-    return springs_of(robot, tables.get("actuators", {}), tables.get("joints", {}), tables.get("rods", {}))
+    return read_settings(path, partial(_taken, robot))
+
+
+def _taken(robot: RobotDescription, top: TomlTable) -> Springs:
+    found = Springs(
+        each(top.table("actuators"), partial(_of_actuator, robot)),
+        each(top.table("joints"), _of_joint),
+        each(top.table("rods"), _of_rod),
+    )
+    top.finish()
+    return found
 
 
 def springs_of(
@@ -100,7 +88,7 @@ def _of_actuator(robot: RobotDescription, name: str, given: object) -> float:
     kinds: tuple[Kind, ...] = tuple("stiffness" if one else "turning stiffness" for one in sorted(slide))
     if len(kinds) > 1 and isinstance(given, str) and any(one.isalpha() and one not in "eE" for one in given):
         raise InputError(f"'{name}' means actuators that slide and that turn; state their stiffness apart, with units")
-    return quantity(f"stiffness of actuator '{name}'", given, *kinds)
+    return in_si(f"stiffness of actuator '{name}'", given, *kinds)
 
 
 def _of_joint(name: str, given: object) -> float | list[float]:
@@ -109,8 +97,8 @@ def _of_joint(name: str, given: object) -> float | list[float]:
         if len(given) != len(DIRECTIONS):
             raise InputError(f"{what} must be one number or six, found {len(given)}")
         pairs = zip(DIRECTIONS, given, strict=True)
-        return [quantity(f"{what} {one}", number, _kind(one)) for one, number in pairs]
-    return quantity(what, given, _kind(last) if last in DIRECTIONS else "stiffness")
+        return [in_si(f"{what} {one}", number, _kind(one)) for one, number in pairs]
+    return in_si(what, given, _kind(last) if last in DIRECTIONS else "stiffness")
 
 
 def _kind(direction: str) -> Kind:
@@ -119,7 +107,7 @@ def _kind(direction: str) -> Kind:
 
 def _of_rod(name: str, given: object) -> float | Beam:
     if not isinstance(given, dict):
-        return quantity(f"stiffness of rod '{name}'", given, "stiffness")
+        return in_si(f"stiffness of rod '{name}'", given, "stiffness")
     known = tuple(dict.fromkeys((*_TUBE, *_BEAM)))
     if wrong := [key for key in given if key not in known]:
         raise UnknownNameError(f"key of the beam '{name}'", wrong[0], known)
@@ -130,7 +118,7 @@ def _of_rod(name: str, given: object) -> float | Beam:
         told = f"lacks {', '.join(missing)}" if missing else f"has {', '.join(unused)} too"
         raise InputError(f"beam '{name}' {told}; it wants {', '.join(_TUBE)} (a round tube), or {', '.join(_BEAM)}")
     numbers = {
-        key: quantity(f"{key} of beam '{name}'", value, "length")
+        key: in_si(f"{key} of beam '{name}'", value, "length")
         if key in ("outer", "inner")
         else _plain(name, key, value)
         for key, value in given.items()

@@ -17,9 +17,9 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import TYPE_CHECKING, cast
 
-from cutjoint.description.findings import listing
 from cutjoint.errors import CutjointError, InputError, StudyError, shown
 from cutjoint.extras import needed
+from cutjoint.findings import listing
 from cutjoint.reprs import counted, line
 from cutjoint.studies.blocks import BlockPlan, Prepared, processor
 from cutjoint.studies.cases import Recipe

@@ -14,8 +14,8 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.compile.sources.parameters import Parameters
 from cutjoint.description.check import check_description
-from cutjoint.description.findings import listing
 from cutjoint.errors import DescriptionError, InputError
+from cutjoint.findings import listing
 from cutjoint.reprs import counted
 from cutjoint.studies.blocks import Prepared
 from cutjoint.studies.cases import GAINS, START, StudyCase

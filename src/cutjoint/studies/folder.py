@@ -16,9 +16,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import cast
 
-from cutjoint.description.findings import listing
 from cutjoint.errors import FileError, InputError, StudyError
 from cutjoint.files import path_name, read_file, write_whole
+from cutjoint.findings import listing
 from cutjoint.reprs import line
 from cutjoint.studies.blocks import BlockPlan, Prepared, digest
 

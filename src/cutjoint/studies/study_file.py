@@ -11,17 +11,18 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from cutjoint.description.files import read_text_file
-from cutjoint.description.findings import Findings, listing, nearest
-from cutjoint.description.formats.common.toml.table import TomlTable, line_index, parse
 from cutjoint.doors import door
 from cutjoint.errors import DescriptionError, InputError
+from cutjoint.findings import listing
 from cutjoint.simulation.hardware import Clock, Differences, Drive, Encoder, Hardware, Tachometer, hardware_of
 from cutjoint.simulation.hardware.values import Each
 from cutjoint.simulation.integrators import FIXED_STEP
 from cutjoint.studies.quantities import QUANTITIES, USUAL
 from cutjoint.studies.spreads import KINDS, Kind, Spread
 from cutjoint.studies.values import METHODS, FollowingLaw, Method, Study, VariedPath
+from cutjoint.toml.reading import read_settings
+from cutjoint.toml.table import TomlTable
+from cutjoint.toml.taking import one_of, positive, several, truth, whole
 
 MODELS = ("chain", "published")
 EVERY = 0.01
@@ -38,46 +39,32 @@ def read_study(path: str | os.PathLike[str]) -> Study:
     """A study of a TOML file (docs/studies.md).
 
     Raises:
-        DescriptionError: no such file, no TOML, keys that are missing or unknown, values that are wrong: all of them,
+        SettingsError: no such file, no TOML, keys that are missing or unknown, values that are wrong: all of them,
             with their lines.
     """
     place = Path(path)
-    findings = Findings(str(place))
-    data = read_text_file(place, findings, "TOML")
-    values = None if data is None else parse(data, findings)
-    if data is None or values is None:
-        raise DescriptionError(findings.problems)
-    top = TomlTable(values, (), line_index(data.decode("utf-8")), findings)
-    study = _study(top, place)
-    if findings.failed:
-        raise DescriptionError(findings.problems)
-    try:
-        _ = study.total
-    except InputError as error:
-        findings.error(str(error), at=top.place("runs"))
-        raise DescriptionError(findings.problems) from error
-    return study
+    return read_settings(place, lambda top: _checked(_study(top, place), top))
 
 
 def _study(top: TomlTable, place: Path) -> Study:
-    method = _one_of(top, "method", tuple(METHODS), "random")
+    method = one_of(top, "method", tuple(METHODS), "random")
     hardware = [
-        (_named(table, f"hardware {k + 1}"), _hardware(table)) for k, table in enumerate(_several(top, "hardware"))
+        (_named(table, f"hardware {k + 1}"), _hardware(table)) for k, table in enumerate(several(top, "hardware"))
     ]
-    laws = tuple(_law(table) for table in _several(top, "controller"))
+    laws = tuple(_law(table) for table in several(top, "controller"))
     if not laws:
         top.findings.error("no [controller]", "who follows the trajectory", 'add [controller] with name = "pd"')
     keep, every = _kept(top.table("keep"))
-    seed, runs = _whole(top, "seed", 0, LARGEST_SEED), _whole(top, "runs", 1, 10**18)
+    seed, runs = whole(top, "seed", 0, LARGEST_SEED), whole(top, "runs", 1, 10**18)
     made = Study(
         name=place.stem,
         robot=_robot(top, place),
-        model=_one_of(top, "model", MODELS, "chain"),
+        model=one_of(top, "model", MODELS, "chain"),
         variants=_texts(top, "variant", "variants") or (None,),
-        ideal=_truth(top, "ideal"),
-        duration=_positive(top, "duration"),
-        step=_positive(top, "step") or 1e-3,
-        integrator=_one_of(top, "integrator", tuple(FIXED_STEP), "rk4"),
+        ideal=truth(top, "ideal"),
+        duration=positive(top, "duration"),
+        step=positive(top, "step") or 1e-3,
+        integrator=one_of(top, "integrator", tuple(FIXED_STEP), "rk4"),
         method=cast(Method, method),
         runs=runs,
         seed=0 if seed is None else seed,
@@ -87,16 +74,15 @@ def _study(top: TomlTable, place: Path) -> Study:
         varied=tuple(_varied(table, method) for table in top.tables("vary")),
         keep=keep,
         every=every,
-        block=_whole(top, "block", 1, LARGEST_BLOCK),
+        block=whole(top, "block", 1, LARGEST_BLOCK),
         settings=json.dumps(top.data, sort_keys=True, default=str),
     )
     top.finish()
-    _check_whole(made, top)
     return made
 
 
-def _check_whole(study: Study, top: TomlTable) -> None:
-    """Note what does not fit each other."""
+def _checked(study: Study, top: TomlTable) -> Study:
+    """The study, after noting what does not fit each other."""
     findings = top.findings
     if study.method == "grid" and study.runs is not None:
         findings.error("runs of a grid", "no key runs: a grid has all combinations", "", top.place("runs"))
@@ -115,6 +101,12 @@ def _check_whole(study: Study, top: TomlTable) -> None:
     ):  # fmt: skip
         if len(set(names)) < len(names):
             findings.error(f"{what} with one name twice", "a name each", "", top.place())
+    if not findings.failed:
+        try:
+            _ = study.total
+        except InputError as error:
+            findings.error(str(error), at=top.place("runs"))
+    return study
 
 
 def _robot(top: TomlTable, place: Path) -> str:
@@ -134,7 +126,7 @@ def _trajectories(top: TomlTable, place: Path) -> tuple[str, ...]:
 def _varied(table: TomlTable, method: str) -> VariedPath:
     path = table.string("path", required=True)
     given = [kind for kind in KINDS if table.take(kind) is not None]
-    steps = _whole(table, "steps", 1, MOST_STEPS)
+    steps = whole(table, "steps", 1, MOST_STEPS)
     table.finish()
     spread = Spread("values", (0.0,))
     if len(given) != 1:
@@ -177,7 +169,7 @@ def _fault(kind: str, numbers: Sequence[float], is_list: bool) -> str:
 
 def _law(table: TomlTable) -> FollowingLaw:
     name = table.string("name", required=True)
-    believes = _one_of(table, "model", ("", *MODELS), "")
+    believes = one_of(table, "model", ("", *MODELS), "")
     gains: dict[str, npt.ArrayLike] = {}
     own = table.table("gains")
     for gain in own.data if own is not None else ():
@@ -206,8 +198,8 @@ def _hardware(table: TomlTable) -> Hardware | None:
             for one in error.problems:
                 table.findings.error(one.found, one.expected, one.mend, table.place())
             return None
-    numbers = {name: _positive(table, name, zero=True) for name in ("delay", "command_delay", "jitter")}
-    rate, tick, cutoff = (_positive(table, name) for name in ("rate", "tick", "filter"))
+    numbers = {name: positive(table, name, zero=True) for name in ("delay", "command_delay", "jitter")}
+    rate, tick, cutoff = (positive(table, name) for name in ("rate", "tick", "filter"))
     limits, resolution, noise = (
         cast(Each | None, table.values(name)) if table.take(name) is not None else None
         for name in ("limits", "resolution", "noise")
@@ -234,7 +226,7 @@ def _hardware(table: TomlTable) -> Hardware | None:
 def _kept(table: TomlTable | None) -> tuple[tuple[str, ...], float]:
     if table is None:
         return USUAL, EVERY
-    given, every = table.strings("columns"), _positive(table, "every")
+    given, every = table.strings("columns"), positive(table, "every")
     table.finish()
     if given == ():
         table.wrong("columns", [], f"some of {listing(QUANTITIES)}")
@@ -242,14 +234,6 @@ def _kept(table: TomlTable | None) -> tuple[tuple[str, ...], float]:
         if name not in QUANTITIES:
             table.findings.unknown(f"unknown column '{name}'", name, list(QUANTITIES), table.place("columns"))
     return tuple(dict.fromkeys(given)) if given else USUAL, every or EVERY
-
-
-def _several(top: TomlTable, key: str) -> list[TomlTable]:
-    """One table, or an array of them."""
-    if isinstance(top.data.get(key), dict):
-        one = top.table(key)
-        return [] if one is None else [one]
-    return list(top.tables(key))
 
 
 def _named(table: TomlTable, default: str) -> str:
@@ -264,41 +248,3 @@ def _texts(top: TomlTable, one: str, several: str) -> tuple[str, ...]:
     if many == ():
         top.wrong(several, [], "a list that is not empty")
     return tuple(many) if many else ((single,) if single else ())
-
-
-def _one_of(table: TomlTable, key: str, known: Sequence[str], default: str) -> str:
-    value = table.string(key, default)
-    if value in known:
-        return value
-    table.findings.error(
-        f"{key} of {table.name} is '{value[:60]}'",
-        " or ".join(f'"{one}"' for one in known if one),
-        nearest(value, known),
-        table.place(key),
-    )
-    return default
-
-
-def _whole(table: TomlTable, key: str, least: int, most: int) -> int | None:
-    value = table.take(key)
-    if isinstance(value, float) and value.is_integer():
-        value = int(value)
-    if value is None or (isinstance(value, int) and not isinstance(value, bool) and least <= value <= most):
-        return value
-    table.wrong(key, value, f"a whole number from {least} to {most:.4g}")
-    return None
-
-
-def _positive(table: TomlTable, key: str, *, zero: bool = False) -> float | None:
-    value = table.number(key, None)
-    if value is not None and not (value > 0.0 or (zero and value == 0.0)):
-        table.wrong(key, value, "a number >= 0" if zero else "a number > 0")
-        return None
-    return value
-
-
-def _truth(table: TomlTable, key: str) -> bool:
-    value = table.take(key)
-    if value is not None and not isinstance(value, bool):
-        table.wrong(key, value, "true or false")
-    return value is True

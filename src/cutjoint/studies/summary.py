@@ -17,10 +17,10 @@ import numpy as np
 
 from cutjoint.arrays import Array, Values
 from cutjoint.compile.many.statistics import Statistics
-from cutjoint.description.findings import clip
 from cutjoint.doors import door
 from cutjoint.errors import InputError
 from cutjoint.extras import needed
+from cutjoint.findings import clip
 from cutjoint.reprs import line, one_line, quoted
 from cutjoint.studies.folder import StudyFolder, opened
 from cutjoint.studies.ranking import Ranking, ranked

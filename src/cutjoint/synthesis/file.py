@@ -18,20 +18,25 @@ goal = "most"
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from cutjoint.chain import ClosedChain
-from cutjoint.errors import InputError, UnknownNameError
+from cutjoint.errors import InputError
 from cutjoint.reprs import line
 from cutjoint.robots import load, named_trajectory
-from cutjoint.settings import Settings, read_settings
 from cutjoint.synthesis.judging import DesignProblem
 from cutjoint.synthesis.quantities import QUANTITIES
 from cutjoint.synthesis.variables import Kind, Variable
 from cutjoint.synthesis.wants import Want
+from cutjoint.toml.reading import read_settings
+from cutjoint.toml.table import TomlTable
+from cutjoint.toml.taking import one_of, positive, texts, whole
 
 MOST_DESIGNS = 100_000
+LARGEST_SEED = 2**32 - 1
 
 
 @dataclass(frozen=True)
@@ -55,22 +60,43 @@ def read_order(path: str | os.PathLike[str]) -> SynthesisOrder:
     """A synthesis as a file asks for it, with all in it looked at.
 
     Raises:
-        FileError: it cannot be read.
-        InputError: no TOML, a wrong value, or a key that is not known.
-        UnknownNameError: no such robot, link, path, quantity or trajectory.
+        SettingsError: no such file, no TOML, keys that are missing or unknown, values that are wrong: all of them, with
+            their lines.
+        UnknownNameError: no such robot, link, path or trajectory.
         CutjointError: the robot cannot be loaded.
     """
-    file = read_settings(path)
-    name = file.text("robot")
-    variant, home = file.text("variant", None), file.text("home", None)
-    designs, seed = file.whole("designs", 200, least=2), file.whole("seed", 1)
-    variables = tuple(map(_variable, file.tables("vary")))
-    wants = tuple(map(_want, file.tables("want")))
-    file.finish()
-    if designs > MOST_DESIGNS:
-        raise InputError(f"{file.where}: designs must be at most {MOST_DESIGNS}, found {designs}")
-    robot = load(name, variant, home=home)
-    return SynthesisOrder(problem_of(robot, variables, wants, home), designs, seed)
+    asked = read_settings(path, _asked)
+    robot = load(asked.robot, asked.variant, home=asked.home)
+    return SynthesisOrder(problem_of(robot, asked.variables, asked.wants, asked.home), asked.designs, asked.seed)
+
+
+class _Asked(NamedTuple):
+    """What stands in the file."""
+
+    robot: str
+    variant: str | None
+    home: str | None
+    designs: int
+    seed: int
+    variables: tuple[Variable, ...]
+    wants: tuple[Want, ...]
+
+
+def _asked(top: TomlTable) -> _Asked:
+    designs, seed = whole(top, "designs", 2, MOST_DESIGNS), whole(top, "seed", 0, LARGEST_SEED)
+    variables = [_variable(table) for table in top.tables("vary")]
+    wants = [_want(table) for table in top.tables("want")]
+    found = _Asked(
+        top.string("robot", required=True),
+        top.string("variant") or None,
+        top.string("home") or None,
+        200 if designs is None else designs,
+        1 if seed is None else seed,
+        tuple(one for one in variables if one is not None),
+        tuple(one for one in wants if one is not None),
+    )
+    top.finish()
+    return found
 
 
 def problem_of(
@@ -102,34 +128,47 @@ def problem_of(
     )
 
 
-def _variable(table: Settings) -> Variable:
+def _variable(table: TomlTable) -> Variable | None:
     kinds: Mapping[str, Kind] = {"path": "path", "stretch": "stretch", "mount": "mount"}
-    given = [kind for key, kind in kinds.items() if key in table]
+    given = {key: texts(table, key) for key in kinds if table.take(key) is not None}
+    along = one_of(table, "along", ("x", "y", "z"), "x") if "stretch" in given else "x"
+    ends = table.vector("range", 2, required=True, largest=sys.float_info.max)
+    name = table.string("name")
+    table.finish()
     if len(given) != 1:
-        raise InputError(f"{table.where}: name one of path, stretch (links) and mount (roll or pitch)")
-    kind = given[0]
-    if kind == "path":
-        what = tuple(part.strip() for text in table.texts("path") for part in text.split("="))
-    else:
-        what = table.texts(kind)
-    low, high = table.numbers("range", size=2)
-    along = table.text("along", choices=("x", "y", "z")) if kind == "stretch" else "x"
-    name = table.text("name", what[0] if kind != "stretch" else f"length of {what[0]}")
-    return Variable(name, kind, what, low, high, along)
+        found = " and ".join(given) or "nothing"
+        expected = "one of path, stretch (links) and mount (roll or pitch)"
+        table.findings.error(f"{found} to choose in {table.name}", expected, "", table.place())
+        return None
+    ((key, what),) = given.items()
+    if key == "path":
+        what = tuple(part.strip() for text in what for part in text.split("="))
+    if not what or ends is None:
+        return None
+    default = f"length of {what[0]}" if key == "stretch" else what[0]
+    return Variable(name or default, kinds[key], what, ends[0], ends[1], along)
 
 
-def _want(table: Settings) -> Want:
-    quantity = table.text("quantity")
-    if quantity not in QUANTITIES:
-        raise UnknownNameError("quantity", quantity, tuple(QUANTITIES))
+def _want(table: TomlTable) -> Want | None:
+    quantity = table.string("quantity", required=True)
+    goal = one_of(table, "goal", ("", "most", "least"), "")
+    least, most = (table.number(key, None, largest=sys.float_info.max) for key in ("at_least", "at_most"))
+    row = QUANTITIES.get(quantity)
+    if row is None:
+        if quantity:
+            found = f"unknown quantity '{quantity}' in {table.name}"
+            table.findings.unknown(found, quantity, tuple(QUANTITIES), table.place("quantity"))
+        return None
     options: dict[str, float | str] = {}
-    for key, (_, default) in QUANTITIES[quantity].options.items():
-        if key not in table:
-            table.text(key, None)
-            continue
-        options[key] = table.text(key) if isinstance(default, str) else table.number(key, above=0.0)
-    goal = table.text("goal", None, choices=("most", "least"))
-    least, most = table.number("at_least", None), table.number("at_most", None)
-    if goal is None and least is None and most is None:
-        goal = QUANTITIES[quantity].goal
-    return Want(quantity, options, "most" if goal == "most" else "least" if goal == "least" else None, least, most)
+    for key, (_, default) in row.options.items():
+        value = table.string(key) if isinstance(default, str) else positive(table, key)
+        if value is not None and value != "":
+            options[key] = value
+    table.finish()
+    if not goal and least is None and most is None:
+        goal = row.goal
+    try:
+        return Want(quantity, options, "most" if goal == "most" else "least" if goal == "least" else None, least, most)
+    except InputError as error:
+        table.findings.error(str(error), at=table.place())
+        return None

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.model import Inertial, Joint, Place, RobotDescription
+from cutjoint.findings import Findings
 
 HEAVY = 2.0e4
 """kg.  The moving platform of a large flight simulator has about 15 t."""

@@ -9,8 +9,8 @@ import numpy as np
 
 from cutjoint.description.checks.tree import rigid_groups
 from cutjoint.description.curves import Curve, Table
-from cutjoint.description.findings import Findings, clip, listing, nearest
 from cutjoint.description.model import TASK_AXES, TASK_NAMES, Frame, Home, JointType, Place, RobotDescription
+from cutjoint.findings import Findings, clip, listing, nearest
 
 STEEPEST = 1e9
 """Slope of a table beyond which its points lie on each other."""

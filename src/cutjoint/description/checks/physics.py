@@ -8,10 +8,10 @@ from numbers import Real
 
 from cutjoint.description.checks.tree import check_limits
 from cutjoint.description.cuts import Freedom
-from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.physics import KEYS
 from cutjoint.description.model import Bushing, CutJoint, Joint, JointPhysics, JointType, Place, RobotDescription
 from cutjoint.errors import DescriptionError
+from cutjoint.findings import Findings, listing
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 _SIGNED = ("rest", "gear")

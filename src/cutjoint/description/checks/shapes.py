@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.model import Link, RobotDescription, Shape
-from cutjoint.description.numbers import LARGEST_LENGTH
+from cutjoint.findings import LARGEST_LENGTH, Findings
 
 COUNTS = {"box": 3, "cylinder": 2, "capsule": 2, "sphere": 1, "mesh": 3}
 

@@ -8,8 +8,8 @@ from collections import Counter, defaultdict
 
 import numpy as np
 
-from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.model import Joint, RobotDescription
+from cutjoint.findings import Findings, listing, nearest
 
 DEEPEST = 500
 """Joints from the root to a leaf.  Recursive parsers and algorithms crash the process at a few thousand."""

@@ -13,15 +13,14 @@ from importlib import import_module
 from itertools import islice
 from pathlib import Path
 
-from cutjoint.description.files import LARGEST_FILE, MOST_NAMES
-from cutjoint.description.findings import Findings, listing
-from cutjoint.description.formats.common.extras import Reading
+from cutjoint.description.formats.common.extras import Reading, RobotFindings
 from cutjoint.description.formats.common.unsaid import MESHES
 from cutjoint.description.formats.common.unsaid import left_out as undrawn
 from cutjoint.description.formats.common.unsaid import unsaid as beyond
 from cutjoint.description.model import RobotDescription
 from cutjoint.errors import DescriptionError, FileError, UnknownNameError, shown
 from cutjoint.files import is_file, read_file, write_files
+from cutjoint.findings import LARGEST_FILE, MOST_NAMES, Findings, listing
 from cutjoint.reprs import line
 
 __all__ = ["FORMATS", "WRITERS", "Format", "Reading", "format_of", "left_out", "read", "unsaid", "write"]
@@ -125,7 +124,7 @@ WRITERS: Mapping[str, Format] = {one.key: one for one in FORMATS if one.write is
 
 def read(path: Path) -> Reading:
     """Read a robot out of a file, or out of a folder: its loops.toml or robot.yaml, or the only robot in it."""
-    findings, description = Findings(shown(str(path))), None
+    findings, description = RobotFindings(shown(str(path))), None
     file = _of_folder(path, findings) if os.path.isdir(path) else path
     if file is not None:
         findings.file = shown(str(file))

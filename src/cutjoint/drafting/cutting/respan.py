@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.common.graph import attach, cut_of, reached, without_loops
 from cutjoint.description.model import IDENTITY, CutJoint, CutType, Home, Joint, JointType, RobotDescription
 from cutjoint.description.transforms import inverse, rpy_from_rotation
 from cutjoint.drafting.cutting.tree import Tree
 from cutjoint.errors import InputError, Problem, UnknownNameError
+from cutjoint.findings import Findings
 
 _JOINTS = {
     CutType.FIXED: JointType.FIXED,

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from cutjoint.description import catalogue, read_checked
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats import format_of
 from cutjoint.description.formats.urdf.plain import read_robot
 from cutjoint.description.formats.urdf.transmission import driven
 from cutjoint.description.model import CutJoint, CutType, Joint, RobotDescription
 from cutjoint.errors import DescriptionError, Problem
+from cutjoint.findings import Findings
 
 
 @dataclass(frozen=True, eq=False)

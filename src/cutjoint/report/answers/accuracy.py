@@ -10,7 +10,8 @@ from cutjoint.accuracy import Accuracy
 from cutjoint.arrays import Array
 from cutjoint.report.answers.sheet import sheet
 from cutjoint.report.figures import BLUE, GREEN, GREY, INK, ORANGE, Drawing, drawable
-from cutjoint.stiffness.units import handy, told
+from cutjoint.stiffness.telling import told
+from cutjoint.units import handy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,8 @@ from cutjoint.arrays import Array
 from cutjoint.report.answers.sheet import sheet
 from cutjoint.report.figures import BLUE, DASHES, GREY, INK, LIMBS, ORANGE, Drawing, drawable
 from cutjoint.stiffness import Contribution, ToolStiffness
-from cutjoint.stiffness.units import handy, told
+from cutjoint.stiffness.telling import told
+from cutjoint.units import handy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -16,10 +16,8 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import TypeAlias, TypeVar
 
-from cutjoint.description.files import read_text_file
-from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.toml.table import TomlTable, line_index, parse
-from cutjoint.errors import DescriptionError, InputError
+from cutjoint.errors import InputError, SettingsError
+from cutjoint.findings import Findings
 from cutjoint.simulation.hardware.values import (
     Backlash,
     Clock,
@@ -30,6 +28,8 @@ from cutjoint.simulation.hardware.values import (
     Tachometer,
     TorqueSpeed,
 )
+from cutjoint.toml.reading import read_settings, settings_of
+from cutjoint.toml.table import TomlTable
 
 Parts: TypeAlias = dict[str, object]
 """Plain JSON values."""
@@ -55,24 +55,19 @@ def hardware_of(parts: Mapping[str, object]) -> Hardware:
     """Hardware of plain values, such as `Result.about["hardware"]`.
 
     Raises:
-        DescriptionError: keys that are missing or unknown, values that are wrong: all of them.
+        SettingsError: keys that are missing or unknown, values that are wrong: all of them.
     """
-    return _taken(TomlTable(parts, (), {}, Findings("hardware")))
+    return settings_of(TomlTable(parts, (), {}, Findings("hardware")), _taken)
 
 
 def read_hardware(path: str | Path) -> Hardware:
     """Hardware of a TOML file.
 
     Raises:
-        DescriptionError: no such file, no TOML, keys that are missing or unknown, values that are wrong: all of them,
+        SettingsError: no such file, no TOML, keys that are missing or unknown, values that are wrong: all of them,
             with their lines.
     """
-    findings = Findings(str(path))
-    data = read_text_file(Path(path), findings, "hardware.toml")
-    values = None if data is None else parse(data, findings)
-    if data is None or values is None:
-        raise DescriptionError(findings.problems)
-    return _taken(TomlTable(values, (), line_index(data.decode("utf-8")), findings))
+    return read_settings(path, _taken, "hardware.toml")
 
 
 def _taken(top: TomlTable) -> Hardware:
@@ -95,7 +90,7 @@ def _taken(top: TomlTable) -> Hardware:
         except InputError as error:
             findings.error(str(error), at=top.place("seed" if "seed" in str(error) else "clock"))
     if made is None:
-        raise DescriptionError(findings.problems)
+        raise SettingsError(findings.problems)
     return made
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.physics import with_rest
 from cutjoint.description.model import (
     Coupling,
@@ -25,7 +24,17 @@ from cutjoint.description.model import (
     Variant,
 )
 from cutjoint.errors import Problem
+from cutjoint.findings import Findings, nearest
 from cutjoint.reprs import line
+
+
+class RobotFindings(Findings):
+    """What is wrong with a robot's files, and `closing`: joints of a graph that became cuts, by name, with the
+    limits and physics that no cut has."""
+
+    def __init__(self, file: str = "") -> None:
+        super().__init__(file)
+        self.closing: dict[str, Joint] = {}
 
 
 @dataclass(frozen=True)

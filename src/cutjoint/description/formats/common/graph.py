@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings
-from cutjoint.description.formats.common.extras import OpenTree
+from cutjoint.description.formats.common.extras import OpenTree, RobotFindings
 from cutjoint.description.formats.common.physics import CUT_KEYS, leftover
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointPhysics, JointType, Link
 from cutjoint.description.transforms import frame_along, inverse, turned
+from cutjoint.findings import Findings
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +156,7 @@ def cut_of(edge: Joint, at_parent: Array, at_child: Array, findings: Findings) -
     """A joint that closes a loop, as a cut between its frames (4, 4) in both links; None after noting why not.
 
     Its placement does not count.  What a cut cannot have is noted: limits, stops, rotors; the joint is kept in
-    `findings.closing`, for those who close the loop elsewhere.
+    `RobotFindings.closing`, for those who close the loop elsewhere.
     """
     if edge.type.cut is None:
         found = f"joint '{edge.name}' of type {edge.type.value} closes a loop"
@@ -172,7 +172,8 @@ def cut_of(edge: Joint, at_parent: Array, at_child: Array, findings: Findings) -
     if edge.limits.bounded:
         found = f"limits of joint '{edge.name}', which closes a loop, are not used"
         findings.warn(found, "limits in the tree", "let another joint of the loop close it", edge.place)
-    findings.closing[edge.name] = edge
+    if isinstance(findings, RobotFindings):
+        findings.closing[edge.name] = edge
     a, b = Frame(edge.parent, turned(at_parent, align)), Frame(edge.child, turned(at_child, align))
     return CutJoint(edge.name, kind, a, b, edge.place, _free_motion(edge, findings))
 

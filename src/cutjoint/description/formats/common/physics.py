@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import fields, replace
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.model import Joint, JointPhysics
-from cutjoint.description.numbers import LARGEST_LENGTH, LARGEST_PHYSICS
+from cutjoint.description.numbers import LARGEST_PHYSICS
+from cutjoint.findings import LARGEST_LENGTH, Findings
 
 KEYS = tuple(field.name for field in fields(JointPhysics))
 """What the keys of a loops.toml call the physics of a joint."""

@@ -13,10 +13,10 @@ import re
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 
-from cutjoint.description.findings import Findings, clip, nearest
 from cutjoint.description.model import Coupling, Place
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.xml import Element, check_known, children
+from cutjoint.findings import Findings, clip, nearest
 
 _APART = re.compile("[^a-z0-9]")
 _DRIVES = re.compile("joint(position|velocity|trajectory|)controller|applyjointforce")

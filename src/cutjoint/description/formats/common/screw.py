@@ -9,10 +9,10 @@ import math
 from dataclasses import dataclass, replace
 
 from cutjoint.arrays import Array
-from cutjoint.description.findings import Findings
 from cutjoint.description.model import IDENTITY, Coupling, Joint, JointType, Link
 from cutjoint.description.numbers import LARGEST_PHYSICS, read_numbers
 from cutjoint.description.xml import Element, only_child
+from cutjoint.findings import Findings
 
 SCREW = "screw"
 """What SDF and Drake call it."""

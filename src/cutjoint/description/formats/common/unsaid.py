@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterable
 
 import numpy as np
 
-from cutjoint.description.findings import listing
 from cutjoint.description.model import Inertial, JointPhysics, RobotDescription, Shape
+from cutjoint.findings import listing
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 WORDS = {

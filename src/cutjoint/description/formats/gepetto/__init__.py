@@ -17,14 +17,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cutjoint.description.files import read_text_file
-from cutjoint.description.findings import Findings, clip, listing, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.common.physics import with_rest
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.model import CutJoint, CutType, Frame, Joint, JointType, Limits, Place, RobotDescription
 from cutjoint.extras import how_to_get
 from cutjoint.files import is_file
+from cutjoint.findings import Findings, clip, listing, nearest, read_text_file
 
 if TYPE_CHECKING:
     import yaml

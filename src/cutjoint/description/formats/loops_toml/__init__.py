@@ -8,27 +8,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from cutjoint.description.files import read_text_file
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.exact import serialised
 from cutjoint.description.formats.common.extras import described
 from cutjoint.description.formats.common.toml.keys import take_extras
-from cutjoint.description.formats.common.toml.table import TomlTable, line_index, parse
 from cutjoint.description.formats.common.toml.text import toml_text
 from cutjoint.description.formats.urdf import plain
 from cutjoint.description.formats.urdf.writer import couplings_without_mimic, foreign_joints, robot_element
 from cutjoint.description.model import RobotDescription
+from cutjoint.findings import Findings
+from cutjoint.toml.reading import read_toml
 
 SCHEMA = 1
 
 
 def read(path: Path, findings: Findings) -> RobotDescription | None:
     """A loops.toml and the URDF that it names."""
-    data = read_text_file(path, findings, "loops.toml")
-    values = None if data is None else parse(data, findings)
-    if data is None or values is None:
+    top = read_toml(path, findings, "loops.toml")
+    if top is None:
         return None
-    top = TomlTable(values, (), line_index(data.decode("utf-8")), findings)
     schema = top.take("schema", required=True, expected=f"schema = {SCHEMA}")
     if schema is not None and (schema != SCHEMA or isinstance(schema, bool)):
         top.wrong("schema", schema, f"schema = {SCHEMA}, the one that this version reads")

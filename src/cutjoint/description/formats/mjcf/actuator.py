@@ -11,14 +11,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.mjcf.body import Bodies
 from cutjoint.description.formats.mjcf.compiled import ActuatorRow
 from cutjoint.description.formats.mjcf.couplings import Followers
 from cutjoint.description.formats.mjcf.joint import even, linear
 from cutjoint.description.formats.mjcf.tendon import acting, as_joint, lengths_of, place_of, quoted
 from cutjoint.description.model import Joint, Place
-from cutjoint.description.numbers import LARGEST_PHYSICS, check_range
+from cutjoint.description.numbers import LARGEST_PHYSICS
+from cutjoint.findings import Findings, check_range
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.mjcf.compiled import BodyRow, JointRow, Model
 from cutjoint.description.formats.mjcf.geom import shape_of
@@ -21,8 +20,9 @@ from cutjoint.description.formats.mjcf.joint import joint_of, motion_back
 from cutjoint.description.formats.mjcf.source import MjcfText
 from cutjoint.description.formats.mjcf.types import MADE_OF, OWN, parts
 from cutjoint.description.model import IDENTITY, Frame, Inertial, Joint, JointPhysics, JointType, Limits, Link, Place
-from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, check_range
+from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS
 from cutjoint.description.transforms import from_rotation, inverse, rotation_from_quaternion
+from cutjoint.findings import Findings, check_range, nearest
 
 
 def merged(joints: list[Joint]) -> list[Joint]:

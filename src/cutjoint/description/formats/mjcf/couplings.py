@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.model import Coupling, Place
+from cutjoint.findings import Findings
 
 _NOTHING = 1e-12
 """Coefficients below this, times the largest of a relation, are rounding."""

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.polynomial import Polynomial as Series
 
 from cutjoint.description.curves import Polynomial
-from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.formats.mjcf.body import Bodies
 from cutjoint.description.formats.mjcf.compiled import EqualityRow, Numbers
 from cutjoint.description.formats.mjcf.couplings import Followers, Relation
@@ -23,6 +22,7 @@ from cutjoint.description.formats.mjcf.told_apart import passed_over
 from cutjoint.description.formats.mjcf.types import EQUALITIES, NUMBERED, OWN
 from cutjoint.description.model import Coupling, CutJoint, CutType, DriverCurve, Frame, Place
 from cutjoint.description.transforms import from_rotation, rotation_from_quaternion
+from cutjoint.findings import Findings, listing, nearest
 
 
 def read_equalities(

@@ -6,12 +6,12 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.mjcf.compiled import GeomRow, MeshRow
 from cutjoint.description.formats.mjcf.source import MjcfText
 from cutjoint.description.model import Place, Shape
 from cutjoint.description.numbers import parse_number
 from cutjoint.description.transforms import from_rotation, rotation_from_quaternion
+from cutjoint.findings import Findings
 
 _DRAWN = ("sphere", "capsule", "cylinder", "box", "mesh")
 

@@ -7,13 +7,12 @@ from collections.abc import Collection
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.mjcf.body import Bodies
 from cutjoint.description.formats.mjcf.compiled import Numbers
 from cutjoint.description.formats.mjcf.types import MADE_OF, NUMBERS
 from cutjoint.description.model import Home, Joint, JointType, Place
-from cutjoint.description.numbers import check_range
 from cutjoint.description.transforms import rotation_from_quaternion, rpy_from_rotation
+from cutjoint.findings import Findings, check_range
 
 AS_WRITTEN = "qpos0"
 """The home where the bodies are as they are written, in a file without keyframes."""

@@ -13,11 +13,11 @@ import math
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.mjcf.compiled import JointRow, Numbers
 from cutjoint.description.model import IDENTITY, Joint, JointPhysics, JointType, Limits, Place
-from cutjoint.description.numbers import LARGEST_LENGTH, LARGEST_PHYSICS, check_range
+from cutjoint.description.numbers import LARGEST_PHYSICS
 from cutjoint.description.transforms import from_rotation, rotation_from_quaternion
+from cutjoint.findings import LARGEST_LENGTH, Findings, check_range
 
 UNLIMITED = 1e10
 """A range that ends beyond this has no end there."""

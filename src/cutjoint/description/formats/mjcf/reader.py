@@ -15,7 +15,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from cutjoint.arrays import readonly
-from cutjoint.description.findings import Findings, Harmless, clip, listing, nearest
 from cutjoint.description.formats.common.child import ChildFailed, in_child
 from cutjoint.description.formats.common.extras import Extras, actuated_by_default, described
 from cutjoint.description.formats.common.toml.keys import read_extras
@@ -30,8 +29,9 @@ from cutjoint.description.formats.mjcf.schema import parse_schema, unknown_names
 from cutjoint.description.formats.mjcf.source import MjcfText, read_source
 from cutjoint.description.formats.mjcf.tendon import read_tendons, restore_tendons
 from cutjoint.description.model import Place, RobotDescription
-from cutjoint.description.numbers import check_range, number_problem, parse_number
+from cutjoint.description.numbers import number_problem, parse_number
 from cutjoint.extras import how_to_get, is_installed
+from cutjoint.findings import Findings, Harmless, check_range, clip, listing, nearest
 
 WORKER = "cutjoint.description.formats.mjcf.worker:compile_model"
 OLDEST = (3, 3, 7)

@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from cutjoint.description.findings import Findings, clip, nearest
 from cutjoint.description.formats.mjcf.source import MjcfText
 from cutjoint.description.model import Place
 from cutjoint.description.xml import Element, children
+from cutjoint.findings import Findings, clip, nearest
 
 _ROW = re.compile(r"^( *)(\S+) +\(.\) *(.*)$")
 _PLACED = frozenset({"name", "childclass", "pos", "quat", "axisangle", "xyaxes", "zaxis", "euler"})

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-from cutjoint.description.findings import Findings, clip
 from cutjoint.description.model import Place
 from cutjoint.description.xml import DEEPEST, Element, children, read_xml
+from cutjoint.findings import Findings, clip
 
 _WORDS = re.compile(
     r"(?i)^(name|class|childclass|.*(joint|body|site|geom|mesh|tendon|file|dir|prefix|material|texture|data|target)\d?)$"

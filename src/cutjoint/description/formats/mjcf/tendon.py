@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.mjcf.body import WORLD, Bodies
 from cutjoint.description.formats.mjcf.compiled import TendonRow
 from cutjoint.description.formats.mjcf.couplings import Followers
@@ -29,6 +28,7 @@ from cutjoint.description.model import (
     Link,
     Place,
 )
+from cutjoint.findings import Findings
 
 
 def lengths_of(tendon: TendonRow, bodies: Bodies) -> dict[str, float] | None:

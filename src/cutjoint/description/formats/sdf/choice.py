@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cutjoint.description.findings import listing
 from cutjoint.description.formats.sdf.scope import KINDS, Item, Scope
 from cutjoint.description.formats.sdf.values import WORLD, text_of
 from cutjoint.description.xml import only_child
+from cutjoint.findings import listing
 
 
 @dataclass(frozen=True, eq=False)

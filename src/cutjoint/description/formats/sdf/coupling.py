@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cutjoint.description.findings import clip
 from cutjoint.description.formats.sdf.frames import Carriers, Frames
 from cutjoint.description.formats.sdf.joint import TYPES, gearbox_axis, half
 from cutjoint.description.formats.sdf.scope import Item
@@ -15,6 +14,7 @@ from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.model import Coupling, Joint, Place
 from cutjoint.description.numbers import LARGEST_PHYSICS, read_numbers
 from cutjoint.description.xml import Element, only_child
+from cutjoint.findings import clip
 
 _AXES = ("axis", "axis2")
 

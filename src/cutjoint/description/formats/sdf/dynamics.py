@@ -11,12 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.physics import largest
 from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.model import JointPhysics, JointType, Limits
 from cutjoint.description.numbers import parse_number, read_numbers
 from cutjoint.description.xml import Element, children, drake_name, only_child
+from cutjoint.findings import Findings
 from cutjoint.mechanism.physics import NO_PHYSICS
 
 UNLIMITED = 1e16

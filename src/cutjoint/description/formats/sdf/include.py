@@ -12,12 +12,12 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from cutjoint.description.files import search_folders
-from cutjoint.description.findings import Findings, clip
 from cutjoint.description.formats.sdf.names import check_names
 from cutjoint.description.formats.sdf.scope import Item, Scope
 from cutjoint.description.formats.sdf.values import child_flag, flag, text_of, version_of
 from cutjoint.description.xml import Element, children, name_of, only_child, read_xml, refuse_xacro
 from cutjoint.files import is_file
+from cutjoint.findings import Findings, clip
 
 DEEPEST = 10
 """Files that include each other."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.graph import PlacedLink
 from cutjoint.description.formats.sdf.frames import Frames
 from cutjoint.description.formats.sdf.scope import Item
@@ -13,6 +12,7 @@ from cutjoint.description.formats.sdf.values import child_flag, flag, read_pose,
 from cutjoint.description.model import Inertial, Link, Place
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
 from cutjoint.description.xml import Element, children, only_child
+from cutjoint.findings import Findings
 
 
 def read_body(item: Item, frames: Frames) -> PlacedLink:

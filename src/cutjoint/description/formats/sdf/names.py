@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-from cutjoint.description.findings import Findings, clip, closest
 from cutjoint.description.formats.sdf.values import Version
 from cutjoint.description.xml import Element, children
+from cutjoint.findings import Findings, clip, closest
 
 _DECOR = frozenset(
     {"visual", "collision", "sensor", "light", "projector", "audio", "audio_sink", "audio_source", "battery", "gripper"}

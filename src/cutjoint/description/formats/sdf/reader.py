@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cutjoint.arrays import readonly
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.common.graph import PlacedLink, span
 from cutjoint.description.formats.sdf.choice import Picked, chosen
@@ -24,6 +23,7 @@ from cutjoint.description.formats.sdf.scope import Item, Scope
 from cutjoint.description.formats.sdf.values import WORLD
 from cutjoint.description.formats.sdf.world import gravity_of, note_foreign, note_world
 from cutjoint.description.model import IDENTITY, Coupling, Joint, JointType, Link, RobotDescription
+from cutjoint.findings import Findings
 
 
 def read(path: Path, findings: Findings) -> RobotDescription | None:

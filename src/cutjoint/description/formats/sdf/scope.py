@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Self
 
-from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.sdf.values import WORLD, Version, text_of
 from cutjoint.description.xml import Element, only_child
+from cutjoint.findings import Findings, nearest
 
 MODEL = "__model__"
 """What a model calls its own frame."""

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.description.files import read_mesh
-from cutjoint.description.findings import Findings, Harmless
 from cutjoint.description.formats.sdf.frames import Frames
 from cutjoint.description.formats.sdf.scope import Item
 from cutjoint.description.formats.sdf.values import pose_of, text_of
@@ -14,6 +13,7 @@ from cutjoint.description.model import IDENTITY, Shape
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.transforms import inverse
 from cutjoint.description.xml import Element, children, only_child
+from cutjoint.findings import Findings, Harmless
 
 _SIZES = {
     "box": (("size", 3),),

@@ -7,11 +7,11 @@ import re
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.description.findings import Findings, clip
 from cutjoint.description.model import IDENTITY
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.transforms import from_rotation, placement, rotation_from_quaternion
 from cutjoint.description.xml import Element, only_child
+from cutjoint.findings import Findings, clip
 
 WORLD = "world"
 """The link and frame that does not move."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cutjoint.description.findings import Findings, clip
 from cutjoint.description.formats.common.extras import EARTH
 from cutjoint.description.formats.sdf.dynamics import ROTORS
 from cutjoint.description.formats.sdf.scope import Scope
 from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.xml import Element, children, drake_name, only_child
+from cutjoint.findings import Findings, clip
 
 _DEFAULT = (0.0, 0.0, -9.8)
 """m/s2 where a world says nothing, by the specification."""

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.model import Bushing, CutJoint, CutType, Frame, Place
 from cutjoint.description.transforms import frame_along, turned
+from cutjoint.findings import Findings
 
 
 def read_bushing(

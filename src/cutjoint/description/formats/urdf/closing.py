@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import re
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree, ToldCut
 from cutjoint.description.model import CutJoint, CutType, Frame, Link
+from cutjoint.findings import Findings
 
 _FRAME = re.compile(r"(closing_.+)_([12])")
 LIGHTEST = 1e-6

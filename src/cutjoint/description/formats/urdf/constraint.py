@@ -16,7 +16,6 @@ from __future__ import annotations
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import Extras, OpenTree
 from cutjoint.description.formats.common.toml.keys import read_extras
 from cutjoint.description.formats.urdf.dynamics import read_dynamics
@@ -26,6 +25,7 @@ from cutjoint.description.model import CutJoint, CutType, Frame, Place
 from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import frame_along, turned
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
+from cutjoint.findings import Findings
 
 TYPES = {
     "revolute": CutType.REVOLUTE,

@@ -18,14 +18,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, count
 
-from cutjoint.description.findings import Findings, Harmless, closest, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.urdf.bushing import read_bushing
 from cutjoint.description.formats.urdf.link import origin_of
 from cutjoint.description.model import Coupling, CutJoint, CutType, Frame, Joint, JointType, Link, Place
-from cutjoint.description.numbers import LARGEST_LENGTH, LARGEST_PHYSICS, parse_number, read_numbers
+from cutjoint.description.numbers import LARGEST_PHYSICS, parse_number, read_numbers
 from cutjoint.description.transforms import from_rotation
 from cutjoint.description.xml import Element, check_known, children, drake_name, name_of, short
+from cutjoint.findings import LARGEST_LENGTH, Findings, Harmless, closest, nearest
 
 WORLD = "world"
 _NONE: frozenset[str] = frozenset()

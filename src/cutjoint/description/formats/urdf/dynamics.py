@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from lxml import etree
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.exact import number
 from cutjoint.description.formats.common.physics import largest
 from cutjoint.description.model import JointPhysics
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.xml import Element, check_known, only_child
+from cutjoint.findings import Findings
 
 KEYS = ("damping", "friction", "friction_speed", "stiffness", "rest")
 """What is written, by the names in `JointPhysics`."""

@@ -10,10 +10,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-from cutjoint.description.files import LARGEST_FILE, search_folders
-from cutjoint.description.findings import Findings, clip
+from cutjoint.description.files import search_folders
 from cutjoint.description.xml import Element, left_in, parse_xml, read_xml
 from cutjoint.extras import how_to_get, is_installed
+from cutjoint.findings import LARGEST_FILE, Findings, clip
 
 TIMEOUT = 20.0
 """Seconds by the clock; large robots take one.  Its processor time is bounded more tightly."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from cutjoint.description.findings import Findings, nearest
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.sdf.values import text_of
 from cutjoint.description.formats.urdf.gazebo_joint import read_gazebo_model
@@ -17,6 +16,7 @@ from cutjoint.description.formats.urdf.plugins import plug_in
 from cutjoint.description.model import Joint
 from cutjoint.description.numbers import LARGEST_PHYSICS, read_numbers
 from cutjoint.description.xml import Element, check_known, children
+from cutjoint.findings import Findings, nearest
 
 _BODIES = frozenset({"model", "include", "link"})
 _MOVING = {

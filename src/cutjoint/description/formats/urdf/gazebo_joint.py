@@ -16,7 +16,6 @@ from pathlib import Path
 from lxml import etree
 
 from cutjoint.arrays import Array
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.common.graph import attach, cut_at
 from cutjoint.description.formats.sdf.coupling import read_mimics
@@ -29,6 +28,7 @@ from cutjoint.description.formats.sdf.values import WORLD
 from cutjoint.description.formats.urdf.zero import placements
 from cutjoint.description.model import Joint, JointType, Link
 from cutjoint.description.xml import Element, name_of
+from cutjoint.findings import Findings
 
 _VERSION = (1, 6)
 """Of the names that are known: the last version that has `use_parent_model_frame`."""

@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings, Harmless
 from cutjoint.description.formats.common.screw import SCREW, Screw
 from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import read_origin
 from cutjoint.description.model import Coupling, Joint, JointType, Limits, Place
 from cutjoint.description.numbers import number_problem, parse_number, read_numbers, unit_axis
 from cutjoint.description.xml import Element, check_known, children, drake_name, name_of, only_child, short
+from cutjoint.findings import Findings, Harmless
 
 TYPES = {kind.urdf: kind for kind in JointType if kind.urdf}
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from cutjoint.arrays import Array
 from cutjoint.description.files import read_mesh
-from cutjoint.description.findings import Findings, Harmless, listing, nearest
 from cutjoint.description.model import IDENTITY, Inertial, Link, Place, Shape
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, read_numbers
 from cutjoint.description.transforms import from_rotation, placement, rotation_from_quaternion
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child, short
+from cutjoint.findings import Findings, Harmless, listing, nearest
 
 Colour = tuple[float, float, float, float]
 Colours = Mapping[str, Colour | None]

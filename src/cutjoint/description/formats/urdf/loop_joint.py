@@ -12,13 +12,13 @@ read continuous ones (https://github.com/RobotLocomotion/drake, RigidBodyLoop), 
 
 from __future__ import annotations
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import origin_of
 from cutjoint.description.model import CutJoint, CutType, Frame, Place
 from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import frame_along, turned
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
+from cutjoint.findings import Findings
 
 TYPES = {
     "revolute": CutType.REVOLUTE,

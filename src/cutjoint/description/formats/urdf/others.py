@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from cutjoint.description.findings import Findings, Harmless, listing
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.urdf.plugins import couple
 from cutjoint.description.xml import Element, check_known, children, short
+from cutjoint.findings import Findings, Harmless, listing
 
 _NONE: frozenset[str] = frozenset()
 _NAME = frozenset({"name"})

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cutjoint.description.findings import Findings, Harmless, clip, listing
-from cutjoint.description.formats.common.extras import OpenTree
+from cutjoint.description.formats.common.extras import OpenTree, RobotFindings
 from cutjoint.description.formats.urdf.closing import closings
 from cutjoint.description.formats.urdf.drake import ROBOT_TAGS as DRAKE_TAGS
 from cutjoint.description.formats.urdf.drake import hold_by_world, read_drake
@@ -24,6 +23,7 @@ from cutjoint.description.formats.urdf.others import check_others
 from cutjoint.description.formats.urdf.several_parents import open_loops
 from cutjoint.description.formats.urdf.transmission import driven, geared
 from cutjoint.description.xml import Element, check_known, children, drake_name, short
+from cutjoint.findings import Findings, Harmless, clip, listing
 
 ROBOT_ATTRIBUTES = frozenset({"name", "version"})
 ROBOT_TAGS = frozenset({"link", "joint", "material"})
@@ -52,11 +52,12 @@ def read_robot(path: Path, findings: Findings) -> Element | None:
 
 def read_tree_of(file: Path, findings: Findings) -> OpenTree | None:
     """The tree of the URDF that another file names; its problems are at places of its own."""
-    own = Findings(str(file))
+    own = RobotFindings(str(file))
     root = read_robot(file, own)
     tree = None if root is None else read_tree(root, file, own)
     findings.problems.extend(own.problems)
-    findings.closing.update(own.closing)
+    if isinstance(findings, RobotFindings):
+        findings.closing.update(own.closing)
     return tree
 
 

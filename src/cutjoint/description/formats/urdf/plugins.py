@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from cutjoint.arrays import readonly
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.common.plugins import Plugged, PluginNames, geared, read_plugin
 from cutjoint.description.formats.urdf.zero import placements
 from cutjoint.description.model import IDENTITY, Coupling, CutJoint, CutType, Frame
 from cutjoint.description.transforms import inverse
 from cutjoint.description.xml import Element
+from cutjoint.findings import Findings
 
 
 def plug_in(element: Element, tree: OpenTree, findings: Findings) -> None:

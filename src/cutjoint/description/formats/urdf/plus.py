@@ -9,7 +9,6 @@ share, and `<constraint type="rolling">` for a coupling.
 
 from __future__ import annotations
 
-from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.urdf.dynamics import read_dynamics
 from cutjoint.description.formats.urdf.link import read_origin
@@ -18,6 +17,7 @@ from cutjoint.description.model import CutJoint, CutType, Frame, Place
 from cutjoint.description.numbers import read_numbers, unit_axis
 from cutjoint.description.transforms import frame_along, turned
 from cutjoint.description.xml import Element, check_known, children, name_of, only_child
+from cutjoint.findings import Findings, listing
 
 TYPES = {
     "revolute": CutType.REVOLUTE,

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.urdf.constraint import read_constraints
 from cutjoint.description.formats.urdf.plain import LOOP_TAGS, read_robot, read_tree
 from cutjoint.description.formats.urdf.plus import read_plus
 from cutjoint.description.model import RobotDescription
+from cutjoint.findings import Findings
 
 
 def read(path: Path, findings: Findings) -> RobotDescription | None:

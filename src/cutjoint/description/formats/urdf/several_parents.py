@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.common.graph import cut_of
 from cutjoint.description.model import IDENTITY, Joint
+from cutjoint.findings import Findings
 
 
 def open_loops(tree: OpenTree, wanted: Collection[str], findings: Findings) -> None:

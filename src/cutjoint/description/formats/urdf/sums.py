@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cutjoint.description.findings import Findings, listing
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.model import Coupling, Joint, Place
 from cutjoint.description.numbers import read_numbers
 from cutjoint.description.xml import Element, check_known, name_of, only_child
+from cutjoint.findings import Findings, listing
 
 _NONE: frozenset[str] = frozenset()
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.model import Joint
 from cutjoint.description.numbers import LARGEST_PHYSICS, read_numbers
 from cutjoint.description.xml import Element, children
+from cutjoint.findings import Findings, listing, nearest
 
 _GEARS = frozenset({"mechanicalReduction", "mechanical_reduction", "gear_ratio"})
 _DRIVEN = ("joint", "flexJoint", "rollJoint")

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings, Harmless, listing
 from cutjoint.description.formats.usd.facts import Facts, Prim
 from cutjoint.description.formats.usd.frames import Stand, local, stand
 from cutjoint.description.formats.usd.mass import Collider, along, inertial_of
 from cutjoint.description.model import IDENTITY, Link, Place, Shape
 from cutjoint.description.transforms import inverse, turned
+from cutjoint.findings import Findings, Harmless, listing
 
 API = "PhysicsRigidBodyAPI"
 COLLISION = "PhysicsCollisionAPI"

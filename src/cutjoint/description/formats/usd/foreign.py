@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from cutjoint.description.findings import Findings, clip, listing, nearest
 from cutjoint.description.formats.usd.bodies import API as BODY
 from cutjoint.description.formats.usd.facts import Facts, Prim
 from cutjoint.description.formats.usd.joints import ACTUATOR, DEGREE, MIMIC, Edge, is_joint, targets_of
 from cutjoint.description.formats.usd.typos import OTHERS
 from cutjoint.description.model import Coupling, Joint, Place
+from cutjoint.findings import Findings, clip, listing, nearest
 
 _CLOSES = re.compile(r"joint|equality|tendon|gear|rack|pulley|mimic|constraint|attachment|weld|connect", re.IGNORECASE)
 _ACTS = re.compile(r"force|spring|thruster|actuator|muscle|wheel|vehicle|gripper", re.IGNORECASE)

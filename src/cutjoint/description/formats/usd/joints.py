@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings, listing, nearest
 from cutjoint.description.formats.usd.bodies import BodyTable, unique_names
 from cutjoint.description.formats.usd.facts import Facts, Prim
 from cutjoint.description.model import Joint, JointPhysics, JointType, Limits, Place
+from cutjoint.findings import Findings, listing, nearest
 
 TYPES = {
     "PhysicsRevoluteJoint": JointType.REVOLUTE,

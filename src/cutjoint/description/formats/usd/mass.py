@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cutjoint.arrays import Array
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.usd.facts import Facts, Prim
 from cutjoint.description.model import Inertial, Shape
 from cutjoint.description.transforms import rotation_from_quaternion
+from cutjoint.findings import Findings
 
 WATER = 1000.0
 """kg/m3."""

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.usd.facts import Facts, Prim, Value
-from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_LENGTH, LARGEST_MASS, LARGEST_PHYSICS
+from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, LARGEST_PHYSICS
+from cutjoint.findings import LARGEST_LENGTH, Findings
 
 UNITS = 1e6
 """Metres or kilograms per unit, or units per metre or kilogram, beyond which nobody measures robots."""

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings, clip, nearest
 from cutjoint.description.formats.common.child import ChildFailed, in_child
 from cutjoint.description.formats.common.extras import Extras, described
 from cutjoint.description.formats.usd.bodies import read_bodies
@@ -29,6 +28,7 @@ from cutjoint.description.model import RobotDescription
 from cutjoint.errors import FileError
 from cutjoint.extras import how_to_get, is_installed
 from cutjoint.files import check_file
+from cutjoint.findings import Findings, clip, nearest
 
 LARGEST = 512 * 2**20
 """Bytes: meshes and pictures are in the file."""

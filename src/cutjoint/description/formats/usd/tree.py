@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from cutjoint.arrays import Array, readonly
-from cutjoint.description.findings import Findings
 from cutjoint.description.formats.common.extras import OpenTree
 from cutjoint.description.formats.common.graph import PlacedLink, cut_of, span
 from cutjoint.description.formats.usd.bodies import WORLD, BodyTable
 from cutjoint.description.formats.usd.joints import Edge
 from cutjoint.description.model import CutJoint, CutType, Frame, Home, Joint, JointType
 from cutjoint.description.transforms import inverse, rpy_from_rotation
+from cutjoint.findings import Findings
 
 ROOT_API = "PhysicsArticulationRootAPI"
 APART = 1e-4

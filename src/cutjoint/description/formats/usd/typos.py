@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection
 
-from cutjoint.description.findings import Findings, clip, closest
 from cutjoint.description.formats.usd.facts import Facts, Prim
+from cutjoint.findings import Findings, clip, closest
 
 NEAR = 0.82
 """How alike a name and a known one are from which on it is taken for a slip, unless its letters are the same ones."""

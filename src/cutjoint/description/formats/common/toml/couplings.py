@@ -12,9 +12,10 @@ from __future__ import annotations
 
 from cutjoint.description.curves import Curve, Polynomial, Table
 from cutjoint.description.formats.common.toml.scalars import number, numbers, text
-from cutjoint.description.formats.common.toml.table import TomlTable
 from cutjoint.description.model import Coupling, DriverCurve
-from cutjoint.description.numbers import LARGEST_LENGTH, LARGEST_PHYSICS
+from cutjoint.description.numbers import LARGEST_PHYSICS
+from cutjoint.findings import LARGEST_LENGTH
+from cutjoint.toml.table import TomlTable
 
 _FORMS = ("ratio", "polynomial", "table")
 

@@ -11,12 +11,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from cutjoint.arrays import readonly
-from cutjoint.description.findings import Findings, clip
 from cutjoint.description.formats.common.extras import EARTH, Change, Compensated, Extras
 from cutjoint.description.formats.common.physics import CUT_KEYS, KEYS
 from cutjoint.description.formats.common.toml.couplings import take_coupling
 from cutjoint.description.formats.common.toml.physics import take_bushing, take_physics
-from cutjoint.description.formats.common.toml.table import TomlTable, parse
 from cutjoint.description.model import (
     TASK_AXES,
     TASK_NAMES,
@@ -33,6 +31,8 @@ from cutjoint.description.model import (
 )
 from cutjoint.description.numbers import LARGEST_INERTIA, LARGEST_MASS, unit_axis
 from cutjoint.description.transforms import placement
+from cutjoint.findings import Findings, clip
+from cutjoint.toml.table import TomlTable, parse
 
 
 def read_extras(text: str, findings: Findings, line: int | None = None) -> Extras | None:

@@ -7,10 +7,10 @@ from dataclasses import fields
 
 from cutjoint.description.formats.common.exact import number
 from cutjoint.description.formats.common.physics import CUT_KEYS, largest, leftover
-from cutjoint.description.formats.common.toml.table import TomlTable
 from cutjoint.description.model import Bushing, CutJoint
 from cutjoint.description.numbers import LARGEST_PHYSICS
 from cutjoint.mechanism.physics import NO_PHYSICS
+from cutjoint.toml.table import TomlTable
 
 _BUSHING = tuple(field.name for field in fields(Bushing))
 

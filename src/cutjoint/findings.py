@@ -1,18 +1,43 @@
-"""Collecting everything that is wrong before giving up, and words that help to mend it."""
+"""Collecting everything that is wrong with a file before giving up: where it stands, and words that help to mend it."""
 
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Collection, Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import islice
+from pathlib import Path
 from typing import Literal, Self
 
-from cutjoint.description.model import Joint, Place
-from cutjoint.errors import DescriptionError, Problem, shown
+from cutjoint.errors import DescriptionError, FileError, Problem, shown
+from cutjoint.files import read_file
+from cutjoint.reprs import told
 
 MOST = 300
 """Errors after which nothing more is looked at, and three times as many warnings that are listed."""
+LARGEST_FILE = 32 * 2**20
+"""Bytes.  The largest robot descriptions in use have about 1 MB."""
+MOST_NAMES = 2000
+"""Of a folder that are looked through for what may have been meant."""
+LARGEST_LENGTH = 1e6
+"""Lengths [m] and angles [rad] beyond this are refused: at 1e6 m a double has lost its last tenth of a nanometre."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in a file something stands, for messages."""
+
+    file: str = ""
+    line: int | None = None
+
+    def __repr__(self) -> str:
+        return told(self)
+
+
+NOWHERE = Place()
+"""Of what no file has."""
 
 
 class Problems(list[Problem]):
@@ -48,15 +73,11 @@ class Problems(list[Problem]):
 
 
 class Findings:
-    """The problems found so far.  `file` stands for those that know no better place.
-
-    `closing` holds joints of a graph that became cuts, by name, with the limits and physics that no cut has.
-    """
+    """The problems found so far.  `file` stands for those that know no better place."""
 
     def __init__(self, file: str = "") -> None:
         self.file = file
         self.problems = Problems()
-        self.closing: dict[str, Joint] = {}
 
     def error(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
         """Note an error at a place (or at a line of `file`)."""
@@ -107,7 +128,6 @@ class Harmless(Findings):
     def __init__(self, findings: Findings) -> None:
         super().__init__(findings.file)
         self.problems = findings.problems
-        self.closing = findings.closing
 
     def error(self, found: str, expected: str = "", mend: str = "", at: Place | int | None = None) -> None:
         """Note a doubt."""
@@ -159,3 +179,44 @@ def clip(text: str, most: int = 60) -> str:
     """`text` short enough for a message, without line breaks or control characters."""
     flat = "".join(char if char.isprintable() else " " for char in " ".join(text.split()))
     return flat if len(flat) <= most else flat[: most - 3] + "..."
+
+
+def check_range(
+    numbers: tuple[float, ...], what: str, findings: Findings, at: Place | int | None, largest: float = LARGEST_LENGTH
+) -> bool:
+    """Whether all `numbers` are finite and at most `largest` in size; notes a problem otherwise."""
+    for value in numbers:
+        if not math.isfinite(value):
+            findings.error(f"{what} is {value}", "a finite number", "", at)
+            return False
+        if abs(value) > largest:
+            findings.error(f"{what} is {value:g}", f"at most {largest:g} in size (SI units)", "check the units", at)
+            return False
+    return True
+
+
+def read_text_file(path: Path, findings: Findings, kind: str) -> bytes | None:
+    """The bytes of a text file, or None after noting why not.  `kind` names the format for messages."""
+    findings.file = findings.file or shown(str(path))
+    try:
+        data = read_file(path, LARGEST_FILE)
+    except FileError as error:
+        mend = nearest(path.name, _neighbours(path)) if error.missing else error.mend
+        found = "file not found" if error.missing else error.why.removesuffix(", expected a file")
+        findings.error(found, f"a {kind} file", mend)
+        return None
+    if not data.strip():
+        findings.error("an empty file", f"a {kind} file", "the copy or download may have failed")
+        return None
+    if b"\0" in data and not data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        findings.error("a binary file", f"a {kind} text file", "a mesh or an archive is no text")
+        return None
+    return data
+
+
+def _neighbours(path: Path) -> list[str]:
+    """Names of the files beside `path`."""
+    try:
+        return [one.name for one in islice(path.parent.iterdir(), MOST_NAMES) if one.is_file()]
+    except (OSError, ValueError):
+        return []

@@ -1,6 +1,7 @@
 """TOML tables that are read key by key: each key has a type, unknown keys are noted with the nearest known one.
 
-`tomllib` keeps no line numbers; `line_index` finds them again by the headers and keys of the text.
+More kinds of values are in `cutjoint.toml.taking`.  `tomllib` keeps no line numbers; `line_index` finds them again by
+the headers and keys of the text.
 """
 
 from __future__ import annotations
@@ -9,11 +10,9 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping
 
-from cutjoint.description.findings import Findings, clip
-from cutjoint.description.model import Place
-from cutjoint.description.numbers import LARGEST_LENGTH, check_range
+from cutjoint.findings import LARGEST_LENGTH, Findings, Place, check_range, clip
 
-Path = tuple[str | int, ...]
+Keys = tuple[str | int, ...]
 
 _HEADER = re.compile(r"^\s*(\[\[?)\s*(.+?)\s*(\]\]?)\s*(#.*)?$")
 _KEY = re.compile(r"""^\s*((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*=""")
@@ -38,11 +37,11 @@ def parse(data: bytes, findings: Findings) -> dict[str, object] | None:
     return None
 
 
-def line_index(text: str) -> dict[Path, int]:
+def line_index(text: str) -> dict[Keys, int]:
     """Line number (from 1) of each header and key; entries of arrays of tables count from 0."""
-    index: dict[Path, int] = {}
-    counts: dict[Path, int] = {}
-    header: Path = ()
+    index: dict[Keys, int] = {}
+    counts: dict[Keys, int] = {}
+    header: Keys = ()
     for number, line in enumerate(text.splitlines(), 1):
         found = _HEADER.match(line)
         if found and "=" not in found.group(2):
@@ -59,14 +58,14 @@ def line_index(text: str) -> dict[Path, int]:
     return index
 
 
-def _parts(text: str) -> Path:
+def _parts(text: str) -> Keys:
     return tuple(part.strip("\"'") for part in _PART.findall(text))
 
 
 class TomlTable:
     """One TOML table.  Every getter notes what is wrong and returns a harmless value."""
 
-    def __init__(self, data: Mapping[str, object], path: Path, lines: Mapping[Path, int], findings: Findings) -> None:
+    def __init__(self, data: Mapping[str, object], path: Keys, lines: Mapping[Keys, int], findings: Findings) -> None:
         self.data, self.path, self.lines, self.findings = data, path, lines, findings
         self._known: list[str] = []
 
