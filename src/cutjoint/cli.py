@@ -4,6 +4,7 @@ which imports what is heavy only when it runs, so that `cutjoint --help` is quic
 from __future__ import annotations
 
 import gc
+import re
 import sys
 import warnings
 from importlib import import_module
@@ -11,6 +12,7 @@ from inspect import cleandoc
 from typing import Annotated
 
 import typer
+from typer.core import TyperArgument, TyperCommand, TyperOption
 
 from cutjoint import interrupts
 from cutjoint.commands.failing import complain, failed
@@ -41,6 +43,21 @@ def _flowing(text: str) -> str:
     return "\n\n".join(" ".join(part.split()) for part in cleandoc(text).split("\n\n"))
 
 
+def _plain(text: str) -> str:
+    """A text of which a terminal shows units such as [m] too, which would be marks of a style otherwise."""
+    return re.sub(r"(?<!\\)\[(?=[a-z#/@])", r"\\[", text)
+
+
+class PlainHelp(TyperCommand):
+    """A command whose helps are shown as they stand."""
+
+    def __init__(self, *args: object, **settings: object) -> None:
+        super().__init__(*args, **settings)  # type: ignore[arg-type]
+        for one in self.params:
+            if isinstance(one, TyperOption | TyperArgument) and one.help:
+                one.help = _plain(one.help)
+
+
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -50,7 +67,8 @@ app = typer.Typer(
 for _heading, _names in HEADINGS.items():
     for _name in _names:
         _command = import_module(f"cutjoint.commands.{_name}").command
-        app.command(_name, help=_flowing(_command.__doc__ or ""), rich_help_panel=_heading)(told(_command))
+        _help = _plain(_flowing(_command.__doc__ or ""))
+        app.command(_name, cls=PlainHelp, help=_help, rich_help_panel=_heading)(told(_command))
 
 
 def _version(wanted: bool) -> None:
