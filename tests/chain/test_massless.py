@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from cutjoint.chain import ClosedChain
-from cutjoint.description import Inertial, RobotDescription, load_description
+from cutjoint.description import Inertial, JointType, RobotDescription, load_description
 from cutjoint.errors import DynamicsError
 
 
@@ -41,6 +43,24 @@ def test_little_mass_and_none_are_nearly_the_same() -> None:
         chain = ClosedChain(load_description("cpm").with_inertial("limb2_platform", little))
         errors.append(float(np.abs(chain.forward_dynamics(chain.home, v, effort) - wanted).max()))
     assert errors[1] == pytest.approx(0.1 * errors[0], rel=0.02)
+
+
+def test_bars_without_mass_may_spin_with_rods_on_balls() -> None:
+    """Their spin is no motion of mass; what is computed of it is rounding of the rods' far larger terms."""
+    robot = load_description("omega3")
+    loose = [replace(one, type=JointType.SPHERICAL) if one.name.startswith("rod") else one for one in robot.joints]
+    homes = [
+        replace(home, passive={k: (at, 0.0, 0.0) if k.startswith("rod") else at for k, at in home.passive.items()})
+        for home in robot.homes
+    ]
+    balls, hinges = ClosedChain(replace(robot, joints=tuple(loose), homes=tuple(homes))), ClosedChain(robot)
+    random = np.random.default_rng(6)
+    for _ in range(5):
+        q = 0.05 + random.uniform(-0.3, 0.3, 3)
+        found, wanted = balls.terms(balls.close(q), np.zeros(3)), hinges.terms(hinges.close(q), np.zeros(3))
+        # hinges have to turn the bars' rods about their axes, by an inertia of 8e-8 kg m2 each
+        np.testing.assert_allclose(found.mass, wanted.mass, rtol=0, atol=1e-6)
+        np.testing.assert_allclose(found.gravity, wanted.gravity, rtol=0, atol=1e-9)
 
 
 def test_a_motion_that_moves_no_mass_is_refused() -> None:

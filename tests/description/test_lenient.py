@@ -125,7 +125,7 @@ def test_load_takes_it_too(tmp_path: Path) -> None:
     assert chain.mobility().mobility == cutjoint.load("fourbar").mobility().mobility
 
 
-NAMED = [name for name in COMMANDS if name not in ("new", "list", "reproduce")]
+NAMED = [name for name in COMMANDS if name not in ("new", "list", "reproduce", "study", "synthesise")]
 """The commands that take the file of a robot."""
 OF_RUNS = ("plot", "report", "states")
 """Those of them that take it beside a run."""
@@ -139,6 +139,12 @@ ARGUMENTS = {
     "export": ["--out", "OUT"],
     "check": [],
     "cut": [],
+    "workspace": ["--cells", "4"],
+    "size": ["--trajectory", "about-home", "--duration", "0.1"],
+    "retime": ["--trajectory", "about-home", "--speed", "1"],
+    "stiffness": ["--actuator", "1e5"],
+    "accuracy": ["--tolerance", "joints.*.origin.x=0.1 mm", "--samples", "10"],
+    "tune": ["--by", "poles", "--bandwidth", "30"],
 }
 
 
