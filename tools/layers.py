@@ -89,7 +89,7 @@ ALLOWED: Mapping[str, frozenset[str]] = {
     | {"drafting", "engines", "experiments", "handover", "viewer", "report", "plugins", "synthesis", PACKAGE},
     "cli": BASE | {"commands", PACKAGE},
     "__main__": frozenset({"cli", "interrupts"}),
-    PACKAGE: ROBOTS | {"report", "viewer"},  # both at call time: result.plot(), and cutjoint.viewer
+    PACKAGE: ROBOTS | ANSWERS | {"report", "synthesis", "viewer"},  # at call time: result.plot(), and cutjoint.viewer
 }
 
 # Room -> the only packages from outside the standard library that it may import.

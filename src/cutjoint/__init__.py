@@ -11,6 +11,8 @@ A URDF of the open tree plus the cut joints, closed with Pinocchio.  What there 
     cutjoint.simulation             `run` puts them together and gives a `Result`; `save` and `load` keep it
     cutjoint.viewer                 `show` and `play` robots, motions and results in a browser, notebook or file
 
+    cutjoint.workspace, sizing, retiming, stiffness, accuracy, tuning, studies, synthesis      what engineers ask of it
+
     cutjoint.description            the robot's files as values, and their checks
     cutjoint.errors                 every error that is raised on purpose, all of them `CutjointError`
 
@@ -23,6 +25,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cutjoint import accuracy as accuracy
     from cutjoint import chain as chain
     from cutjoint import compile as compile
     from cutjoint import control as control
@@ -32,9 +35,16 @@ if TYPE_CHECKING:
     from cutjoint import mechanism as mechanism
     from cutjoint import motion as motion
     from cutjoint import papers as papers
+    from cutjoint import retiming as retiming
     from cutjoint import robots as robots
     from cutjoint import simulation as simulation
+    from cutjoint import sizing as sizing
+    from cutjoint import stiffness as stiffness
+    from cutjoint import studies as studies
+    from cutjoint import synthesis as synthesis
+    from cutjoint import tuning as tuning
     from cutjoint import viewer as viewer
+    from cutjoint import workspace as workspace
     from cutjoint.chain import ClosedChain, FullMotion, MobilityReport
     from cutjoint.chain.minimal import MinimalCoordinates
     from cutjoint.compile import CompiledChain, CompiledPaper, compiled_plant
@@ -74,6 +84,7 @@ _ROOMS = {
     for room in (
         *("chain", "compile", "control", "crosscheck", "description", "errors", "mechanism", "motion", "papers"),
         *("robots", "simulation", "viewer"),
+        *("accuracy", "retiming", "sizing", "stiffness", "studies", "synthesis", "tuning", "workspace"),
     )
 }
 """At hand without an import of their own."""

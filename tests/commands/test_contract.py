@@ -78,7 +78,7 @@ USUAL: dict[str, list[tuple[str, int]]] = {
     "export": [(f"fourbar -o {HERE}/fourbar.xml", 0), (f"cpm --to loops -o {HERE}/folder", 0)],
     "compile": [("fourbar --functions tool --no-cache", 0)],
     "stiffness": [
-        ("fourbar --actuator 1e3 --joint *.x=1e6 --load tool:0,0,-10", 0),
+        ("fourbar --actuator 1e3 --joint *.x=1e6 --load tool:0,0,-10 --load coupler_link:1,0,0", 0),
         ("fourbar --actuator 1e3 --json", 0),
     ],
     "accuracy": [

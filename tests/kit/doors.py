@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 import cutjoint
-from cutjoint import control, crosscheck, mechanism, motion, simulation, sizing
+from cutjoint import accuracy, control, crosscheck, mechanism, motion, simulation, sizing, stiffness
 from cutjoint.compile import Options
 from cutjoint.simulation import hardware
 
@@ -291,6 +291,21 @@ def of_sizing(folder: Path) -> Iterator[Door]:
     yield Door("motors_from_file", sizing.motors_from_file, {"path": folder / "motors.csv"})
 
 
+def of_stiffness() -> Iterator[Door]:
+    robot = fivebar()
+    usual = {"chain": robot, "at": None}
+    springs = stiffness.Springs({"*": 1e4}, {"tip": 1e6})
+    yield Door("ElasticRobot", stiffness.ElasticRobot, {"chain": robot, "springs": springs})
+    yield Door("stiffness", stiffness.stiffness, {**usual, "springs": springs, "loads": ()})
+    tolerances = {"tool.x": accuracy.Deviation(1e-4)}
+    sampling = {"samples": 2, "seed": 0, "exact": False, "springs": None}
+    yield Door("accuracy", accuracy.accuracy, {**usual, "tolerances": tolerances, **sampling})
+    yield Door("sensitivity", accuracy.sensitivity, {**usual, "names": ["tool.x"], "springs": None})
+    yield Door("backlash", accuracy.backlash, {**usual, "halves": {"*": 1e-4}, "springs": None})
+    warm = {"warm": {"base": 10.0}, "expansion": "steel", "springs": None}
+    yield Door("growth", accuracy.growth, {**usual, **warm})
+
+
 GROUPS: dict[str, Callable[[Path], Iterator[Door]]] = {
     "package": lambda folder: of_package(),
     "mechanisms": lambda folder: of_mechanisms(),
@@ -301,5 +316,6 @@ GROUPS: dict[str, Callable[[Path], Iterator[Door]]] = {
     "simulation": of_simulation,
     "hardware": lambda folder: of_hardware(),
     "sizing": of_sizing,
+    "stiffness": lambda folder: of_stiffness(),
 }
 """The doors by room; they may write into a folder."""

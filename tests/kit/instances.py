@@ -177,6 +177,7 @@ def _of_stiffness(robot: cutjoint.ClosedChain) -> Iterator[object]:
     found = elastic.at()
     yield from (springs, elastic, elastic.response(), found, found.translation)
     yield found.contributions([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    yield elastic.pushed(cutjoint.Load([1.0, 0.0, 0.0]))
     off = accuracy.accuracy(robot, {"tool.x": accuracy.Deviation(1e-4)}, samples=2)
     yield from (off, off.sensitivity, off.ranked, accuracy.backlash(robot, {"*": 1e-4}))
     yield accuracy.growth(robot, {"base": 10.0}, "steel")

@@ -40,7 +40,7 @@ MEANT: dict[str, str] = {
 OPTIONAL = (
     "a angular_acceleration angular_velocity at backlash duration effort every given hardware hold home brake "
     "constant gearing integrator knee_speed law limits link loads names max_temperature near pitch progress "
-    "ranges rate reference report resolution rated_speed resistance rotation start start_velocity stiffness "
+    "ranges rate reference report resolution rated_speed resistance rotation start springs start_velocity stiffness "
     "thermal_resistance tick torque_speed turn_speed turn_acceleration v variant"
 )
 """Arguments that may be None."""

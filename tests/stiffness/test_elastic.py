@@ -387,3 +387,12 @@ def test_loads_on_links_deflect_the_tool_too() -> None:
     at_link = Load(force, link=link, point=place[:3, :3].T @ (point - place[:3, 3]))
     wanted = elastic.at().deflection([*force, 0.0, 0.0, 0.0])
     assert np.allclose(elastic.deflection(at_link), wanted, atol=1e-12 * np.abs(wanted).max())
+    pushed = elastic.pushed(at_link)
+    parts = {one.name: one for one in elastic.at().contributions([*force, 0.0, 0.0, 0.0])}
+    assert {one.name for one in pushed.parts} == parts.keys()
+    for one in pushed.parts:
+        assert np.isclose(one.share, parts[one.name].share, atol=1e-9)
+        assert np.allclose(one.deflection, parts[one.name].deflection, atol=1e-9 * np.abs(wanted).max())
+    elsewhere = elastic.pushed([Load([0.0, 0.0, -5.0], link="right_proximal"), Load([1.0, 0.0, 0.0], link=link)])
+    assert np.isclose(sum(one.share for one in elsewhere.parts), 1.0)
+    assert np.allclose(sum(one.deflection for one in elsewhere.parts), elsewhere.deflection, rtol=1e-9)

@@ -119,8 +119,8 @@ MASSLESS = 1e-12
 masses that cancel lies below, the spin of a wire above."""
 
 EPSILONS = 4.0 * float(np.finfo(np.float64).eps)
-"""Of the terms that an energy is the sum of, what may be rounding; up to a third of one epsilon was seen in 150 postures
-of a Delta with rods on spherical joints."""
+"""Of the terms that an energy is the sum of, what may be rounding; up to a third of one epsilon was seen in 150
+postures of a Delta with rods on spherical joints."""
 
 NEGATIVE = 1e-9
 """Motions that move less than nothing by more than this part of the others are no rounding, but no body's either."""

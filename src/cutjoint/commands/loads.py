@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
+import typer
 
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Load
 
+OutsideLoads = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="LINK:FX,FY,FZ[,MX,MY,MZ]",
+        help="Force [N] and moment [N m] from outside, world axes, such as tool:0,0,-10; may be repeated.",
+    ),
+]
 TOOL = "tool"
 """What stands for the tool, also where a link is called so."""
 

@@ -53,6 +53,17 @@ Lenient = Annotated[
         "--lenient", help="Pass, with a warning, flaws that do not change the motion, such as missing meshes."
     ),
 ]
+Payload = Annotated[float, typer.Option(metavar="KG", help="Mass at the tool.")]
+SampleRate = Annotated[
+    float | None, typer.Option(metavar="HZ", help="Sample rate of the controller; default continuous control.")
+]
+Believed = Annotated[
+    str | None,
+    typer.Option(
+        metavar="chain|paper",
+        help="What the controller believes; default the published model of an ideal robot that has one.",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 
 Html = Annotated[Path | None, typer.Option(metavar="FILE", help="Write one HTML file instead, which needs no network.")]

@@ -10,7 +10,7 @@ import typer
 
 from cutjoint import interrupts
 from cutjoint.commands import completing, options
-from cutjoint.commands.loads import loads_of
+from cutjoint.commands.loads import OutsideLoads, loads_of
 from cutjoint.commands.options import assigned, numbers
 from cutjoint.commands.output import print_json, say, show
 from cutjoint.commands.progress import progress
@@ -70,14 +70,8 @@ def command(
             help="Time in which the acceleration goes from one limit to another; default a 200th of the motion.",
         ),
     ] = None,
-    payload: Annotated[float, typer.Option(metavar="KG", help="Mass at the tool.")] = 0.0,
-    load: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="LINK:FX,FY,FZ[,MX,MY,MZ]",
-            help="Force [N] and moment [N m] from outside, world axes, such as tool:0,0,-10; may be repeated.",
-        ),
-    ] = None,
+    payload: options.Payload = 0.0,
+    load: OutsideLoads = None,
     variant: options.Variant = None,
     ideal: options.Ideal = False,
     lenient: options.Lenient = False,

@@ -12,7 +12,7 @@ import typer
 from cutjoint import interrupts
 from cutjoint.commands import built, completing, options
 from cutjoint.commands.failing import complain
-from cutjoint.commands.loads import loads_of
+from cutjoint.commands.loads import OutsideLoads, loads_of
 from cutjoint.commands.options import CONTROLLERS, HELP, named_gains, numbers, with_gains
 from cutjoint.commands.output import print_json
 from cutjoint.commands.progress import progress
@@ -67,13 +67,7 @@ def command(
         list[str] | None,
         typer.Option(metavar="ACTUATOR", help="A brake holds this actuator where it starts; may be repeated."),
     ] = None,
-    load: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="LINK:FX,FY,FZ[,MX,MY,MZ]",
-            help="Force [N] and moment [N m] from outside, world axes, such as tool:0,0,-10; may be repeated.",
-        ),
-    ] = None,
+    load: OutsideLoads = None,
     plant: Annotated[
         str | None,
         typer.Option(
@@ -82,13 +76,7 @@ def command(
             "published model.",
         ),
     ] = None,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="chain|paper",
-            help="What the controller believes; default the published model of an ideal robot that has one.",
-        ),
-    ] = None,
+    model: options.Believed = None,
     variant: options.Variant = None,
     ideal: options.Ideal = False,
     lenient: options.Lenient = False,
@@ -96,9 +84,7 @@ def command(
         list[str] | None,
         typer.Option(metavar="NAME=K", help="A gain by name, also of controllers from outside; may be repeated."),
     ] = None,
-    rate: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Sample rate of the controller; default continuous control.")
-    ] = None,
+    rate: options.SampleRate = None,
     limit: Annotated[
         str | None, typer.Option(metavar="N", help="Largest effort of the actuators: 120, or 1,2,3 [N] or [N m].")
     ] = None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint.commands import completing, options, sized
-from cutjoint.commands.loads import loads_of
+from cutjoint.commands.loads import OutsideLoads, loads_of
 from cutjoint.commands.options import HELP
 from cutjoint.commands.output import print_json, say, show
 from cutjoint.commands.progress import progress
@@ -35,14 +35,8 @@ def command(
     duration: Annotated[
         float | None, typer.Option(metavar="S", help="How long each is followed; default its own time.")
     ] = None,
-    payload: Annotated[float, typer.Option(metavar="KG", help="Mass at the tool.")] = 0.0,
-    load: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="LINK:FX,FY,FZ[,MX,MY,MZ]",
-            help="Force [N] and moment [N m] from outside, world axes, such as tool:0,0,-10; may be repeated.",
-        ),
-    ] = None,
+    payload: options.Payload = 0.0,
+    load: OutsideLoads = None,
     motors: Annotated[
         list[Path] | None,
         typer.Option(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cutjoint.arrays import Array
     from cutjoint.chain import ClosedChain
     from cutjoint.mechanism import Load, Posture
-    from cutjoint.stiffness import ElasticRobot, Springs, ToolStiffness
+    from cutjoint.stiffness import ElasticRobot, PushedTool, Springs, ToolStiffness
 
 SHOWN = 12
 """Most parts in the table."""
@@ -55,8 +55,9 @@ def command(
     load: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="tool:FX,FY,FZ[,MX,MY,MZ]",
-            help="Deflection by this force [N] and moment [N m] at the tool; default 1 N along the softest direction.",
+            metavar="LINK:FX,FY,FZ[,MX,MY,MZ]",
+            help="Deflection by this force [N] and moment [N m], such as tool:0,0,-10; may be repeated; default 1 N at "
+            "the tool along the softest direction.",
         ),
     ] = None,
     preload: Annotated[
@@ -87,12 +88,12 @@ def command(
     from cutjoint.report.answers.sheet import check_picture, write_sheet
     from cutjoint.report.figures import plotting
     from cutjoint.robots import load as load_robot
-    from cutjoint.stiffness import ElasticRobot
+    from cutjoint.stiffness import ElasticRobot, PushedTool
 
     if output is not None:
         check_picture(output)
         plotting()
-    wrench, standing = _wrench(loads_of(load or [])), loads_of(preload or [])
+    further, standing = loads_of(load or []), loads_of(preload or [])
     chain = load_robot(robot, variant, home, lenient=lenient)
     elastic = ElasticRobot(chain, _springs(chain, actuator, joint, rod, springs))
     if trajectory is not None:
@@ -105,27 +106,31 @@ def command(
 
             write_sheet(draw_course(times, found), output)
     else:
-        one = elastic.at(posture_of(chain, at, reach), standing)
-        push = np.append(_tidy(one.translation.axes[:, 0]), np.zeros(3)) if wrench is None else wrench
-        _show(one, push, json)
+        where = posture_of(chain, at, reach)
+        one = elastic.at(where, standing)
+        push = _wrench(further, one)
+        if push is None:
+            title = " and ".join(f"load {text}" for text in load or ())
+            elsewhere = title, elastic.pushed(further, where, standing)
+        else:
+            title = _at_the_tool(push)
+            elsewhere = title, PushedTool(one.deflection(push), one.contributions(push))
+        _show(one, push, *elsewhere, json=json)
         if output is not None:
             from cutjoint.report.answers.stiffness import draw_stiffness
 
-            write_sheet(draw_stiffness(one, push), output)
+            write_sheet(draw_stiffness(one, elsewhere), output)
     if output is not None and not json:
         say(f"wrote {output}")
 
 
-def _wrench(loads: Sequence[Load]) -> Array | None:
-    """The small load at the tool, shape (6,); None where there is none."""
+def _wrench(loads: Sequence[Load], found: ToolStiffness) -> Array | None:
+    """The small load at the tool, shape (6,), which is 1 N along the softest direction where there are none; None where
+    loads are elsewhere too."""
     if not loads:
+        return np.append(_tidy(found.translation.axes[:, 0]), np.zeros(3))
+    if any(one.link is not None for one in loads):
         return None
-    for one in loads:
-        if one.link is not None:
-            raise InputError(
-                f"--load is a small load at the tool, such as tool:0,0,-10, found one on '{one.link}'; --preload takes "
-                "standing loads on any link"
-            )
     return np.concatenate([sum(one.force for one in loads), sum(one.moment for one in loads)])
 
 
@@ -168,12 +173,19 @@ def _along(
     return times, found
 
 
-def _show(found: ToolStiffness, wrench: Array, json: bool) -> None:
+def _at_the_tool(wrench: Array) -> str:
+    from cutjoint.stiffness.telling import told
+
+    turn = f" and moment ({told(wrench[3:].tolist())}) N m" if wrench[3:].any() else ""
+    return f"force ({told(wrench[:3].tolist())}) N{turn}"
+
+
+def _show(found: ToolStiffness, wrench: Array | None, title: str, pushed: PushedTool, *, json: bool) -> None:
     """One posture: principal stiffness, deflection, parts."""
 
     from cutjoint.stiffness.telling import told
 
-    moved, parts = found.deflection(wrench), found.contributions(wrench)
+    moved, parts = pushed.deflection, pushed.parts
     if json:
         print_json(
             {
@@ -189,6 +201,7 @@ def _show(found: ToolStiffness, wrench: Array, json: bool) -> None:
                     "values": _finite(found.rotation.stiffness),
                     "axes": found.rotation.axes.T,
                 },
+                "load": title,
                 "wrench": wrench,
                 "deflection": moved,
                 "parts": [
@@ -209,7 +222,7 @@ def _show(found: ToolStiffness, wrench: Array, json: bool) -> None:
     columns = ("principal stiffness", "value", "unit", "axis x, y, z")
     note = "" if found.stable else "not stable: the robot would not come back after a push"
     show(TextTable(f"{found.robot}, tool at ({place}) m", columns, rows, right=columns[1:2], note=note))
-    _show_deflection(found, wrench, moved)
+    _show_deflection(title, moved)
     if not moved.any():
         say("nothing gives way under this load: the tool is rigid against it")
         return
@@ -221,7 +234,7 @@ def _show(found: ToolStiffness, wrench: Array, json: bool) -> None:
     show(TextTable("what that is due to", heads, cells, right=heads[2:4], note=note))
 
 
-def _show_deflection(found: ToolStiffness, wrench: Array, moved: Array) -> None:
+def _show_deflection(title: str, moved: Array) -> None:
     from cutjoint.stiffness.telling import told
     from cutjoint.units import handy
 
@@ -232,10 +245,8 @@ def _show_deflection(found: ToolStiffness, wrench: Array, moved: Array) -> None:
         rows.append(
             (what, *(told([factor * x], factor * size) for x in moved[few].tolist()), f"{factor * size:.4g}", shown)
         )
-    force = told(wrench[:3].tolist())
-    turn = f" and moment ({told(wrench[3:].tolist())}) N m" if wrench[3:].any() else ""
     columns = ("of the tool", "x", "y", "z", "size", "unit")
-    show(TextTable(f"deflection by the force ({force}) N{turn}", columns, rows, right=columns[1:5]))
+    show(TextTable(f"deflection by the {title}", columns, rows, right=columns[1:5]))
 
 
 def _show_course(times: Array, found: Sequence[ToolStiffness], json: bool) -> None:

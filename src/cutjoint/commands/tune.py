@@ -111,19 +111,11 @@ def command(
             "table 3 was most likely computed with.",
         ),
     ] = None,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="chain|paper",
-            help="What the controller believes; default the published model of an ideal robot that has one.",
-        ),
-    ] = None,
+    model: options.Believed = None,
     variant: options.Variant = None,
     ideal: options.Ideal = False,
     lenient: options.Lenient = False,
-    rate: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Sample rate of the controller; default continuous control.")
-    ] = None,
+    rate: options.SampleRate = None,
     hardware: built.File = None,
     delay: built.Delay = None,
     command_delay: built.CommandDelay = None,

@@ -2,6 +2,6 @@
 
 from cutjoint.stiffness.elastic import ElasticRobot, stiffness
 from cutjoint.stiffness.springs import Beam, Springs
-from cutjoint.stiffness.values import Contribution, Principal, ToolStiffness
+from cutjoint.stiffness.values import Contribution, Principal, PushedTool, ToolStiffness
 
-__all__ = ["Beam", "Contribution", "ElasticRobot", "Principal", "Springs", "ToolStiffness", "stiffness"]
+__all__ = ["Beam", "Contribution", "ElasticRobot", "Principal", "PushedTool", "Springs", "ToolStiffness", "stiffness"]

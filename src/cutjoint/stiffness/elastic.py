@@ -17,8 +17,6 @@ carries f0 in this posture and is at zero there: `at` is the posture under weigh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from cutjoint import tolerances
@@ -33,10 +31,11 @@ from cutjoint.errors import ActuationError, DynamicsError, InputError
 from cutjoint.mechanism import NO_LOADS, Load, Loads, Posture
 from cutjoint.mechanism.loads import as_loads
 from cutjoint.reprs import line, listed
+from cutjoint.stiffness.response import SoftResponse, evened, solved
 from cutjoint.stiffness.rounding import trusted
 from cutjoint.stiffness.softening import soften
 from cutjoint.stiffness.springs import Springs
-from cutjoint.stiffness.values import BALANCE, ToolStiffness
+from cutjoint.stiffness.values import BALANCE, PushedTool, ToolStiffness, ranked
 
 STEP = 0.01
 """Step of the differences, in radians or robot lengths."""
@@ -47,27 +46,6 @@ JAMMED = 1e-4
 """Curvature of redundant rows, dimensionless, above which they are redundant in one posture alone."""
 UNHELD = 1e-8
 """Energy of a motion without strain, as part of that of the loads, below which nothing holds it."""
-
-
-@dataclass(frozen=True, eq=False)
-class SoftResponse:
-    """How a soft robot answers generalised forces p in one posture: motion = basis @ solve(stiffness, basis' p).
-
-    All are dimensionless in motions: lengths by the robot's, so that stiffness is energy [J].
-
-    Attributes:
-        placed: the soft robot.
-        basis: closed motions, shape (nv, d).
-        stiffness: of them, shape (d, d) [J].
-        bending: derivative of weights, loads and loop forces along them, shape (nv, d) [J].
-    """
-
-    placed: Placed
-    basis: Array
-    stiffness: Array
-    bending: Array
-
-    __repr__ = line("stiffness", stiffness="J")
 
 
 @door
@@ -140,31 +118,40 @@ class ElasticRobot(Sealed):
         response = self.response(at, loads)
         placed, basis, scale = response.placed, response.basis, self._scale
         tool = placed.tool_jacobian * scale
-        answer = basis @ _solved(response.stiffness, basis.T @ tool.T)
-        other = basis @ _solved(response.stiffness.T, basis.T @ tool.T)
-        parts = [other[w].T @ self._springs[np.ix_(w, w)] @ answer[w] for w in self._places]
-        coordinates = np.linalg.lstsq(basis, answer, rcond=None)[0] if basis.shape[1] else np.zeros((0, 6))
-        parts.append(other.T @ response.bending @ coordinates)
-        names = (*(give.name for give in self.gives), BALANCE)
-        kinds = (*(give.kind for give in self.gives), "balance")
+        answer = basis @ solved(response.stiffness, basis.T @ tool.T)
+        names, kinds = self._parts
         even = 0.5 * (response.stiffness + response.stiffness.T)
-        stable = bool((np.linalg.eigvalsh(_evened(even)) > 0.0).all()) if even.size else True
+        stable = bool((np.linalg.eigvalsh(evened(even)) > 0.0).all()) if even.size else True
         where = self.chain.home if at is None else self.chain.posture(at)
         position = placed.tool_position + self.kinematics.origin
         return ToolStiffness(
-            self.chain.name, where, position, tool @ answer, names, kinds, np.array(parts), stable, self.chain.length
+            self.chain.name,
+            where,
+            position,
+            tool @ answer,
+            names,
+            kinds,
+            self._each(response, answer),
+            stable,
+            self.chain.length,
         )
 
     def deflection(self, further: Loads, at: Posture | None = None, loads: Loads = NO_LOADS) -> Array:
-        """Displacement [m] and rotation [rad] of the tool, shape (6,), world axes, by a `further` small load anywhere.
+        """Displacement [m] and rotation [rad] of the tool, shape (6,), world axes, by a `further` small load anywhere;
+        errors as of `pushed`."""
+        return self.pushed(further, at, loads).deflection
+
+    def pushed(self, further: Loads, at: Posture | None = None, loads: Loads = NO_LOADS) -> PushedTool:
+        """What `further` small loads anywhere do to the tool, and which parts that is due to.
 
         Raises:
             InputError, ActuationError, DynamicsError, UnknownNameError: as `at`, or a load on a link that is not there.
         """
         response = self.response(at, loads)
         pull = self._loads.forces(response.placed, further) * self._scale
-        moved = response.basis @ _solved(response.stiffness, response.basis.T @ pull)
-        return np.asarray((response.placed.tool_jacobian * self._scale) @ moved)
+        answer = response.basis @ solved(response.stiffness, response.basis.T @ pull)
+        moved = np.asarray((response.placed.tool_jacobian * self._scale) @ answer)
+        return PushedTool(moved, ranked(*self._parts, moved, self._each(response, answer)))
 
     def response(self, at: Posture | None = None, loads: Loads = NO_LOADS) -> SoftResponse:
         """How the robot answers small forces in a posture; errors as of `at`."""
@@ -180,6 +167,20 @@ class ElasticRobot(Sealed):
         kept = self._held(placed, standing, motions, bending, strained.rank)
         basis, bending = motions @ kept, bending @ kept
         return SoftResponse(placed, basis, basis.T @ (self._springs @ basis + bending), bending)
+
+    @property
+    def _parts(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Names and kinds of what `_each` tells, in its order."""
+        names, kinds = (give.name for give in self.gives), (give.kind for give in self.gives)
+        return (*names, BALANCE), (*kinds, "balance")
+
+    def _each(self, response: SoftResponse, answer: Array) -> Array:
+        """What each part adds to the deflection that comes with motions `answer` (nv, ...), shape (parts, 6, ...)."""
+        basis, tool = response.basis, response.placed.tool_jacobian * self._scale
+        other = basis @ solved(response.stiffness.T, basis.T @ tool.T)
+        parts = [other[w].T @ self._springs[np.ix_(w, w)] @ answer[w] for w in self._places]
+        coordinates = np.linalg.lstsq(basis, answer, rcond=None)[0]
+        return np.array([*parts, other.T @ response.bending @ coordinates])
 
     # ---- inside ----------------------------------------------------------------------------------------------------
 
@@ -298,21 +299,6 @@ class ElasticRobot(Sealed):
 
 def _moving(k: Kinematics) -> list[tuple[int, str]]:
     return [(i, str(k.model.names[i])) for i in range(1, k.model.njoints)]
-
-
-def _evened(matrix: Array) -> Array:
-    """A symmetric matrix with 1 or -1 on its diagonal."""
-    root = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
-    return np.asarray(root[:, None] * matrix * root)
-
-
-def _solved(stiffness: Array, right: Array) -> Array:
-    """Solution with rows and columns evened, so that hard and soft springs keep their digits."""
-    if not stiffness.size:
-        return np.zeros_like(right)
-    root = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(stiffness)), np.finfo(float).tiny))
-    even = root[:, None] * stiffness * root
-    return np.asarray((root * np.linalg.solve(even, (root * right.T).T).T).T)
 
 
 @door

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,6 +60,21 @@ class Contribution(Frozen):
     share: float
 
     __repr__ = line("name", "kind", "share", "deflection", deflection="m, rad")
+
+
+@dataclass(frozen=True, eq=False)
+class PushedTool(Frozen):
+    """What a small load anywhere on a robot does to its tool.
+
+    Attributes:
+        deflection: of the tool, shape (6,), [m] and [rad], world axes.
+        parts: what each part adds to it, the largest share first.
+    """
+
+    deflection: Array
+    parts: tuple[Contribution, ...]
+
+    __repr__ = line("deflection", deflection="m, rad")
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,9 +175,13 @@ class ToolStiffness(Frozen):
         Shares are of the displacement, along it; of the rotation where the tool point stays.
         """
         load = as_vector("wrench", wrench, 6)
-        whole, each = self.deflection(load), self.parts @ load
-        few = slice(0, 3) if whole[:3].any() else slice(3, 6)
-        square = float(whole[few] @ whole[few])
-        shares = each[:, few] @ whole[few] / square if square else np.zeros(len(each))
-        order = np.argsort(-np.abs(shares), kind="stable")
-        return tuple(Contribution(self.names[k], self.kinds[k], each[k], float(shares[k])) for k in order)
+        return ranked(self.names, self.kinds, self.deflection(load), self.parts @ load)
+
+
+def ranked(names: Sequence[str], kinds: Sequence[str], whole: Array, each: Array) -> tuple[Contribution, ...]:
+    """Parts by what each (parts, 6) adds to the `whole` deflection (6,), the largest share first."""
+    few = slice(0, 3) if whole[:3].any() else slice(3, 6)
+    square = float(whole[few] @ whole[few])
+    shares = each[:, few] @ whole[few] / square if square else np.zeros(len(each))
+    order = np.argsort(-np.abs(shares), kind="stable")
+    return tuple(Contribution(names[k], kinds[k], each[k], float(shares[k])) for k in order)

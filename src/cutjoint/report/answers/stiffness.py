@@ -11,7 +11,7 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.report.answers.sheet import sheet
 from cutjoint.report.figures import BLUE, DASHES, GREY, INK, LIMBS, ORANGE, Drawing, drawable
-from cutjoint.stiffness import Contribution, ToolStiffness
+from cutjoint.stiffness import PushedTool, ToolStiffness
 from cutjoint.stiffness.telling import told
 from cutjoint.units import handy
 
@@ -25,9 +25,9 @@ FEWEST_BARS = 6
 PLANES = ((0, 1), (0, 2), (1, 2))
 
 
-def draw_stiffness(found: ToolStiffness, wrench: Array) -> Drawing:
-    """Displacements for a force of 1 N from any side, in three planes, and the parts of the deflection by a `wrench`
-    at the tool, shape (6,).
+def draw_stiffness(found: ToolStiffness, pushed: tuple[str, PushedTool]) -> Drawing:
+    """Displacements for a force of 1 N from any side, in three planes, and the parts of the deflection by loads:
+    what they are, in words, and what they do.
 
     Raises:
         MissingPackageError: matplotlib is not installed.
@@ -43,7 +43,7 @@ def draw_stiffness(found: ToolStiffness, wrench: Array) -> Drawing:
             _ellipse(ax, found, plane, factor, unit, reach or 1.0)
         grid.flat[3].axis("off")
         _legend(grid.flat[3], found)
-        _bars(right.subplots(), found.contributions(wrench), found, wrench)
+        _bars(right.subplots(), *pushed)
 
     return sheet(draw, f"Stiffness of {found.robot}")
 
@@ -118,8 +118,9 @@ def _legend(ax: Axes, found: ToolStiffness) -> None:
     ax.text(0.5, 0.0, "\n".join(words), transform=ax.transAxes, ha="center", fontsize=10)
 
 
-def _bars(ax: Axes, parts: Sequence[Contribution], found: ToolStiffness, wrench: Array) -> None:
+def _bars(ax: Axes, title: str, pushed: PushedTool) -> None:
     """Shares of a deflection, the largest on top."""
+    parts = pushed.parts
     shown = [one for one in parts if one.share][:MOST_BARS]
     rest = 1.0 - sum(one.share for one in shown)
     names = [drawable(f"{one.name} ({one.kind})" if one.kind != "balance" else one.name) for one in shown]
@@ -145,9 +146,6 @@ def _bars(ax: Axes, parts: Sequence[Contribution], found: ToolStiffness, wrench:
     ax.set_ylim(min(-0.6, len(places) - FEWEST_BARS), len(places) - 0.4)
     ax.grid(axis="y", visible=False)
     ax.set_xlabel("part of the deflection [%]")
-    moved = found.deflection(wrench)
-    whole = float(np.linalg.norm(moved[:3]))
+    whole = float(np.linalg.norm(pushed.deflection[:3]))
     factor, unit = handy(whole, "m")
-    force = told(wrench[:3].tolist(), digits=3)
-    turn = "" if not wrench[3:].any() else f", moment ({told(wrench[3:].tolist(), digits=3)}) N m"
-    ax.set_title(f"force ({force}) N{turn}\nmoves the tool by {factor * whole:.4g} {unit}", fontsize=11.5)
+    ax.set_title(f"{drawable(title)}\nmoves the tool by {factor * whole:.4g} {unit}", fontsize=11.5)
