@@ -393,7 +393,7 @@ WRONG: dict[str, list[str]] = {
         "fourbar --actuator none=1",
         "fourbar --joint crank.rz=1e3",
         "fourbar --rod base=1",
-        "fourbar --actuator 1e3 --load crank_link:0,0,1",
+        "fourbar --actuator 1e3 --load crnk_link:0,0,1",
         "fourbar --actuator 1e3 --at 1,2",
         "fourbar --actuator 1e3 --at 1 --reach 0,0,0",
         "fourbar --actuator 1e3 --trajectory hold --at 1",

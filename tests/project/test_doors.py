@@ -20,13 +20,13 @@ MEANT: dict[str, str] = {
     "number": "kp kd ki limits resolution noise delay offset duration rate every radius tick mass x y z ramp turns "
     "width amplitude low high hertz seconds height furthest t rated peak max_speed rotor inertia pitch brake_factor "
     "ambient brake constant knee_speed rated_speed resistance thermal_resistance max_temperature payload "
-    "tool_speed tool_acceleration condition",
-    "negative": "offset rate x y z turns amplitude after t ambient",
+    "tool_speed tool_acceleration condition expansion",
+    "negative": "offset rate x y z turns amplitude after t ambient expansion",
     "list": "parameters states kp kd ki lock loads names given joints motors ratios",
     "dict": "ranges stiffness loads",
     "texts": "parameters names given",
     "text": "name robot link",
-    "flag": "lenient quick fast cached free keep_actuators limbs closed project bearings",
+    "flag": "lenient quick fast cached free keep_actuators limbs closed project bearings exact",
     "class": "report progress efforts",
     "function": "report progress given efforts",
     "chain": "model mechanism checked reference robot chain",
