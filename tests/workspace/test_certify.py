@@ -20,9 +20,10 @@ from cutjoint.compile.expressions.straight_line import assemble
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.errors import ActuationError, CutjointError, InputError, UnknownNameError
 from cutjoint.workspace import Certificate, certify
+from cutjoint.workspace.certified import cover
 from cutjoint.workspace.certified.forms import cosine, enclose, form, reciprocal, root, sine, terms_of
 from cutjoint.workspace.certified.goals import BoxGoals
-from cutjoint.workspace.certified.proof import prove
+from cutjoint.workspace.certified.proof import _apart, prove
 from cutjoint.workspace.certified.system import LedSystem
 
 Array = np.ndarray
@@ -90,6 +91,28 @@ def test_goals_hold_all_targets_of_a_box(order: int) -> None:
         values = terms_of(3, order).values(share)
         for k, number in enumerate(goals.numbers(at).T):
             assert (np.abs(number - values @ found[k].line) <= found[k].rest + 1e-15).all()
+
+
+@pytest.mark.parametrize("shares", [1, 2, 3])
+def test_a_matrix_is_as_far_from_its_moving_inverse_as_told(shares: int) -> None:
+    """For matrices of every goal and every rest; near where the rest is small, and not at all told too far."""
+    rng, terms, size, boxes = np.random.default_rng(shares), terms_of(shares), 4, 6
+    line = rng.normal(size=(terms.size, boxes, size, size)) * 0.04
+    line[0] = np.eye(size) + 0.2 * rng.normal(size=(boxes, size, size))
+    rest = 0.01 * rng.uniform(0.0, 1.0, (boxes, size, size)) * np.arange(boxes)[:, None, None] / boxes
+    inverse = np.linalg.inv(line[0]) * (1.0 + 1e-3 * rng.uniform(-1.0, 1.0, (boxes, 1, 1)))
+    bound, grown, _ = _apart(terms, inverse, line, rest)
+    turned, worst = inverse @ line, np.zeros_like(bound)
+    for share in rng.uniform(-1.0, 1.0, (60, shares)).round(int(rng.integers(0, 3))):
+        values = terms.values(share)
+        m = np.tensordot(values[1 : 1 + shares], turned[1 : 1 + shares], 1)
+        follows = np.eye(size) - m + m @ m - np.tensordot(values[1 + shares :], turned[1 + shares :], 1)
+        matrix = np.tensordot(values, line, 1) + rest * rng.choice([-1.0, 1.0], rest.shape)
+        away = np.abs(np.eye(size) - follows @ inverse @ matrix)
+        assert (away <= bound).all()
+        assert (np.abs(follows) <= grown).all()
+        worst = np.maximum(worst, away)
+    assert (worst / bound).mean() > 0.1
 
 
 # ---- families --------------------------------------------------------------------------------------------------------
@@ -299,6 +322,24 @@ def test_answers() -> None:
     held = certify(chain, {"x": (-0.05, 0.05)}, held={"z": 0.3})
     assert held.is_certified
     assert held.held == {"z": 0.3}
+
+
+def test_a_caller_can_end_a_proof() -> None:
+    chain, told = cutjoint.load("fivebar"), list[float]()
+    found = certify(chain, {"x": (-0.12, 0.12)}, held={"z": 0.3}, told=lambda part: bool(told.append(part)))
+    assert found.status == "open"
+    assert told == [0.0]
+    assert found.doubtful == {"x": (-0.12, 0.12)}
+
+
+def test_what_is_too_small_to_be_halved_is_never_certified(monkeypatch: pytest.MonkeyPatch) -> None:
+    chain, box = cutjoint.load("fivebar"), {"x": (-0.12, 0.12)}
+    assert certify(chain, box).is_certified
+    monkeypatch.setattr(cover, "LEAST", 1.0)
+    found = certify(chain, box)
+    assert found.status == "open"
+    assert list(found.doubtful) == ["x"]
+    assert found.looked < 4
 
 
 def test_another_assembly_mode_is_told_and_can_be_chosen() -> None:
