@@ -21,7 +21,8 @@ from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.errors import ActuationError, CutjointError, InputError, UnknownNameError
 from cutjoint.workspace import Certificate, certify
 from cutjoint.workspace.certified import cover
-from cutjoint.workspace.certified.forms import cosine, enclose, form, reciprocal, root, sine, terms_of
+from cutjoint.workspace.certified.enclosing import cosine, enclose, reciprocal, root, sine
+from cutjoint.workspace.certified.forms import form, terms_of
 from cutjoint.workspace.certified.goals import BoxGoals
 from cutjoint.workspace.certified.proof import _apart, prove
 from cutjoint.workspace.certified.system import LedSystem

@@ -17,7 +17,8 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.mechanism.rotations import turned
-from cutjoint.workspace.certified.forms import EPS, Form, Slopes, add, constant, form, led, multiply, subtract, terms_of
+from cutjoint.workspace.certified.enclosing import Slopes, led
+from cutjoint.workspace.certified.forms import EPS, Form, add, constant, form, multiply, subtract, terms_of
 
 PLACES, TURNS = 3, 9
 TERMS = 16
