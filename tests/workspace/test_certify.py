@@ -4,7 +4,7 @@ mountings, and boxes that a singularity or a limit cuts by a thousandth of their
 from __future__ import annotations
 
 from contextlib import suppress
-from itertools import product
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
@@ -123,9 +123,13 @@ def box_around(standing: Standing, part: float, over: int) -> Box:
     """A box around home, over some of the led coordinates."""
     task = standing.chain.task
     at = task.coordinates(task.home)
-    spread = float(np.min(standing.led.spread)) * (0.3 if standing.led.plan.name == "pan_tilt" else 1.0)
+    spread = float(np.min(standing.led.spread)) * (0.1 if standing.led.plan.name == "pan_tilt" else 1.0)
     edges = [part * spread * (standing.size.length if name in "xyz" else 1.0) for name in task.names]
-    return {name: (x - e, x + e) for name, x, e in list(zip(task.names, at.tolist(), edges, strict=True))[:over]}
+    rows = list(range(over))
+    if len(task.names) > standing.chain.n:  # on a surface: the coordinates that tell most
+        jacobian = standing.chain.tool(standing.chain.home).jacobian
+        rows = list(max(combinations(range(3), 2), key=lambda pair: abs(np.linalg.det(jacobian[list(pair)]))))
+    return {task.names[k]: (at[k] - edges[k], at[k] + edges[k]) for k in rows}
 
 
 def poses_in(standing: Standing, certificate: Certificate, shares: Array) -> list[Array]:
@@ -141,6 +145,11 @@ def regular_throughout(standing: Standing, certificate: Certificate, rng: np.ran
     d = len(certificate.names)
     shares = np.array([*product((-1.0, 1.0), repeat=d), *rng.uniform(-1.0, 1.0, (40, d))])
     chain, signs = standing.chain, set[float]()
+    if len(chain.task.names) > chain.n:
+        middle, half = 0.5 * (certificate.lower + certificate.upper), 0.5 * (certificate.upper - certificate.lower)
+        for share in shares:
+            chain.reach(dict(zip(certificate.names, (middle + share * half).tolist(), strict=True)), free=True)
+        return
     for pose, share in zip(poses_in(standing, certificate, shares), shares, strict=True):
         known = standing.joints_at(pose)
         steps = [share + 1e-4 * step for step in np.eye(d)]
