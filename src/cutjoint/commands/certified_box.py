@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from cutjoint import interrupts
 from cutjoint.commands.output import print_json, say, show
 from cutjoint.commands.progress import progress
+from cutjoint.commands.stopping import stopped
 from cutjoint.tables import TextTable
 
 if TYPE_CHECKING:
@@ -119,21 +121,23 @@ def certify_box(
     from cutjoint.report.answers.sheet import write_sheet
     from cutjoint.workspace import certify
 
-    with progress(f"{chain.name}: proving a box", 100.0, "%") as told:
-        found = certify(
-            chain,
-            asked.box,
-            held=held,
-            most=asked.most,
-            seconds=asked.seconds,
-            told=lambda part: told(round(100.0 * part, 2)),
-        )
-    if asked.picture is not None:
-        write_sheet(certificate_picture(found), asked.picture)
-    if json:
-        print_json(certificate_data(found))
-    else:
-        show_certificate(found, asked.picture)
+    with interrupts.keeping():
+        with progress(f"{chain.name}: proving a box", 100.0, "%") as told:
+
+            def go_on(part: float) -> bool:
+                told(round(100.0 * part, 2))
+                return not interrupts.waiting()
+
+            found = certify(chain, asked.box, held=held, most=asked.most, seconds=asked.seconds, told=go_on)
+        if asked.picture is not None:
+            write_sheet(certificate_picture(found), asked.picture)
+        if json:
+            print_json(certificate_data(found))
+        else:
+            show_certificate(found, asked.picture)
+        if interrupts.came():
+            kept = "" if asked.picture is None else f"; drawn in {asked.picture}"
+            raise stopped(f"proved {100.0 * found.part:.3g} % of the box{kept}")
     if not found.is_certified:
         raise typer.Exit(1)
 
@@ -148,6 +152,7 @@ def certificate_data(found: Certificate) -> dict[str, object]:
         "held": dict(found.held),
         "part_proven": found.part,
         "sub_boxes": {"left": len(found.proven), "proven": int(found.proven.sum()), "looked_at": found.looked},
+        "not_proven": {name: list(ends) for name, ends in found.doubtful.items()} or None,
         "least_margin": float(found.margins[found.proven].min()) if found.proven.any() else None,
         "counter_example": None
         if wrong is None
@@ -180,6 +185,14 @@ def show_certificate(found: Certificate, picture: Path | None = None) -> None:
     elif found.is_certified:
         say("Every point of it is reached on one branch, within joint limits, without a singularity.")
     else:
-        say("Neither proven nor refused within the budget; --most allows more sub-boxes.")
+        where = ", ".join(
+            f"{name} = {low:.6g} .. {high:.6g} {unit}"
+            for (name, (low, high)), unit in zip(found.doubtful.items(), found.units, strict=True)
+        )
+        say(f"Neither proven nor refused within the budget. The smallest sub-box that is not proven: {where}.")
+        say(
+            "A singularity or a joint limit may be in it or close by: leave it out of the box, or allow more by --most "
+            f"(it looked at {found.looked}) and --seconds."
+        )
     if picture is not None:
         say(f"Picture: {picture}")

@@ -103,7 +103,10 @@ def _frame(ax: Axes, certificate: Certificate, across: int, up: int) -> None:
     ax.set_ylim(low - AROUND * (high - low), high + AROUND * (high - low))
     ax.set_xlabel(f"{c.names[across]} [{c.units[across]}]")
     ax.grid(visible=False)
+    narrow = up >= 0 and c.units[across] == c.units[up] and breadth < 0.6 * (high - low)
     ax.locator_params(nbins=5)
+    if narrow:
+        ax.set_xticks([float(c.lower[across]), float(c.upper[across])])
     if up < 0:
         ax.set_yticks([])
         return

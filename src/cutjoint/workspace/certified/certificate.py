@@ -80,3 +80,13 @@ class Certificate(Values):
     def is_certified(self) -> bool:
         """Whether the whole box is proven."""
         return self.status == "certified"
+
+    @property
+    def doubtful(self) -> dict[str, tuple[float, float]]:
+        """The smallest sub-box that is not proven, ends by name, [m] or [rad]: most likely a singularity or a limit is
+        in it or close by.  Empty where all are proven."""
+        left = np.flatnonzero(~self.proven)
+        if not len(left):
+            return {}
+        k = left[np.prod((self.highs - self.lows)[left] / (self.upper - self.lower), axis=1).argmin()]
+        return dict(zip(self.names, zip(self.lows[k].tolist(), self.highs[k].tolist(), strict=True), strict=True))

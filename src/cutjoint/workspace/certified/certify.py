@@ -51,7 +51,8 @@ def certify(
         near: picks the branch, see `ClosedChain.reach`; default home.
         most: sub-boxes that are looked at, at most.
         seconds: time that it may take, about; default no limit.
-        told: is called with the part of the box that is proven so far, 0 to 1.
+        told: is called with the part of the box that is proven so far, 0 to 1; where it answers False, the proof ends
+            there, and the box stays open.
 
     Raises:
         InputError: no chain, no box, or a coordinate that is not led.
@@ -71,8 +72,8 @@ def certify(
     end = None if seconds is None else monotonic() + seconds
 
     def go_on(part: float) -> bool:
-        if told is not None:
-            told(part)
+        if told is not None and told(part) is False:
+            return False
         return end is None or monotonic() < end
 
     return _decided(source, answer, near, most, go_on)

@@ -2,8 +2,9 @@
 
 Sub-boxes that are not proven are halved along the axis on which most depends, the largest first.  Neighbours are
 joined at a common point of their faces: where the room in which the one has its posture lies in that in which the
-other has one alone, both have the same; and then they have the same on all of the common face, as neither is singular
-there.  One pair across every cut is enough, since both sides of the cut are joined in themselves.
+other has one alone, both have the same; so they have where a posture that is proven at the point alone lies in the
+rooms of both.  And then they have the same on all of the common face, as neither is singular there.  One pair across
+every cut is enough, since both sides of the cut are joined in themselves.
 """
 
 from __future__ import annotations
@@ -88,10 +89,12 @@ class Cover:
                 waiting += more
             apart = self._not_joined()
             if not apart:
-                return True
+                return bool(self.leaves()[2].all())
             for number in apart:
                 self.volume -= self._share_of(self.parts[number])
                 waiting += self._halve(number)
+            if not waiting:
+                return False
 
     def leaves(self) -> tuple[Array, Array, npt.NDArray[np.bool_], Array]:
         """Ends of the sub-boxes that are not halved, which are proven, and their margins."""
@@ -176,8 +179,14 @@ class Cover:
         enclosures = [self._room(numbers, points) for numbers in sides]
         (q, room, tight), (other, other_room, other_tight) = enclosures
         away = np.abs(q - other)
-        slack = 4.0 * EPS * (np.abs(q) + np.abs(other))
+        slack = 64.0 * EPS * (np.abs(q) + np.abs(other))
         joined = (away + tight + slack < other_room).all(axis=1) | (away + other_tight + slack < room).all(axis=1)
+        if (left := np.flatnonzero(~joined)).size:
+            alone = prove(self._system, *self._ends(points[left], points[left]), 0.5 * (q + other)[left])
+            inside = alone.good
+            for place, within in ((q, room), (other, other_room)):
+                inside &= (np.abs(alone.q - place[left]) + alone.reached + slack[left] < within[left]).all(axis=1)
+            joined[left] = inside
         return sorted({side[k] for side in sides for k in np.flatnonzero(~joined).tolist()})
 
     def _holding(self, number: int, at: Array) -> int:

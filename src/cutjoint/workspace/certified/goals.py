@@ -5,7 +5,7 @@ these axes, exp([r]) with the rotation vector r of the task's coordinates,
 
     exp([r]) = 1 + S [r] + C (r r' - s),    s = r' r,    S = sum (-s)^k / (2 k + 1)!,    C = sum (-s)^k / (2 k + 2)!
 
-A sixth of their third derivatives by s is below 3e-4 for -5 <= s <= 12.
+Their third and fourth derivatives by s over factorials are below 3e-4 and 4e-6 for -5 <= s <= 12.
 """
 
 from __future__ import annotations
@@ -17,15 +17,16 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.chain import ClosedChain
 from cutjoint.mechanism.rotations import turned
-from cutjoint.workspace.certified.forms import EPS, Form, add, constant, form, led, multiply, subtract, terms_of
+from cutjoint.workspace.certified.enclosing import Slopes, led
+from cutjoint.workspace.certified.forms import EPS, Form, add, constant, form, multiply, subtract, terms_of
 
 PLACES, TURNS = 3, 9
 TERMS = 16
 """Of the power series."""
 LEAST, MOST = -5.0, 12.0
 """Squares of angles for which the bound of the series holds."""
-THIRD = 1e-3
-"""Bound of a sixth of the third derivatives of both."""
+THIRD, FOURTH = 1e-3, 1e-4
+"""Bounds of the third and fourth derivatives over factorials of both."""
 
 
 class BoxGoals:
@@ -64,25 +65,25 @@ class BoxGoals:
             found[k, PLACES:] = turned(turns[k]).ravel()
         return found
 
-    def forms(self, middles: Array, halves: Array) -> list[Form]:
+    def forms(self, middles: Array, halves: Array, order: int = 2) -> list[Form]:
         """Forms of the goals of boxes, from middles and half edges of the led coordinates, (N, led) each; share k runs
         along axis k of the boxes."""
-        boxes, shares = len(middles), len(self.axes)
-        zero = constant(0.0, shares)
+        boxes, terms = len(middles), terms_of(len(self.axes), order)
+        zero = constant(0.0, terms)
         places, turns = [zero] * 3, [zero] * 3
         for k, name in enumerate(self.names):
-            axis, line = "xyz".index(name[-1]), np.zeros((terms_of(shares).size, boxes))
+            axis, line = "xyz".index(name[-1]), np.zeros((terms.size, boxes))
             line[0] = middles[:, k]
             if k in self.axes:
                 line[1 + self.axes.index(k)] = halves[:, k]
             rest = 2.0 * EPS * (np.abs(middles[:, k]) + np.abs(halves[:, k]))
             if name.startswith("r"):
-                turns[axis] = form(line, rest)
+                turns[axis] = form(terms, line, rest)
             else:
                 line[0] -= self._away[axis]
                 size = np.abs(line[0]) + np.abs(self._away[axis])
-                places[axis] = form(line, rest + self._rounding[axis] + 2.0 * EPS * size)
-        return [*places, *_turning(turns, zero, constant(1.0, shares))]
+                places[axis] = form(terms, line, rest + self._rounding[axis] + 2.0 * EPS * size)
+        return [*places, *_turning(turns, zero, constant(1.0, terms))]
 
 
 def _turning(r: list[Form], zero: Form, one: Form) -> list[Form]:
@@ -108,9 +109,11 @@ def _series(s: Form, first: int) -> Form:
     middle = s.line[0]
     usable = (middle - s.radius >= LEAST) & (middle + s.radius <= MOST)
     middle = np.where(usable, middle, np.nan)
-    value, slope, bend = (np.zeros_like(middle) for _ in range(3))
+    value, slope, bend, third = (np.zeros_like(middle) for _ in range(4))
     for k in reversed(range(TERMS)):
+        third = third * middle + bend
         bend = bend * middle + slope
         slope = slope * middle + value
         value = value * middle + (-1.0) ** k / factorial(2 * k + first)
-    return led(s, value, slope, bend, np.asarray(THIRD), np.asarray(64.0 * EPS))
+    bounds, rounding = (np.asarray(one) for one in (THIRD, FOURTH)), 64.0 * EPS * (1.0 + s.radius) ** 3
+    return led(s, Slopes(value, slope, bend, third, *bounds, rounding))

@@ -5,14 +5,18 @@ for in
 
     x = p(t) + e,    |e_i| <= E_i
 
-With F the equations, J their derivative over all of these x and t (`cutjoint.workspace.certified.forms`), C the
-inverse of J in the middle, A a bound of |1 - C J| and b one of |C F(p(t), t)|, Krawczyk's test
+With F the equations, J their derivative over all of these x and t (`cutjoint.workspace.certified.forms`), C(t) nearly
+its inverse, A a bound of |1 - C J| and b one of |C F(p(t), t)|, Krawczyk's test for every t
 
     b + A E < E
 
 proves a posture for every t, and no second one within E.  As A E < E, the spectral radius of A is below 1, so that J
 is regular: no type-1 singularity.  The same with the actuators held instead of the tool, A' v < v for some v > 0,
 excludes type 2.  Margins are 1 less the larger of the two spectral radii, or rather of bounds of these.
+
+C follows J: with K the inverse of J in the middle and K J = 1 + M(t) + N(t) + R, of first and second order and a rest,
+
+    C = (1 - M + D) K,    D = M M - N,    |1 - C J| <= (1 + |M| + |D|) |R| + |D| |M| + |M| |N| + |D| |N|
 
 After R. Krawczyk: Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken.  Computing 4 (1969) 187-201;
 and A. Neumaier: Interval methods for systems of equations.  Cambridge 1990, section 5.1.
@@ -28,7 +32,7 @@ import numpy.typing as npt
 
 from cutjoint import tolerances
 from cutjoint.arrays import Array
-from cutjoint.workspace.certified.forms import EPS, UP, Form, form, terms_by_size, terms_of
+from cutjoint.workspace.certified.forms import EPS, UP, Form, FormTerms, form, terms_of
 from cutjoint.workspace.certified.system import LedSystem
 
 Flags = npt.NDArray[np.bool_]
@@ -38,7 +42,7 @@ STILL = 1e-9
 """Steps smaller than this, in radians or lengths of the robot, leave rounding alone."""
 FARTHEST = 0.5
 """Longest step of Newton's method."""
-ROOM, LEAST = 0.02, 1e-11
+ROOM, LEAST = 0.005, 1e-11
 """Room for a posture beside what is needed: part of its way over the sub-box; in radians or lengths of the robot."""
 TRIES = 3
 CLEARLY = 1.0 - 1e-12
@@ -74,6 +78,11 @@ class Proofs:
     def q(self) -> Array:
         """Postures in the middle, (N, size)."""
         return np.asarray(self.line[0])
+
+    @property
+    def reached(self) -> Array:
+        """Bound of how far postures are from those in the middle, (N, size)."""
+        return np.asarray((np.abs(self.line[1:]).sum(axis=0) + self.tight) * UP)
 
     def near(self, place: int, shares: Array) -> Array:
         """The polynomial of one sub-box at shares (shares,), (size,)."""
@@ -115,12 +124,14 @@ class Followed(NamedTuple):
     """Postures over sub-boxes to second order.
 
     Attributes:
+        terms: of the polynomials.
         goal: forms of the goals.
         line: the polynomials, (terms, N, size).
-        need: bound of what a step of Newton's method still changes, (N, size).
-        inverse: of the matrix in the middle, (N, size, size).
+        need: bound of what a step of Newton's method still changes, with the inverse in the middle, (N, size).
+        inverse: that inverse, (N, size, size).
     """
 
+    terms: FormTerms
     goal: list[Form]
     line: Array
     need: Array
@@ -128,33 +139,39 @@ class Followed(NamedTuple):
 
 
 def _followed(system: LedSystem, q: Array, boxes: tuple[Array, Array], inverse: Array) -> Followed:
-    """The polynomials: Newton's method on those of the equations, an order more each time."""
-    goal, line = system.goals.forms(*boxes), np.zeros((terms_of(len(system.goals.axes)).size, *q.shape))
+    """The polynomials: Newton's method on those of the equations, an order more each time; what the equations are open
+    by along them is found to third order."""
+    shares = len(system.goals.axes)
+    terms, more = terms_of(shares), terms_of(shares, 3)
+    goal, line = system.goals.forms(*boxes), np.zeros((terms.size, *q.shape))
     line[0] = q
     for _ in range(2):
-        part, _ = _open(system, line, goal)
+        part, _ = _open(system, terms, line, goal)
         line[1:] -= (inverse @ part[1:, :, :, None])[..., 0]
-    part, rest = _open(system, line, goal)
-    need, _ = _times(inverse, part[..., None], rest[..., None])
-    return Followed(goal, line, need[..., 0], inverse)
+    longer = np.concatenate([line, np.zeros((len(more.triples), *q.shape))])
+    part, rest = _open(system, more, longer, system.goals.forms(*boxes, more.order))
+    loose = np.abs(inverse) @ (rest + 2.0 * (system.size + 2) * EPS * np.abs(part).sum(axis=0))[..., None]
+    need = (np.abs(inverse @ part[..., None]).sum(axis=0) + loose)[..., 0] * (UP + 4.0 * more.size * EPS)
+    return Followed(terms, goal, line, need, inverse)
 
 
-def _open(system: LedSystem, line: Array, goal: list[Form]) -> tuple[Array, Array]:
+def _open(system: LedSystem, terms: FormTerms, line: Array, goal: list[Form]) -> tuple[Array, Array]:
     """What the equations are open by along polynomials."""
-    thin = [form(line[:, :, k], np.zeros(line.shape[1])) for k in range(system.size)]
+    thin = [form(terms, line[:, :, k], np.zeros(line.shape[1])) for k in range(system.size)]
     return system.residual_forms(thin, goal, line.shape[1])
 
 
 def _krawczyk(system: LedSystem, seen: Followed, closed: Flags, signs: Array, other_inverse: Array) -> Proofs:
-    line, need, q = seen.line, seen.need, seen.line[0]
+    line, q = seen.line, seen.line[0]
     way = np.abs(line[1:]).sum(axis=0)
     spare = ROOM * way + LEAST * system.units
-    room = 2.0 * need + spare
+    room = 2.0 * seen.need + spare
     exists = np.zeros(len(q), dtype=bool)
     for attempt in range(TRIES):
-        forms = [form(line[:, :, k], room[:, k]) for k in range(system.size)]
+        forms = [form(seen.terms, line[:, :, k], room[:, k]) for k in range(system.size)]
         led, driven = system.matrix_forms(forms, seen.goal, len(q))
-        bound, shares = _times(seen.inverse, *led, one=True)
+        bound, grown, shares = _apart(seen.terms, seen.inverse, *led)
+        need = (grown @ seen.need[:, :, None])[:, :, 0] * UP
         found = (need + (bound @ room[:, :, None])[:, :, 0]) * UP
         exists = (found < CLEARLY * room).all(axis=1)
         if exists.all() or attempt == TRIES - 1:
@@ -164,7 +181,7 @@ def _krawczyk(system: LedSystem, seen: Followed, closed: Flags, signs: Array, ot
     tight = np.where(exists[:, None], np.minimum(found, room), room)
     for _ in range(2):
         tight = np.minimum(tight, (need + (bound @ tight[:, :, None])[:, :, 0]) * UP)
-    other, other_shares = _times(other_inverse, *driven, one=True)
+    other, _, other_shares = _apart(seen.terms, other_inverse, *driven)
     weight = np.abs(_solved(other, np.broadcast_to(system.units, q.shape)))
     regular = ((other @ weight[:, :, None])[:, :, 0] * UP < CLEARLY * weight).all(axis=1)
     reached = (way + tight) * UP
@@ -180,16 +197,23 @@ def _krawczyk(system: LedSystem, seen: Followed, closed: Flags, signs: Array, ot
     return Proofs(line, room, tight, proven & within, margin, proven & ~within, closed, signs, scores)
 
 
-def _times(inverse: Array, line: Array, rest: Array, one: bool = False) -> tuple[Array, Array]:
-    """Bound of |C M|, or of |1 - C M|, for forms M (terms, N, size, k), and of the part of every share."""
-    size = inverse.shape[-1]
-    loose = np.abs(inverse) @ (rest + 2.0 * (size + 2) * EPS * np.abs(line).sum(axis=0))
-    middle = inverse @ line[0]
-    if one:
-        middle, loose = np.eye(size) - middle, loose + 2.0 * EPS
-    parts = np.abs(inverse @ line[1:])
-    bound = (np.abs(middle) + parts.sum(axis=0) + loose) * (UP + 4.0 * (len(line) + size) * EPS)
-    return bound, parts[: terms_by_size(len(line)).shares]
+def _apart(terms: FormTerms, inverse: Array, line: Array, rest: Array) -> tuple[Array, Array, Array]:
+    """Of matrices J (terms, N, size, size), see the module: bounds of |1 - C J| and of |C J_0|, and the part that every
+    share has in M."""
+    size, first = inverse.shape[-1], 1 + terms.shares
+    loose = np.abs(inverse) @ (rest + 2.0 * (size + 2) * EPS * np.abs(line).sum(axis=0)) + 2.0 * EPS
+    loose += np.abs(np.eye(size) - inverse @ line[0])
+    turned = inverse @ line[1:]
+    linear, square = turned[: first - 1], turned[first - 1 :]
+    shares = np.abs(linear)
+    once, twice = shares.sum(axis=0), np.abs(square).sum(axis=0)
+    left = np.zeros_like(once)
+    for (i, j), half, bent in zip(terms.pairs, terms.half[:, 0], square, strict=True):
+        left += np.abs(half * (linear[i] @ linear[j] + linear[j] @ linear[i]) - bent)
+    loose += 4.0 * (size + len(terms.pairs)) * EPS * (once @ once + twice)
+    grown = np.eye(size) + once + left
+    bound = grown @ loose + left @ (once + twice) + once @ twice
+    return bound * (UP + 8.0 * (len(line) + size) * EPS), grown * (UP + 8.0 * len(line) * EPS), shares
 
 
 def _radius(bound: Array, weight: Array) -> Array:

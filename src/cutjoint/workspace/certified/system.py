@@ -35,7 +35,8 @@ from cutjoint.compile.expressions.vectors import Matrix, add, constant_rotation,
 from cutjoint.compile.sources.chain import ChainSource
 from cutjoint.errors import InputError
 from cutjoint.mechanism import Posture
-from cutjoint.workspace.certified.forms import Form, enclose, weighted
+from cutjoint.workspace.certified.enclosing import enclose
+from cutjoint.workspace.certified.forms import Form, weighted
 from cutjoint.workspace.certified.goals import BoxGoals
 
 Indices = npt.NDArray[np.intp]
