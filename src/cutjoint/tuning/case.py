@@ -97,7 +97,7 @@ class TuningCase(Sealed):
         self.model = self._quick(believed)
         self.reference, self.hardware = _seen_through(reference, self._quick(reference.mechanism)), hardware
         control_of(hardware, None, None)
-        self.draws = _draws(draws, hardware)
+        self.draws = draws_of(draws, hardware)
         bounds = limits_of(limits, self.robot.n)
         self.limits = None if bounds is None else np.broadcast_to(bounds, self.robot.n)
         self.of: Of = _usual_error(reference) if of is None else of
@@ -201,7 +201,7 @@ class TuningCase(Sealed):
         return ClosedLoop(self.robot, self.law(gains), self.reference.mechanism, gains=names, hardware=self.hardware)
 
 
-def _draws(asked: int | None, hardware: Hardware | None) -> int:
+def draws_of(asked: int | None, hardware: Hardware | None) -> int:
     """How many runs each set of gains gets for its noise and jitter."""
     by_chance = hardware is not None and any(
         np.any(one) for one in (hardware.clock.jitter, hardware.encoder.noise, getattr(hardware.speed, "noise", 0.0))
