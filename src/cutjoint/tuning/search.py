@@ -164,9 +164,8 @@ class Searching:
             )
         found = {name: one[0] for name, one in self.gains(self.best[None, :]).items()}
         draws = f" and {self.case.draws} draws of noise" if self.case.draws > 1 else ""
-        told = [
-            f"{self.done} sets of gains were run with every payload{draws}; J fell from {self.first:.4g} to {self.least:.4g}"
-        ]
+        fell = f"J fell from {self.first:.4g} to {self.least:.4g}"
+        told = [f"{self.done} sets of gains were run with every payload{draws}; {fell}"]
         edge = [name for name, x in zip(found, self.best, strict=True) if abs(x) > 0.99 * math.log(RANGE)]
         if edge:
             told.append(f"at the edge of what was looked at: {', '.join(edge)}; begin there to go on")
