@@ -147,7 +147,7 @@ def _unmet(case: TuningCase, by: PaperRule | PolePlacement | GainSearch, found: 
     told = list[str]()
     if not found.margins.stable:
         told.append("the loop, its rate and delays included, is unstable: ask for slower poles, or search")
-    if found.failed:
+    elif found.failed:
         told.append(f"the run does not come to its end: {found.failed}")
     if case.limits is not None:
         for one, peak, limit in zip(case.robot.actuators, found.peak.tolist(), case.limits.tolist(), strict=True):
