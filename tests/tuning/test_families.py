@@ -62,7 +62,6 @@ def poles_of_runs(case, loop, gains, q, span):
         gains={name: np.tile(one, (4 * n, 1)) for name, one in gains.items()},
         start=q + off[:, :n],
         start_velocity=off[:, n:],
-        parameters={"payload": np.full(4 * n, case.payloads[-1])} if case.payloads.any() else None,
     )
     end = np.hstack([many.q[:, -1], many.v[:, -1]])
     return (
@@ -89,9 +88,7 @@ def test_the_simulated_loop_has_the_poles_that_were_asked_for(kind, law, seed, t
     rng = np.random.default_rng(seed)
     robot, second = robot_of(kind, rng, tmp_path / "robot")
     w, z = rng.uniform(10.0, 40.0) / second, rng.uniform(0.5, 1.0)
-    mass = sum(one.inertial.mass for one in robot.description.links if one.inertial is not None)
-    payloads = [0.0, 0.1 * mass] if kind == "fivebar" and law == "pd-gravity" else [0.0]
-    case = TuningCase(robot, law, Reference(about_home(robot, 0.05, second), robot), payloads=payloads)
+    case = TuningCase(robot, law, Reference(about_home(robot, 0.05, second), robot))
     gains = {name: np.broadcast_to(one, robot.n) for name, one in by_poles(case, PolePlacement(w, z)).gains.items()}
     loop, found = case.loop(gains), []
     for desired, _ in case.plants:
@@ -104,11 +101,9 @@ def test_the_simulated_loop_has_the_poles_that_were_asked_for(kind, law, seed, t
         return
     assert decay > z * w * 0.998
     assert damping > z * 0.998
-    linear = case.linear(gains)[len(payloads) - 1 :: len(payloads)]
-    for one, own in zip(linear, poles, strict=True):
+    for one, own in zip(case.linear(gains), poles, strict=True):
         assert np.allclose(np.sort_complex(one.poles), np.sort_complex(own), rtol=2e-3, atol=2e-3 * w)
-    if len(payloads) == 1:  # no more than is needed
-        assert min(decay / (z * w), damping / z) < 1.03
+    assert min(decay / (z * w), damping / z) < 1.03  # no more than is needed
 
 
 ONSETS = [("fivebar", 0), ("fivebar", 1), ("fivebar", 2), ("mixed", 0), ("delta", 0)]
@@ -138,7 +133,6 @@ def test_the_simulated_loop_begins_to_grow_where_a_pole_does(kind, seed, tmp_pat
     for _ in range(20):
         middle = np.sqrt(low * high)
         low, high = (middle, high) if loop_at(middle).stable else (low, middle)
-    assert margins_of(loop_at(0.999 * low), ("a",) * robot.n).delay < 0.1 * period
     q, loop = case.reference.at(0.0).q, case.loop(base)
     for factor in (0.9 * low, 1.1 * low):
         about = loop_at(factor)
