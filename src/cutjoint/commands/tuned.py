@@ -164,6 +164,8 @@ def show_tuning(found: Tuning, notes: Sequence[str]) -> None:
         show(_steps(found))
     for one in found.free:
         say(Cell(one, "caution"), first="not fixed: ")
+    for one in found.unmet:
+        say(Cell(one, "bad"), first="not met: ")
     for one in (*notes, *found.told):
         say(one, first="note: ")
 
@@ -181,7 +183,7 @@ def _compared(found: Tuning) -> TextTable:
     lines += [
         (f"error of the {whose} from {found.after:g} s on [{unit}]", [_number(row.late) for row in rows]),
         (f"the same over the whole run [{unit}]", [_number(row.largest) for row in rows]),
-        ("rms error of the actuators [m or rad]", [_number(row.rms) for row in rows]),
+        (f"rms error of the actuators [{_unit_of_actuators(found)}]", [_number(row.rms) for row in rows]),
         (f"largest effort [{effort}]", [_number(float(row.peak.max())) for row in rows]),
         ("least gain margin [-]", [_least(row, "gain") for row in rows]),
         ("least phase margin [deg]", [_least(row, "phase") for row in rows]),
@@ -199,6 +201,11 @@ def _compared(found: Tuning) -> TextTable:
     note = "; ".join(part for part in (unstable and f"unstable: {unstable}", failed) if part)
     title = f"{found.robot}, {found.law}: gains by {found.by}"
     return TextTable(title, columns, [(name, *cells) for name, cells in lines], right=columns[1:], note=note)
+
+
+def _unit_of_actuators(found: Tuning) -> str:
+    units = {{"N": "m", "N m": "rad"}[one] for one in found.effort_units}
+    return units.pop() if len(units) == 1 else "rad or lengths"
 
 
 def _steps(found: Tuning) -> TextTable:
@@ -261,6 +268,7 @@ def tuning_data(found: Tuning, notes: Sequence[str], *, interrupted: bool) -> di
         "error_unit": found.error_unit,
         "after_s": found.after,
         "sets": [_row_data(row) for row in found.rows],
+        "not_met": found.unmet,
         "not_fixed": found.free,
         "told": [*notes, *found.told],
     }

@@ -29,6 +29,8 @@ from cutjoint.tuning.linear import LinearPlant, at_rest, linear_law, linear_plan
 from cutjoint.tuning.loop import LinearLoop, timing_of
 
 PAYLOAD = "payload"
+DRAWS, MOST_DRAWS = 3, 1000
+"""Runs with other noise where there is some and nobody says how many, and the most."""
 POSTURES = 5
 """Postures along the reference at which the loop is linear."""
 STEP = 2e-3
@@ -56,6 +58,7 @@ class TuningCase(Sealed):
         payloads: masses at the tool [kg], of which the worst counts.
         of: whether errors are those of the tool's point or of the actuators.
         after: from when on the late error counts [s].
+        draws: runs of every set of gains and payload, each with other noise and jitter; the worst counts.
 
     Raises:
         InputError: arguments that are wrong or do not fit each other, or the actuators do not determine the motion.
@@ -74,6 +77,7 @@ class TuningCase(Sealed):
         payloads: npt.ArrayLike = (0.0,),
         after: float = 0.0,
         of: Of | None = None,
+        draws: int | None = None,
     ) -> None:
         self.name, self.row = name, _with_gains(name)
         self.payloads = _payloads(payloads)
@@ -93,10 +97,24 @@ class TuningCase(Sealed):
         self.model = self._quick(believed)
         self.reference, self.hardware = _seen_through(reference, self._quick(reference.mechanism)), hardware
         control_of(hardware, None, None)
+        self.draws = draws_of(draws, hardware)
         bounds = limits_of(limits, self.robot.n)
         self.limits = None if bounds is None else np.broadcast_to(bounds, self.robot.n)
         self.of: Of = _usual_error(reference) if of is None else of
         self._smooth = without_dry_friction(self.robot)
+
+    @property
+    def mixes(self) -> bool:
+        """Whether some actuators slide and some turn."""
+        return len({one.kind for one in self.robot.actuators}) > 1
+
+    @property
+    def error_unit(self) -> str:
+        """Of late errors: where some actuators slide and some turn, those that slide are in lengths of the robot."""
+        if self.of == "tool":
+            return "m"
+        kind = self.robot.actuators[0].kind
+        return "rad or lengths" if self.mixes else "m" if kind == "translation" else "rad"
 
     def _quick(self, model: Mechanism) -> Mechanism:
         """A model that is asked at every sample: the plant itself where it is the same chain."""
@@ -181,6 +199,23 @@ class TuningCase(Sealed):
         """
         names = tuple(self.row.gains)
         return ClosedLoop(self.robot, self.law(gains), self.reference.mechanism, gains=names, hardware=self.hardware)
+
+
+def draws_of(asked: int | None, hardware: Hardware | None) -> int:
+    """How many runs each set of gains gets for its noise and jitter."""
+    by_chance = hardware is not None and any(
+        np.any(one) for one in (hardware.clock.jitter, hardware.encoder.noise, getattr(hardware.speed, "noise", 0.0))
+    )
+    if asked is None:
+        return DRAWS if by_chance else 1
+    if isinstance(asked, bool) or not isinstance(asked, int) or not 1 <= asked <= MOST_DRAWS:
+        raise InputError(f"draws of noise are a whole number from 1 to {MOST_DRAWS}, found {asked!r}")
+    if asked > 1 and not by_chance:
+        raise InputError(
+            f"{asked} draws are asked for, and nothing of this loop is by chance; give it noise or jitter, or leave "
+            "the draws out"
+        )
+    return asked
 
 
 def _seen_through(reference: Reference, mechanism: Mechanism) -> Reference:

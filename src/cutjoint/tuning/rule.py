@@ -8,6 +8,9 @@ The robot starts at rest where the reference starts.  Of a law with kp and kd
 and of computed torque kp = kd^2 / 4 (equation 46) with the largest kd whose first effort stays within the limit.  Gains
 are whole numbers as the paper's, or of four digits (kp) and three (kd) where they are small.
 
+Where some actuators slide and some turn, no one gain serves all: kp and kd are then sought per inertia, in [1/s2] and
+[1/s], and every actuator has its own, kp_i = kp D_i and kd_i = kd D_i, with D_i its largest inertia on the way.
+
 Where a reference starts at rest no first effort depends on kd, and the rule does not fix it; it is then taken for
 critical damping of the largest inertia, kd = 2 sqrt(kp M).
 """
@@ -20,6 +23,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from cutjoint.arrays import Array, positive
 from cutjoint.doors import door
@@ -46,7 +50,8 @@ class PaperRule:
     """The rule of the CPM's paper.
 
     Attributes:
-        error: bound of the late error, [m] of the tool, or [m] or [rad] of the actuators; computed torque needs none.
+        error: bound of the late error, [m] of the tool, or [m] or [rad] of the actuators (where some slide and some
+            turn, in lengths of the robot of those that slide); computed torque needs none.
 
     Raises:
         InputError: it is not positive.
@@ -74,7 +79,7 @@ class FoundGains(NamedTuple):
     told: tuple[str, ...] = ()
 
 
-def by_rule(case: TuningCase, rule: PaperRule, guess: Mapping[str, float]) -> FoundGains:
+def by_rule(case: TuningCase, rule: PaperRule, guess: Mapping[str, npt.ArrayLike]) -> FoundGains:
     """Gains by the rule.
 
     Args:
@@ -88,10 +93,6 @@ def by_rule(case: TuningCase, rule: PaperRule, guess: Mapping[str, float]) -> Fo
     if set(case.row.gains) != {"kp", "kd"}:
         takes = ", ".join(case.row.gains)
         raise InputError(f"the rule is for laws with the gains kp and kd; {case.name} takes {takes}. Tune it by search")
-    if len({one.kind for one in case.robot.actuators}) > 1:
-        raise InputError(
-            "the rule gives one gain for all actuators, and some of this robot slide and some turn; place poles instead"
-        )
     if case.limits is None:
         raise InputError(f"the rule takes kd from a limit of the efforts; give one [{case.effort_unit}]")
     if _cancels(case):
@@ -106,11 +107,11 @@ def _cancels(case: TuningCase) -> bool:
     return case.row.gains["kp"].unit == "1/s2"
 
 
-def _effort_part(case: TuningCase, kp: float, kd: float) -> float:
-    """The largest first effort over its limit: at rest where the reference starts."""
+def _effort_part(case: TuningCase, kp: float, kd: float, weights: float | Array = 1.0) -> float:
+    """The largest first effort over its limit, with gains times `weights`: at rest where the reference starts."""
     assert case.limits is not None
     desired, n = case.reference.at(0.0), case.robot.n
-    made = case.law({"kp": kp, "kd": kd})
+    made = case.law({"kp": kp * weights, "kd": kd * weights})
     first = made.effort(desired, desired.q, np.zeros(n), np.zeros(made.memory(n)))
     return float((np.abs(first) / case.limits).max())
 
@@ -160,11 +161,14 @@ def _computed_torque(case: TuningCase, rule: PaperRule) -> FoundGains:
 class _Sought:
     """The search for kp of a law that needs a bound."""
 
-    def __init__(self, case: TuningCase, bound: float, guess: Mapping[str, float]) -> None:
+    def __init__(self, case: TuningCase, bound: float, guess: Mapping[str, npt.ArrayLike]) -> None:
         self.case, self.bound = case, bound
-        self.kp_guess = float(guess["kp"])
-        self.fixed = _largest(lambda kd: _effort_part(case, 0.0, kd), 3)
-        self.inertia = max(float(np.diag(plant.mass).max()) for _, plants in case.plants for plant in plants)
+        inertias = np.max([np.diag(plant.mass) for _, plants in case.plants for plant in plants], axis=0)
+        self.weights = inertias if case.mixes else np.ones(case.robot.n)
+        self.units = {"kp": "1/s2", "kd": "1/s"} if case.mixes else case.units()
+        self.kp_guess = float(np.max(np.asarray(guess["kp"]) / self.weights))
+        self.fixed = _largest(lambda kd: _effort_part(case, 0.0, kd, self.weights), 3)
+        self.inertia = float((inertias / self.weights).max())
         self.step = min(1.0, 10.0 ** (math.floor(math.log10(max(self.kp_guess, 1e-300))) - 3))
         self._runs: CaseRuns | None = None
         self._top = (0.0, 0.0)
@@ -182,8 +186,8 @@ class _Sought:
         if self._runs is None or top[0] > 2.0 * self._top[0] or top[1] > 2.0 * self._top[1]:
             room = ROOM if self._runs else 1.0
             self._top = (max(room * top[0], self._top[0]), max(room * top[1], self._top[1]))
-            self._runs = CaseRuns(self.case, {"kp": self._top[0], "kd": self._top[1]})
-        found = self._runs.figures({"kp": kp, "kd": kd})
+            self._runs = CaseRuns(self.case, {"kp": self._top[0] * self.weights, "kd": self._top[1] * self.weights})
+        found = self._runs.figures({"kp": kp[:, None] * self.weights, "kd": kd[:, None] * self.weights})
         assert self.case.limits is not None
         return found.late, (found.peak / self.case.limits).max(axis=1)
 
@@ -202,7 +206,7 @@ class _Sought:
     def outcome(self) -> FoundGains:
         kp = self.smallest(self.kp_guess)
         kd = self.kd_of(kp)
-        case, unit = self.case, self.case.units()["kd"]
+        unit = self.units["kd"]
         told = []
         if self.fixed is None:
             told.append("the reference starts at rest, so no first effort depends on kd: it is taken as 2 sqrt(kp M)")
@@ -216,7 +220,7 @@ class _Sought:
         others = self._others(kp, low, high)
         if others:
             least, most = min(others, key=lambda one: one[1]), max(others, key=lambda one: one[1])
-            unit = case.units()["kp"]
+            unit = self.units["kp"]
             if least[1] == most[1]:
                 free.append(f"over that range the smallest kp is the same, {kp:g} {unit}: kd does not move it")
             else:
@@ -225,8 +229,10 @@ class _Sought:
         if self.fixed is None and high >= 0.999 * ABOVE * kd:
             free.append(f"no kd beyond {high:.4g} {unit} was looked at")
         free.append("nor does it say where the run starts: here at rest in the first desired posture")
-        gains = {"kp": np.array(kp), "kd": np.array(kd)}
-        return FoundGains(gains, tuple(free), tuple(told))
+        if self.case.mixes:
+            told.append(f"kp = {kp:g} 1/s2 and kd = {kd:g} 1/s times the largest inertia of every actuator on the way")
+            return FoundGains({"kp": kp * self.weights, "kd": kd * self.weights}, tuple(free), tuple(told))
+        return FoundGains({"kp": np.array(kp), "kd": np.array(kd)}, tuple(free), tuple(told))
 
     def _interval(self, kp: float, kd: float) -> tuple[float, float]:
         """The kd about the one taken that serve with this kp."""

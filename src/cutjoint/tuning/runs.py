@@ -1,5 +1,5 @@
-"""Runs of a case with many sets of gains at once: how large the error and the efforts come out, the worst payload of
-each."""
+"""Runs of a case with many sets of gains at once: how large the error and the efforts come out, the worst payload and
+noise of each.  All sets meet the same noise and jitter, so that what tells them apart is not luck."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class CaseRuns:
             whole: whether runs that leave what is compiled for are done again by the model; else they have failed.
         """
         case = self.case
-        count, payloads = len(next(iter(gains.values()))), case.payloads
+        count, payloads = len(next(iter(gains.values()))), np.repeat(case.payloads, case.draws)
         given = {name: np.repeat(np.asarray(one, dtype=np.float64), len(payloads), 0) for name, one in gains.items()}
         has_payload = PAYLOAD in case.robot.options.parameters
         if self._table is None:
@@ -76,12 +76,13 @@ class CaseRuns:
             case.reference if whole else self._table,
             step=self.step,
             every=self._every if late else None,
+            chance_again=case.draws,
             gains=given,
             parameters={PAYLOAD: np.tile(payloads, count)} if has_payload else None,
         )
         shape = (count, len(payloads))
         sizes = steps_of(case.robot)
-        weights = np.ones(len(sizes)) if len({one.kind for one in case.robot.actuators}) == 1 else sizes
+        weights = sizes if case.mixes else np.ones(len(sizes))
         rms = np.sqrt(np.mean((many.error_rms / weights) ** 2, axis=1))
         errors = self._errors(many, given) if late else np.full((len(rms), 2), np.nan)
         peak = np.where(np.isnan(many.effort_max), np.inf, many.effort_max)
@@ -96,7 +97,8 @@ class CaseRuns:
         if self._desired is None or len(self._desired) != len(many.time):
             way = [case.reference.at(t) for t in many.time.tolist()]
             self._desired = np.array([one.q if case.of == "actuators" else one.tool.position for one in way])
-        off = np.abs(actual - self._desired).max(axis=2)
+        sizes = steps_of(case.robot) if case.mixes and case.of == "actuators" else 1.0
+        off = np.abs((actual - self._desired) / sizes).max(axis=2)
         since = many.time >= case.after - 1e-9 * max(1.0, case.after)
         return np.stack([off[:, since].max(axis=1), off.max(axis=1)], axis=1)
 
@@ -118,5 +120,5 @@ def tick_of(hardware: Hardware | None) -> float | None:
 
 
 def _worst(values: Array, shape: tuple[int, int]) -> Array:
-    """The worst payload of each set; what failed is infinite."""
+    """The worst payload and noise of each set; what failed is infinite."""
     return np.asarray(np.where(np.isnan(values), np.inf, values).reshape(shape).max(axis=1))

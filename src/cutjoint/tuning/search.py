@@ -1,6 +1,6 @@
 """Gains by optimisation over runs of the loop as it is built: rate, delay, noise, friction, every payload.
 
-What is made small is the root mean square error of the run, of the worst payload, times a penalty
+What is made small is the root mean square error of the run, of the worst payload and noise, times a penalty
 
     J = rms (1 + 10 x),   x = sum of how far efforts are beyond their limit, as a part of it,
                               and how far the sensitivity's peak is beyond what is allowed
@@ -163,9 +163,9 @@ class Searching:
                 "for a slower rate, less delay or less payload"
             )
         found = {name: one[0] for name, one in self.gains(self.best[None, :]).items()}
-        told = [
-            f"{self.done} sets of gains were run with every payload; J fell from {self.first:.4g} to {self.least:.4g}"
-        ]
+        draws = f" and {self.case.draws} draws of noise" if self.case.draws > 1 else ""
+        fell = f"J fell from {self.first:.4g} to {self.least:.4g}"
+        told = [f"{self.done} sets of gains were run with every payload{draws}; {fell}"]
         edge = [name for name, x in zip(found, self.best, strict=True) if abs(x) > 0.99 * math.log(RANGE)]
         if edge:
             told.append(f"at the edge of what was looked at: {', '.join(edge)}; begin there to go on")

@@ -27,6 +27,8 @@ from cutjoint.tuning.values import JudgedGains, Tuning
 
 SETTLED = 0.3
 """From when on late errors count where nobody says [s]: as the CPM's paper (section 5.4)."""
+SLACK = 1e-6
+"""Part by which a limit or bound may be passed: two runs of the same gains with other steps differ by less."""
 PAPERS = ("cpm",)
 """Robots of whose known gains the paper prints all; the others' are this project's."""
 
@@ -47,6 +49,7 @@ def tune(
     of: Of | None = None,
     begin: Mapping[str, npt.ArrayLike] | None = None,
     compare: Mapping[str, Mapping[str, npt.ArrayLike]] | None = None,
+    draws: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Tuning:
     """Find gains, and tell how the loop does with them and with others.
@@ -65,6 +68,8 @@ def tune(
         of: whether late errors are those of the "tool" (the default where its point moves) or the "actuators".
         begin: gains where rule and search begin; default those known for the robot, or the usual ones.
         compare: further gains to judge beside those found, by label.
+        draws: runs of every set of gains and payload, each with other noise and jitter, the worst of which counts;
+            default 3 where there is noise or jitter.  All sets of gains meet the same.
         progress: called with the number of sets of gains that a search has tried.
 
     Raises:
@@ -85,12 +90,13 @@ def tune(
         payloads=payloads,
         after=late,
         of=of,
+        draws=draws,
     )
     others = _others(case, compare or {})
     interrupted = False
     if isinstance(by, PaperRule):
         guess = _beginning(case, begin, others)
-        found = by_rule(case, by, {name: float(np.max(one)) for name, one in guess.items()})
+        found = by_rule(case, by, guess)
     elif isinstance(by, PolePlacement):
         if begin is not None:
             raise InputError("poles are placed at once; gains to begin with are for the rule and the search")
@@ -98,14 +104,19 @@ def tune(
     else:
         search = Searching(case, by, _beginning(case, begin, others), progress)
         found, interrupted = search.outcome(), search.interrupted
-    made = _judge(case, by.words, found, others)
+    made = _judge(case, by, found, others)
     if interrupted:
         words = f"the search was interrupted after {search.done} of {by.trials} sets of gains"  # type: ignore[union-attr]
         raise Interrupted(words, done=search.done / by.trials, result=made)  # type: ignore[union-attr]
     return made
 
 
-def _judge(case: TuningCase, words: str, found: FoundGains, others: Mapping[str, Mapping[str, Array]]) -> Tuning:
+def _judge(
+    case: TuningCase,
+    by: PaperRule | PolePlacement | GainSearch,
+    found: FoundGains,
+    others: Mapping[str, Mapping[str, Array]],
+) -> Tuning:
     sets: dict[str, Mapping[str, Array]] = {"found": found.gains, **others}
     n = case.robot.n
     top = {
@@ -114,28 +125,42 @@ def _judge(case: TuningCase, words: str, found: FoundGains, others: Mapping[str,
     }
     runs = CaseRuns(case, top)
     rows: list[JudgedGains] = [judged(case, runs, label, gains) for label, gains in sets.items()]
-    kinds = {one.kind for one in case.robot.actuators}
-    unit = "m" if case.of == "tool" or kinds == {"translation"} else "rad" if kinds == {"rotation"} else "m or rad"
     return Tuning(
         _name(case),
         case.name,
         tuple(one.name for one in case.robot.actuators),
-        words,
+        by.words,
         case.units(),
         tuple(one.effort_unit for one in case.robot.actuators),
         case.of,
-        unit,
+        case.error_unit,
         case.after,
         tuple(rows),
         found.free,
-        (*found.told, *_unstable(rows[0]), *_left_out(case)),
+        (*found.told, *_left_out(case)),
+        tuple(_unmet(case, by, rows[0])),
     )
 
 
-def _unstable(found: JudgedGains) -> list[str]:
-    if found.margins.stable:
-        return []
-    return ["with these gains the loop, its rate and delays included, is unstable: ask for slower poles, or search"]
+def _unmet(case: TuningCase, by: PaperRule | PolePlacement | GainSearch, found: JudgedGains) -> list[str]:
+    """What was asked for and does not hold with the gains found."""
+    told = list[str]()
+    if not found.margins.stable:
+        told.append("the loop, its rate and delays included, is unstable: ask for slower poles, or search")
+    elif found.failed:
+        told.append(f"the run does not come to its end: {found.failed}")
+    if case.limits is not None:
+        for one, peak, limit in zip(case.robot.actuators, found.peak.tolist(), case.limits.tolist(), strict=True):
+            if peak > limit * (1.0 + SLACK):
+                unit = one.effort_unit
+                told.append(f"the run needs {peak:.4g} {unit} of {one.name}, and its limit is {limit:.4g} {unit}")
+    if isinstance(by, PaperRule) and by.error is not None and not found.late < by.error * (1.0 + SLACK):
+        told.append(f"the late error is {found.late:.4g} {case.error_unit}, and its bound is {by.error:g}")
+    if isinstance(by, GainSearch) and found.margins.stable and found.margins.sensitivity > 1.02 * by.sensitivity:
+        told.append(
+            f"the sensitivity peaks at {found.margins.sensitivity:.4g}, and {by.sensitivity:g} is asked for at most"
+        )
+    return told
 
 
 def _name(case: TuningCase) -> str:

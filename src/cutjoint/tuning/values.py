@@ -21,8 +21,9 @@ class JudgedGains(Frozen):
         label: whose gains these are.
         gains: by name, a number or one an actuator.
         rms: root mean square of the actuators' errors, [m] or [rad] (where some slide and some turn, those that slide
-            in lengths of the robot).
-        late: largest error along any axis from the tuning's `after` on, of the tool [m] or the actuators.
+            in lengths of the robot), of the worst payload and noise.
+        late: largest error along any axis from the tuning's `after` on, of the tool [m] or the actuators, in the
+            tuning's `error_unit`.
         largest: the same over the whole run.
         peak: largest effort of every actuator, shape (n,) [N] or [N m].
         margins: at the posture and with the payload where they are least.
@@ -59,6 +60,7 @@ class Tuning(Values):
         rows: the loop with the gains found, then with others to compare.
         free: what the way they were found does not fix, in sentences.
         told: what was chosen or left out, in sentences.
+        unmet: what was asked for and does not hold with the gains found, in sentences.
     """
 
     robot: str
@@ -73,6 +75,7 @@ class Tuning(Values):
     rows: tuple[JudgedGains, ...]
     free: tuple[str, ...] = ()
     told: tuple[str, ...] = ()
+    unmet: tuple[str, ...] = ()
 
     __repr__ = line("robot", "law", "by", "gains")
 

@@ -42,7 +42,7 @@ class Blocks:
     def __init__(
         self, runs: Runs, sizes: Sizes, part: SomeRuns, rows: Array, grid: TimeGrid, chances: Chances | None
     ) -> None:
-        self.count, self.grid, self.chances, self.first = len(part.state), grid, chances, part.first
+        self.count, self.grid, self.chances, self._numbers = len(part.state), grid, chances, part.numbers
         self.lanes = 1 if self.count == 1 else runs.lanes
         self.groups = -(-self.count // self.lanes)
         self._call = runs.loop(self.lanes)
@@ -50,7 +50,7 @@ class Blocks:
         shape = (self.groups, len(grid.chosen), sizes.width, self.lanes)
         self._records, self._sums = _aligned(shape), _aligned((self.groups, sizes.totals, self.lanes))
         self._chance = np.zeros((2, self.groups, self.lanes), dtype=np.int64)
-        self._due = None if chances is None or not chances.alike else chances.due(part.first)
+        self._due = None if chances is None or not chances.alike else chances.due(part.numbers[0])
         arrays = (*self._given, self._records, self._sums)
         self._flag, self._sizes = np.zeros(1, dtype=np.int64), sizes
         self._sums[:, 2 * sizes.watched] = np.nan
@@ -128,10 +128,10 @@ class Blocks:
                     self._chance[:, group, lane] = self._chance[:, group, lane - 1]
                     continue
                 if self._due is None:
-                    kept.append(chances.due(self.first + number))
+                    kept.append(chances.due(self._numbers[number]))
                     self._chance[0, group, lane] = kept[-1].ctypes.data
                 if chances.channels:
-                    kept.append(chances.noise(self.first + number))
+                    kept.append(chances.noise(self._numbers[number]))
                     self._chance[1, group, lane] = kept[-1].ctypes.data
         return kept
 

@@ -118,7 +118,8 @@ class ClosedLoop:
 
     def run(self, reference: Reference | Array, **options: Unpack[LoopOptions]) -> Many:
         """Simulate all runs; see `simulate_many`.  `reference` may be a table that `reference_table` made, or `table`
-        one that it made of the reference.  Chance is that of the runs from `first_run` on."""
+        one that it made of the reference.  Chance is that of the runs from `first_run` on, and begins again after
+        `chance_again` runs."""
         asked = self._asked(reference, options)
         if (taken := asked.variation.count * self.record(asked.grid)) > LARGEST_RECORD:
             raise InputError(
@@ -193,6 +194,7 @@ class ClosedLoop:
             options.get("start_velocity"),
             options.get("runs"),
             options.get("first_run", 0),
+            options.get("chance_again"),
         )
         return Asked(reference, rows, grid, variation)
 

@@ -27,10 +27,11 @@ class RunOptions(TypedDict, total=False):
 
 
 class LoopOptions(RunOptions, total=False):
-    """Of `ClosedLoop.run`: also the number of the first run, for its chance, and a table that `reference_table` made of
-    the reference."""
+    """Of `ClosedLoop.run`: also the number of the first run, for its chance; after how many runs chance begins again,
+    so that runs with other gains meet the same noise; and a table that `reference_table` made of the reference."""
 
     first_run: int
+    chance_again: int | None
     table: Array | None
 
 

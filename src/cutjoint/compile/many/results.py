@@ -163,7 +163,7 @@ class Outcome:
             duration=times.step * times.steps,
             limits=None if isinstance(loop.control, Hardware) else loop.control,
             hardware=hardware,
-            run_number=0 if hardware is None else part.first + run,
+            run_number=0 if hardware is None else part.numbers[run],
             start=model.close(part.start[run]),
             start_velocity=part.velocity[run],
         )

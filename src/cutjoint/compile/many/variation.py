@@ -19,13 +19,13 @@ class SomeRuns:
     """Some runs in a row.
 
     Attributes:
-        first: number of the first one.
+        numbers: of the runs, for their chance, shape (N,).
         gains, parameters: name -> shape (N, n), (N,).
         start, velocity: actuated coordinates and velocities at the beginning, shape (N, n).
         state, given: what the compiled loop takes, shape (N, size).
     """
 
-    first: int
+    numbers: range | list[int]
     gains: Mapping[str, Array]
     parameters: Mapping[str, Array]
     start: Array
@@ -42,6 +42,7 @@ class Variation:
         gains, parameters, start, start_velocity: see `simulate_many`.
         runs: how many, where nothing varies but chance.
         first: number of the first run, for its chance.
+        again: after how many runs numbers begin again; None for never.
 
     Attributes:
         count: number of runs.
@@ -59,9 +60,11 @@ class Variation:
         start_velocity: npt.ArrayLike | None,
         runs: int | None = None,
         first: int = 0,
+        again: int | None = None,
     ) -> None:
         n, plant = loop.plant.n, loop.plant
         self.loop, self.first = loop, first
+        self._again = None if again is None else whole("chance_again", again)
         if isinstance(first, bool) or not isinstance(first, int) or first < 0:
             raise InputError(f"first_run must be a whole number >= 0, found {first!r}")
         if set(gains) != set(loop.gains):
@@ -119,7 +122,10 @@ class Variation:
         state = np.concatenate([closed, velocity, np.zeros((count, self.loop.behind))], axis=1)
         given = np.concatenate([np.zeros((count, 0)), *gains.values(), *columns.values()], axis=1)
         own = {name: x[:, 0] for name, x in columns.items()}
-        return SomeRuns(self.first + begin, gains, own, start, velocity, state, given)
+        numbers: range | list[int] = range(self.first + begin, self.first + end)
+        if self._again is not None:
+            numbers = [self.first + run % self._again for run in range(begin, end)]
+        return SomeRuns(numbers, gains, own, start, velocity, state, given)
 
 
 def whole(name: str, value: int) -> int:

@@ -108,17 +108,21 @@ def _mark(size: Axes, turn: Axes, margins: ActuatorMargins, omega: Array, loop: 
         for axis in (size, turn):
             axis.axvline(margins.crossover, color=GREY, linewidth=0.8)
         turn.plot([margins.crossover] * 2, [-180.0, at], color=INK, linewidth=2.5)
-        words = f"{margins.phase:.0f} deg at {margins.crossover:.3g} rad/s"
-        _say(turn, words, (margins.crossover, -180.0), (8, -14), "left")
+        _say(turn, f"phase margin {margins.phase:.0f} deg at {_plain(margins.crossover)} rad/s")
     if math.isfinite(margins.gain_at) and math.isfinite(margins.gain):
         at = -20.0 * math.log10(margins.gain)
         size.plot([margins.gain_at] * 2, [0.0, at], color=INK, linewidth=2.5)
-        words = f"{abs(at):.1f} dB at {margins.gain_at:.3g} rad/s"
-        _say(size, words, (margins.gain_at, 0.0), (4, 10), "right")
+        _say(size, f"gain margin {abs(at):.1f} dB at {_plain(margins.gain_at)} rad/s")
 
 
-def _say(axis: Axes, words: str, at: tuple[float, float], away: tuple[int, int], side: str) -> None:
-    axis.annotate(words, at, away, textcoords="offset points", va="center", ha=side)
+def _plain(value: float) -> str:
+    return f"{value:.0f}" if 100.0 <= value < 1e6 else f"{value:.3g}"
+
+
+def _say(axis: Axes, words: str) -> None:
+    """Below on the left, where loops that fall with frequency leave room; over what is there all the same."""
+    paper = {"facecolor": "white", "edgecolor": "none", "pad": 1.5, "alpha": 0.9}
+    axis.annotate(words, (0.02, 0.04), xycoords="axes fraction", va="bottom", ha="left", bbox=paper)
 
 
 def _worst(row: JudgedGains) -> int:
