@@ -21,7 +21,8 @@ from cutjoint.simulation.panels import scaled
 from cutjoint.workspace import FieldMap, FittedShape, GridAxis, Workspace
 from cutjoint.workspace.grid_body import distances
 from cutjoint.workspace.level import level_of
-from cutjoint.workspace.surface import AROUND, spread_cells, volume_unit
+from cutjoint.workspace.region import volume_unit
+from cutjoint.workspace.surface import AROUND, spread_cells
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -89,10 +90,9 @@ def workspace_picture(
 
 
 def _title(space: Workspace) -> str:
-    units = tuple(axis.unit for axis in space.axes)
-    what = ("reach", "area", "volume")[len(units) - 1]
+    what = ("reach", "area", "volume")[len(space.axes) - 1]
     held = "".join(f", {name} = {value:.4g}" for name, value in space.held.items())
-    return f"{drawable(space.robot)}: workspace, {what} {space.extent:.4g} {volume_unit(units)}{held}"[:110]
+    return f"{drawable(space.robot)}: workspace, {what} {space.extent:.4g} {space.unit}{held}"[:110]
 
 
 def _through(
