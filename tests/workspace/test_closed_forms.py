@@ -3,7 +3,8 @@
 A limb is a crank of radius r at a foot, and a rod of length l to a point of the plate; d leads from the foot to that
 point.  The crank's end e obeys d . e = (d . d + r^2 - l^2) / 2 (see `oracles.closed_form`), which has two solutions,
 one where they meet (type 1), none beyond.  The rods' lines of force are linearly dependent where the plate can move
-with the cranks at rest (type 2): the determinant of their directions, for a plate that turns with their moments.
+with the cranks at rest (type 2): the determinant of their directions, for a plate that turns with their moments.  The plate of a Delta, on pairs of rods l
+at the ends of sides s, also turns where det (s_k x l_k) vanishes, as the six lines of force fall into these two parts.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ AXES = {"fivebar": "xy", "planar_3rrr": "xy", "delta": "xyz"}
 FINE = {2: 500, 3: 110}
 """Cells of the closed form's own grid."""
 CLOSE = 0.01
+Z = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -37,17 +39,18 @@ class Truth:
     turn: float = 0.0
 
     def __call__(self, at: Array) -> Array:
-        """Determinant of the rods' lines with the tool at `at` (..., 2 or 3), signed as at home; NaN out of reach."""
-        here = self._determinant(at)
-        home = self._determinant(self.form.centre[None, : at.shape[-1]])
-        return np.asarray(here * np.sign(home[0]))
+        """Least determinant of the rods' lines with the tool at `at` (..., 2 or 3), positive at home; NaN out of reach."""
+        here = self._determinants(at)
+        home = self._determinants(self.form.centre[None, : at.shape[-1]])
+        return np.asarray((here * np.sign(home[0])).min(axis=-1))
 
-    def _determinant(self, at: Array) -> Array:
+    def _determinants(self, at: Array) -> Array:
+        """Those that must keep their signs, shape (..., 1 or 2)."""
         form, place = self.form, np.zeros((*at.shape[:-1], 3))
         place[...] = form.centre
         place[..., : at.shape[-1]] = at
         arms = form.tops @ rotation_of(np.array([0.0, 0.0, self.turn])).T
-        lines = []
+        lines, moments = [], []
         for k in range(len(form.feet)):
             d, r = place + arms[k] - form.feet[k], form.radii[k]
             a, b = d @ form.u[k], d @ form.v[k]
@@ -60,13 +63,14 @@ class Truth:
             rod = rod / form.rods[k]
             if at.shape[-1] == 3:
                 lines.append(rod)
+                moments.append(np.cross(np.cross(Z, form.u[k]), rod))
             elif len(form.feet) == 3:
                 moment = (arms[k][0] * rod[..., 1] - arms[k][1] * rod[..., 0]) / LENGTH
                 lines.append(np.stack([rod[..., 0], rod[..., 1], moment], axis=-1))
             else:
                 lines.append(rod[..., :2])
         with np.errstate(invalid="ignore"):
-            return np.asarray(np.linalg.det(np.stack(lines, axis=-2)))
+            return np.stack([np.linalg.det(np.stack(one, axis=-2)) for one in (lines, moments) if one], axis=-1)
 
     def extent(self, low: Array, high: Array) -> float:
         """Of what is joined with home between corners."""
