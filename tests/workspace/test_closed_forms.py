@@ -2,9 +2,11 @@
 
 A limb is a crank of radius r at a foot, and a rod of length l to a point of the plate; d leads from the foot to that
 point.  The crank's end e obeys d . e = (d . d + r^2 - l^2) / 2 (see `oracles.closed_form`), which has two solutions,
-one where they meet (type 1), none beyond.  The rods' lines of force are linearly dependent where the plate can move
-with the cranks at rest (type 2): the determinant of their directions, for a plate that turns with their moments.  The plate of a Delta, on pairs of rods l
-at the ends of sides s, also turns where det (s_k x l_k) vanishes, as the six lines of force fall into these two parts.
+one where they meet (type 1), none beyond.  The plate can move with the cranks at rest (type 2) where the rods' lines of
+force are linearly dependent: the determinant of their directions, for a plate that turns with their moments.
+
+The plate of a Delta, on pairs of rods l at the ends of sides s, also turns where det (s_k x l_k) vanishes, as the six
+lines fall into these two parts.
 """
 
 from __future__ import annotations
@@ -39,7 +41,8 @@ class Truth:
     turn: float = 0.0
 
     def __call__(self, at: Array) -> Array:
-        """Least determinant of the rods' lines with the tool at `at` (..., 2 or 3), positive at home; NaN out of reach."""
+        """Least determinant of the rods' lines with the tool at `at` (..., 2 or 3), positive at home, NaN out of
+        reach."""
         here = self._determinants(at)
         home = self._determinants(self.form.centre[None, : at.shape[-1]])
         return np.asarray((here * np.sign(home[0])).min(axis=-1))
