@@ -102,7 +102,7 @@ def test_outlines_are_those_of_the_shapes() -> None:
 
 def test_extents_stay_in_titles_and_constant_maps_have_one_colour() -> None:
     space = region(ball, 8, axes=2)
-    held = {name: 0.123456 for name in ("z", "rx", "ry", "rz")}
+    held = dict.fromkeys(("z", "rx", "ry", "rz"), 0.123456)
     noise = np.where(space.inside, 1.0 + 1e-10 * np.arange(8), np.nan)
     same = {"condition": dataclasses.replace(space.maps["condition"], values=noise)}
     drawn = drawn_of(dataclasses.replace(space, held=held, maps=same))

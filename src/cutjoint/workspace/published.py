@@ -74,7 +74,7 @@ class ClosedForm:
         steps = 1.0 / GOLDEN[axes] ** np.arange(1, axes + 1)
         within = (0.5 + np.arange(1, count * len(rim) + 1)[:, None] * steps) % 1.0 - 0.5
         _, good = self.reached(np.repeat(lattice.coordinates(rim), count, axis=0) + within * lattice.steps)
-        shares = inner.ravel().astype(float)
+        shares: Array = np.asarray(inner.ravel(), dtype=float)
         shares[rim] = good.reshape(-1, count).mean(axis=1)
         return shares
 
