@@ -41,6 +41,7 @@ def test_all_sections_run_and_agree() -> None:
     assert max(found["growth"]["differences"].values()) < 1e-9
     assert found["tolerances"]["differences"]["tool"] < 1e-12
     assert found["sweep"]["differences"]["chain against paper"] < 1e-10
+    assert set(found["workspace"]["differences"].values()) == {0.0}
     built = found["built"]["differences"]
     assert built.pop("MuJoCo RK4", 0.0) < 3e-4
     assert max(built.values()) < 1e-10

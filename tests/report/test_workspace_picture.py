@@ -100,6 +100,18 @@ def test_outlines_are_those_of_the_shapes() -> None:
             assert not shape.holds(outward).any()
 
 
+def test_extents_stay_in_titles_and_constant_maps_have_one_colour() -> None:
+    space = region(ball, 8, axes=2)
+    held = dict.fromkeys(("z", "rx", "ry", "rz"), 0.123456)
+    noise = np.where(space.inside, 1.0 + 1e-10 * np.arange(8), np.nan)
+    same = {"condition": dataclasses.replace(space.maps["condition"], values=noise)}
+    drawn = drawn_of(dataclasses.replace(space, held=held, maps=same))
+    assert drawn._suptitle is not None  # type: ignore[attr-defined]
+    assert f"area {space.extent:.4g} m2" in drawn._suptitle.get_text()  # type: ignore[attr-defined]
+    low, high = drawn.axes[0].collections[0].get_clim()
+    assert high - low > 0.5
+
+
 def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
     space = region(ball, 8, axes=2)
     for wrong, error, told in (

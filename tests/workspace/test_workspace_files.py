@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import zlib
 from base64 import b64decode
 from pathlib import Path
@@ -86,7 +88,7 @@ def test_vtk_images_hold_every_cell(axes: int, seed: int, tmp_path: Path) -> Non
 def test_parquet_has_a_row_a_reached_cell(tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     made = region(ball, 9, names=("x", "y", "rz"))
-    table = parquet.read_table(save(made, tmp_path / "w.parquet"))
+    table = parquet.read_table(save(made, tmp_path / "w.parquet"), use_threads=False)
     assert table.column_names == ["x", "y", "rz", "q1", "q2", "q3", "condition", "speed"]
     np.testing.assert_array_equal(np.column_stack([table[name] for name in ("x", "y", "rz")]), made.points)
     np.testing.assert_array_equal(table["speed"], made.maps["speed"].values[made.inside])
@@ -94,6 +96,23 @@ def test_parquet_has_a_row_a_reached_cell(tmp_path: Path) -> None:
     assert (units["x"], units["rz"], units["speed"], units["condition"]) == (b"m", b"rad", b"m/s", None)
     about = json.loads(table.schema.metadata[b"cutjoint"])
     assert (about["robot"], about["held"]) == ("drawn", {"rz": 0.25})
+
+
+@pytest.mark.slow
+def test_a_process_with_a_robot_writes_parquet_and_ends_well(tmp_path: Path) -> None:
+    """Threads of pyarrow and those of Pinocchio in one process were seen to abort at its end."""
+    pytest.importorskip("pyarrow")
+    code = (
+        "import sys, cutjoint; from cutjoint.workspace import save, workspace\n"
+        "save(workspace(cutjoint.load('fivebar'), cells=8), sys.argv[1])\n"
+        "from pyarrow.parquet import read_table\n"
+        "print(read_table(sys.argv[1], use_threads=False).num_rows)"
+    )
+    for k in range(2):
+        command = [sys.executable, "-c", code, str(tmp_path / f"{k}.parquet")]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert int(done.stdout) > 10
 
 
 def test_places_are_looked_at(tmp_path: Path) -> None:

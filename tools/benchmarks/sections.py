@@ -12,6 +12,7 @@ from benchmarks.built import built_loops
 from benchmarks.ladder import ladder
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
 from benchmarks.section import SMALL, Section, Size
+from benchmarks.spaces import workspaces
 from benchmarks.task import KD, KP, SAMPLE, Task
 from benchmarks.whole_process import WAYS, seconds
 from cutjoint.arrays import Array
@@ -295,4 +296,5 @@ SECTIONS = {
     "motions": motions,
     "tolerances": tolerances,
     "process": whole_process,
+    "workspace": workspaces,
 }

@@ -34,10 +34,6 @@ class AssemblyModes(StrEnum):
     ANY = "any"
 
 
-SPANS = {(1, "m"): "m", (2, "m"): "m2", (3, "m"): "m3", (1, "rad"): "rad", (2, "rad"): "rad2", (3, "rad"): "rad3"}
-"""How many axes, of which unit -> unit of the extent."""
-
-
 # long: its options, a line or three each
 def command(
     robot: options.Robot,
@@ -239,12 +235,6 @@ def _number(option: str, text: str) -> float:
         raise InputError(f"{option} needs numbers, found '{text}'") from error
 
 
-def span_of(found: Workspace) -> str:
-    """Unit of the extent."""
-    units = [axis.unit for axis in found.axes]
-    return SPANS.get((len(units), units[0]), " ".join(units)) if len(set(units)) == 1 else " ".join(units)
-
-
 def _show(found: Workspace, mode: str) -> None:
     import numpy as np
 
@@ -256,7 +246,7 @@ def _show(found: Workspace, mode: str) -> None:
     columns = ("coordinate", "least", "largest", "cell", "unit")
     show(TextTable(f"{found.robot}: workspace{mode}", columns, rows, right=columns[1:4]))
     kind = ("length", "area", "volume")[len(found.axes) - 1]
-    say(f"{kind} {found.extent:.5g} {span_of(found)}, {int(found.inside.sum())} cells reached")
+    say(f"{kind} {found.extent:.5g} {found.unit}, {int(found.inside.sum())} cells reached")
     if found.held:
         units = {"r": "rad"}
         say("held: " + ", ".join(f"{name} {value:.4g} {units.get(name[0], 'm')}" for name, value in found.held.items()))
@@ -290,7 +280,7 @@ def _data(found: Workspace) -> dict[str, object]:
         ],
         "held": dict(found.held),
         "extent": found.extent,
-        "extent_unit": span_of(found),
+        "extent_unit": found.unit,
         "cells_reached": int(found.inside.sum()),
         "maps": {
             name: {

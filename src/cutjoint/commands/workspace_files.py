@@ -136,7 +136,7 @@ class WantedFiles:
 
 def show_shapes(shapes: Sequence[FittedShape]) -> None:
     """Tell of fitted shapes."""
-    from cutjoint.workspace.surface import volume_unit
+    from cutjoint.workspace.region import volume_unit
 
     for shape in shapes:
         columns = ("coordinate", "from", "to", "breadth", "unit")

@@ -192,7 +192,8 @@ def _freedoms(robot: Mechanism, task: Task) -> tuple[int, tuple[str, ...]]:
         told = f"{report.actuators} actuators drive {moves} freedoms; type-2 singularities are not looked for"
         return min(moves, len(task.names)), (told,)
     robot.chain.tangent(robot.home)
-    return min(robot.n, len(task.names)), ()
+    idle = (f"{report.idle_mobility} idle freedoms: led posture by posture",) if report.idle_mobility else ()
+    return min(robot.n, len(task.names)), idle
 
 
 def _best_axes(robot: Mechanism, start: Posture, task: Task, free: int) -> tuple[str, ...]:
@@ -244,7 +245,10 @@ def _others(
 def _walker(
     robot: Mechanism, goals: Goals, start: Posture, across: bool, respected: bool, watch: Watch | None
 ) -> CellWalker:
-    if isinstance(robot, CompiledChain) and not goals.free and len(goals.task.names) == robot.n:
+    # compiled functions hold one coordinate for every idle freedom, such as the spin of a rod between balls; where that
+    # one comes to stand across the spin, their rates have no bound, and a workspace would end there that does not
+    determined = not goals.free and len(goals.task.names) == robot.n
+    if isinstance(robot, CompiledChain) and determined and not robot.chain.mobility().idle_mobility:
         try:
             return ChainWalker(robot, goals, start, across=across, limits=respected, watch=watch)
         except CutjointError:

@@ -32,19 +32,23 @@ class Filled:
         states: of every cell that is, NaN elsewhere, shape (cells, state).
         ways: what part of the way to the next centre is reached, shape (2 axes, cells): 1 where that is too, 0 from
             cells that are not.
+        shares: what part of every cell is reached, shape (cells,), where that was asked; else None.
     """
 
     lattice: Lattice
     inside: npt.NDArray[np.bool_]
     states: Array
     ways: Array
+    shares: Array | None = None
 
     __repr__ = line("lattice")
 
     @property
     def extent(self) -> float:
-        """Length, area or volume: along every axis the rows of cells are as long as they are reached; the mean of the
-        axes."""
+        """Length, area or volume: the sum of the shares; where they were not asked, along every axis the rows of cells
+        are as long as they are reached, and the mean of the axes is taken."""
+        if self.shares is not None:
+            return float(self.shares.sum()) * self.lattice.cell
         axes = range(len(self.lattice.shape))
         return float(np.mean([self._along(axis) for axis in axes])) * self.lattice.cell
 

@@ -22,8 +22,8 @@ from cutjoint.workspace.region import GridAxis, Workspace
 
 CELLS = 40
 """Cells along the longest axis, as a rule."""
-PUBLISHED_CELLS = 44
-"""The same of a published model, of which a cell costs less."""
+PUBLISHED_CELLS = 36
+"""The same of a published model, of whose cells at the boundary it is known what part is reached."""
 SLOW_CELLS = 16
 """The same of a robot that is asked posture by posture."""
 MOST_CELLS = 100_000
@@ -53,7 +53,7 @@ def workspace(
             led and not held, else the turns.
         region: coordinate -> (least, largest) [m] or [rad]; default as far as is reached.
         held: the other coordinates, where they are held [m] or [rad]; default as at the start.
-        cells: along the longest axis; default 40, of a published model 44, of a
+        cells: along the longest axis; default 40, of a published model 36, of a
             robot that is asked posture by posture 16.
         near: the posture to start from, which picks working mode and assembly mode; default home.
         assembly: "home" for the assembly mode of the start, "any" for what is reached through type-2 singularities too.
@@ -108,7 +108,8 @@ def cropped(filled: Filled) -> Filled:
     )
     first = lattice.first + lattice.steps * [low for low, _ in parts]
     smaller = Lattice(first, lattice.steps, tuple(high - low for low, high in parts), ends)
-    return Filled(smaller, filled.inside[cells], filled.states[cells], filled.ways[:, cells])
+    shares = None if filled.shares is None else filled.shares[cells]
+    return Filled(smaller, filled.inside[cells], filled.states[cells], filled.ways[:, cells], shares)
 
 
 def finished(survey: Exploring, filled: Filled, maps: Sequence[str], told: Told | None = None) -> Workspace:

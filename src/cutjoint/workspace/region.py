@@ -13,6 +13,12 @@ from cutjoint.arrays import Array, Frozen, Values
 from cutjoint.reprs import line
 
 
+def volume_unit(units: tuple[str, ...]) -> str:
+    """Unit of a length, area or volume over axes with `units`, such as m3 or m2 rad."""
+    parts = [(unit, units.count(unit)) for unit in dict.fromkeys(units)]
+    return " ".join(unit if count == 1 else f"{unit}{count}" for unit, count in parts)
+
+
 @dataclass(frozen=True, eq=False)
 class GridAxis(Frozen):
     """One led coordinate of the tool over a grid.
@@ -82,6 +88,11 @@ class Workspace(Values):
     ways: Array | None = None
 
     __repr__ = line("robot", "axes", "extent")
+
+    @property
+    def unit(self) -> str:
+        """Of the extent, such as m3 or m2 rad."""
+        return volume_unit(tuple(axis.unit for axis in self.axes))
 
     @property
     def cell(self) -> float:

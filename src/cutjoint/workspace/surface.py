@@ -25,7 +25,7 @@ from cutjoint.files import check_place, write_whole
 from cutjoint.reprs import one_line
 from cutjoint.workspace.grid_body import Mask
 from cutjoint.workspace.level import parts_of
-from cutjoint.workspace.region import Workspace
+from cutjoint.workspace.region import Workspace, volume_unit
 
 Faces = npt.NDArray[np.int64]
 SPREAD = 1.0
@@ -73,12 +73,6 @@ class Surface(Values):
     def volume(self) -> float:
         """That it encloses, in `unit`."""
         return _enclosed(self.vertices, self.faces)
-
-
-def volume_unit(units: tuple[str, ...]) -> str:
-    """Unit of a length, area or volume over axes with `units`, such as m3 or m2 rad."""
-    parts = [(unit, units.count(unit)) for unit in dict.fromkeys(units)]
-    return " ".join(unit if count == 1 else f"{unit}{count}" for unit, count in parts)
 
 
 @door

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cutjoint.errors import InputError
+from cutjoint.errors import InputError, shown
 from cutjoint.files import check_place, write_whole
-from cutjoint.report.figures import SETTINGS, Drawing, drawable, plotting
+from cutjoint.report.figures import SETTINGS, Drawing, plotting
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 SLIDE = {"font.size": 12, "axes.titlesize": 12.5, "legend.fontsize": 11, "lines.linewidth": 2.0}
 SUFFIXES = (".png", ".svg")
 DPI = 150
+LETTER = 0.135
+"""Breadth of a letter of a title [inch], as a rule."""
 
 
 def sheet(draw: Callable[[Figure], None], title: str, size: tuple[float, float] = (11.0, 6.2)) -> Drawing:
@@ -34,7 +36,7 @@ def sheet(draw: Callable[[Figure], None], title: str, size: tuple[float, float] 
 
     with mpl.rc_context(SETTINGS | SLIDE):
         drawn = Figure(figsize=size, layout="constrained")
-        drawn.suptitle(drawable(title), x=0.01, ha="left", fontweight="bold")
+        drawn.suptitle(shown(title, int(size[0] / LETTER)), x=0.01, ha="left", fontweight="bold")
         draw(drawn)
         drawn.draw_without_rendering()
         drawn.set_layout_engine("none")

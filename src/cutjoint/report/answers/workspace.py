@@ -21,7 +21,8 @@ from cutjoint.simulation.panels import scaled
 from cutjoint.workspace import FieldMap, FittedShape, GridAxis, Workspace
 from cutjoint.workspace.grid_body import distances
 from cutjoint.workspace.level import level_of
-from cutjoint.workspace.surface import AROUND, spread_cells, volume_unit
+from cutjoint.workspace.region import volume_unit
+from cutjoint.workspace.surface import AROUND, spread_cells
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,6 +34,8 @@ REACHED = "#9ecae8"
 OUTLINE = "#D55E00"
 PLANES = ((0, 1), (0, 2), (1, 2))
 MOST_CURVES = 6
+SAME = 1e-6
+"""Part of its size by which a map varies at least, or it counts as constant."""
 ODD = 2.0
 """Percent of the worst cells whose values may be beyond the scale of colours, such as those beside a singularity."""
 
@@ -89,10 +92,9 @@ def workspace_picture(
 
 
 def _title(space: Workspace) -> str:
-    units = tuple(axis.unit for axis in space.axes)
-    what = ("reach", "area", "volume")[len(units) - 1]
+    what = ("reach", "area", "volume")[len(space.axes) - 1]
     held = "".join(f", {name} = {value:.4g}" for name, value in space.held.items())
-    return f"{drawable(space.robot)}: workspace, {what} {space.extent:.4g} {volume_unit(units)}{held}"[:110]
+    return f"{drawable(space.robot)}: workspace, {what} {space.extent:.4g} {space.unit}{held}"[:110]
 
 
 def _through(
@@ -261,7 +263,9 @@ def _limits(field: FieldMap) -> tuple[float, float]:
     worst = ODD if field.best == "high" else 100.0 - ODD
     ends = np.array([np.percentile(values, worst), values.max() if field.best == "high" else values.min()])
     low, high = float(ends.min()), float(ends.max())
-    return (low, high) if high > low else (low - 0.5 * abs(low) - 1e-300, high + 0.5 * abs(high) + 1e-300)
+    size = max(abs(low), abs(high))
+    # what varies by rounding alone, such as a condition number of 1 everywhere, has one colour
+    return (low, high) if high - low > SAME * size else (low - 0.5 * size - 1e-300, high + 0.5 * size + 1e-300)
 
 
 def _colour_bar(drawn: Figure, shown: _Shown, painted: QuadMesh | None, panels: list[Axes]) -> None:
