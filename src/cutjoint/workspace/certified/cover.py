@@ -180,7 +180,8 @@ class Cover:
         (q, room, tight), (other, other_room, other_tight) = enclosures
         away = np.abs(q - other)
         slack = 64.0 * EPS * (np.abs(q) + np.abs(other))
-        joined = (away + tight + slack < other_room).all(axis=1) | (away + other_tight + slack < room).all(axis=1)
+        ways = (away + tight + slack < other_room, away + other_tight + slack < room)
+        joined = np.array([way.all(axis=1) for way in ways]).any(axis=0)
         if (left := np.flatnonzero(~joined)).size:
             alone = prove(self._system, *self._ends(points[left], points[left]), 0.5 * (q + other)[left])
             inside = alone.good

@@ -115,5 +115,5 @@ def _series(s: Form, first: int) -> Form:
         bend = bend * middle + slope
         slope = slope * middle + value
         value = value * middle + (-1.0) ** k / factorial(2 * k + first)
-    bounds, rounding = (np.asarray(one) for one in (THIRD, FOURTH)), 64.0 * EPS * (1.0 + s.radius) ** 3
-    return led(s, Slopes(value, slope, bend, third, *bounds, rounding))
+    rounding = 64.0 * EPS * (1.0 + s.radius) ** 3
+    return led(s, Slopes(value, slope, bend, third, np.asarray(THIRD), np.asarray(FOURTH), rounding))
