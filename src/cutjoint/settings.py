@@ -114,7 +114,7 @@ class Settings:
         value = self._take(key, default, expected)
         if key not in self._data:
             return value  # type: ignore[return-value]
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        if not _is_number(value):
             raise self.wrong(key, expected)
         if value < least or value <= above:
             raise self.wrong(key, expected)
@@ -158,7 +158,7 @@ class Settings:
             return value  # type: ignore[return-value]
         if not isinstance(value, list) or (size is not None and len(value) != size):
             raise self.wrong(key, expected)
-        if any(isinstance(x, bool) or not isinstance(x, int | float) or not math.isfinite(x) for x in value):
+        if not all(map(_is_number, value)):
             raise self.wrong(key, expected)
         return tuple(map(float, value))
 
@@ -219,3 +219,13 @@ def read_settings(path: str | os.PathLike[str]) -> Settings:
         return Settings(tomllib.loads(data.decode("utf-8")), name)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"{name}: this is no TOML: {error}") from error
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value is a finite number, as a float has it."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond the floats
+        return False

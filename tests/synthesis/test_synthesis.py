@@ -201,6 +201,8 @@ def test_files_are_read(tmp_path: Path) -> None:
         ('"hold"', '"hodl"', UnknownNameError, "hold"),
         ("at_most = 5", "at_mots = 5", InputError, "did you mean at_most"),
         ("at_most = 5", 'at_most = "5"', InputError, "finite number"),
+        ("at_most = 5", f"at_most = {'9' * 400}", InputError, "finite number"),
+        ("[0.9, 1.1]", f"[0.9, {'9' * 400}]", InputError, "finite numbers"),
         ("at_most = 5", "at_most = 5\nat_least = 6", InputError, "more than at_most"),
         ("designs = 20", "designs = 1", InputError, "whole number >= 2"),
         ("designs = 20", "designs = 1000000000000", InputError, "at most"),

@@ -150,4 +150,4 @@ def _weights(away: Array) -> Array:
     powers = np.vander(away / size, increasing=True)
     wanted = np.zeros(len(away))
     wanted[1] = 1.0 / size
-    return np.linalg.solve(powers.T, wanted)
+    return np.asarray(np.linalg.solve(powers.T, wanted), dtype=np.float64)

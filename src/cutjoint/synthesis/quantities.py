@@ -22,7 +22,7 @@ from cutjoint.reprs import line
 from cutjoint.retiming import limits_of, retime
 from cutjoint.stiffness import Springs, stiffness
 from cutjoint.synthesis.following import moving_mass
-from cutjoint.workspace import workspace
+from cutjoint.workspace import largest, workspace
 
 Goal = Literal["most", "least"]
 INSTANTS = 33
@@ -151,6 +151,15 @@ def _workspace(subject: Subject, options: Options) -> float:
     return float(workspace(subject.chain, cells=int(options["cells"])).extent)
 
 
+def _box(subject: Subject, options: Options) -> float:
+    """The largest box along the axes in the workspace, by its volume; 0 where none fits."""
+    space = workspace(subject.chain, cells=int(options["cells"]))
+    try:
+        return float(largest(space).extent)
+    except InputError:  # nowhere two cells thick
+        return 0.0
+
+
 def _stiffness(subject: Subject, options: Options) -> float:
     """The least of moving the tool along any direction, the worst along a trajectory."""
     springs = Springs({one.name: float(options["actuator"]) for one in subject.chain.actuators})
@@ -168,6 +177,13 @@ def _cycle(subject: Subject, options: Options) -> float:
 QUANTITIES: Mapping[str, QuantityRow] = {
     "workspace": QuantityRow(
         "extent of the workspace around home", "{extent}", "most", _workspace, {"cells": ("cells along an axis", 24.0)}
+    ),
+    "box": QuantityRow(
+        "extent of the largest box in the workspace around home",
+        "{extent}",
+        "most",
+        _box,
+        {"cells": ("cells along an axis", 24.0)},
     ),
     "stiffness": QuantityRow(
         "least stiffness against a push at the tool, along a trajectory",

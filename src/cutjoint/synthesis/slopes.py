@@ -84,9 +84,11 @@ class ExactSlopes:
         if any(one.quantity != "mass" for one in problem.wants):
             names = [one.name for one in self._numbers.groups]
             ranges = {one.name: (one.low, one.high) for one in self._numbers.groups}
-            self._robot = compiled(chain, parameters=names, ranges=ranges, quick=True)
+            robot = compiled(chain, parameters=names, ranges=ranges, quick=True)
+            assert isinstance(robot, CompiledChain)
             for function in ("tool_by_parameters", "inverse_by_parameters", "inverse_derivatives"):
-                self._robot.kernel(function)
+                robot.kernel(function)
+            self._robot = robot
         self._is_checked = False
 
     def of(self, design: Design) -> dict[str, Array]:
