@@ -15,7 +15,7 @@ import math
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
-from typing import TypeVar
+from typing import TypeGuard, TypeVar
 
 from cutjoint.errors import InputError, nearest, shown
 from cutjoint.files import path_name, read_file
@@ -221,7 +221,7 @@ def read_settings(path: str | os.PathLike[str]) -> Settings:
         raise InputError(f"{name}: this is no TOML: {error}") from error
 
 
-def _is_number(value: object) -> bool:
+def _is_number(value: object) -> TypeGuard[float]:
     """Whether a value is a finite number, as a float has it."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
