@@ -12,7 +12,7 @@ from cutjoint.chain import ClosedChain
 from cutjoint.description import with_values
 from cutjoint.robots import load
 from cutjoint.synthesis import DesignProblem, Variable, Want, judged, problem_of, synthesise
-from cutjoint.synthesis.following import Followed
+from cutjoint.synthesis.following import FollowedNumbers
 from cutjoint.synthesis.slopes import EXACT, ExactSlopes, slopes_of
 from cutjoint.synthesis.variables import chosen
 
@@ -95,7 +95,7 @@ def test_numbers_follow_variables() -> None:
     robot, rng = load("fivebar").description, np.random.default_rng(5)
     other = Variable("thin", "stretch", ("left_distal", "left_proximal"), 0.7, 1.4, "z")
     variables = (CRANKS, RODS, WEIGHT, ROLL, other)
-    followed = Followed(robot, variables)
+    followed = FollowedNumbers(robot, variables)
     low, high = (np.array([getattr(one, end) for one in variables]) for end in ("low", "high"))
     at = low + rng.uniform(0.1, 0.9, len(low)) * (high - low)
     # what is told is all that changes: set one by one, they are the robot with the values

@@ -54,7 +54,7 @@ class JoinedNumbers:
         return " = ".join(map(str, self.paths))
 
 
-class Followed:
+class FollowedNumbers:
     """How groups of numbers, and the mass that moves, follow the variables of a robot.
 
     Attributes:

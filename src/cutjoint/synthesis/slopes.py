@@ -32,7 +32,7 @@ from cutjoint.motion import Reference, ToolMotion, Trajectory
 from cutjoint.motion.following import size_of
 from cutjoint.motion.reference import Desired
 from cutjoint.motion.values import POSITION, ROTATION
-from cutjoint.synthesis.following import Followed
+from cutjoint.synthesis.following import FollowedNumbers
 from cutjoint.synthesis.judging import Design, DesignProblem, closed
 from cutjoint.synthesis.quantities import Subject, followed
 from cutjoint.synthesis.wants import Want
@@ -50,7 +50,7 @@ CHECK = 1e-4
 """Step of the differences that derivatives are held against, in parts of a variable's range."""
 
 
-class Rates(NamedTuple):
+class EffortRates(NamedTuple):
     """Efforts and powers along a trajectory, with derivatives by the variables.
 
     Attributes:
@@ -78,7 +78,7 @@ class ExactSlopes:
         if beside:
             raise InputError(f"{', '.join(beside)} has none that is exact")
         self._problem = problem
-        self._numbers = Followed(problem.robot, problem.variables)
+        self._numbers = FollowedNumbers(problem.robot, problem.variables)
         chain = closed(problem, problem.now)
         self._robot: CompiledChain | None = None
         if any(one.quantity != "mass" for one in problem.wants):
@@ -99,7 +99,7 @@ class ExactSlopes:
         """
         specs = {str(one.options["trajectory"]) for one in self._problem.wants if "trajectory" in one.options}
         numbers, (slopes, by_mass) = self._numbers.at(design.values), self._numbers.slopes(design.values)
-        rates: dict[str, Rates] = {}
+        rates: dict[str, EffortRates] = {}
         if self._robot is not None:
             names = [one.name for one in self._numbers.groups]
             robot = self._robot.with_parameters(dict(zip(names, numbers.tolist(), strict=True)))
@@ -115,7 +115,7 @@ class ExactSlopes:
                     raise InputError(f"the compiled robot has another {want.name}: {own:.6g}, not {other:.6g}")
         return {name: slope for name, (_, slope) in found.items()}
 
-    def _check(self, values: Array, rates: Mapping[str, Rates]) -> None:
+    def _check(self, values: Array, rates: Mapping[str, EffortRates]) -> None:
         """Hold derivatives of efforts, in a direction through all variables, against differences.
 
         Raises:
@@ -134,7 +134,7 @@ class ExactSlopes:
                 raise InputError("differences of robots that are built anew are others than the derivatives")
 
 
-def _slope(want: Want, rates: Mapping[str, Rates], by_mass: Array) -> tuple[float, Array]:
+def _slope(want: Want, rates: Mapping[str, EffortRates], by_mass: Array) -> tuple[float, Array]:
     """A quantity's value and its derivatives, shape (variables,)."""
     if want.quantity == "mass":
         return 0.0, by_mass
@@ -154,7 +154,7 @@ def _slope(want: Want, rates: Mapping[str, Rates], by_mass: Array) -> tuple[floa
     return float(abs(asked[where])), np.asarray(np.sign(asked[where]) * by[where])
 
 
-def rates_along(robot: CompiledChain, problem: DesignProblem, spec: str, slopes: Array) -> Rates:
+def rates_along(robot: CompiledChain, problem: DesignProblem, spec: str, slopes: Array) -> EffortRates:
     """Efforts along a trajectory, and their derivatives by the variables.
 
     Args:
@@ -177,7 +177,7 @@ def rates_along(robot: CompiledChain, problem: DesignProblem, spec: str, slopes:
         efforts.append(own.value)
         speeds.append(one.v)
         by_speed.append(by_v)
-    return Rates(np.array(efforts), np.array(speeds), np.array(by_effort), np.array(by_speed))
+    return EffortRates(np.array(efforts), np.array(speeds), np.array(by_effort), np.array(by_speed))
 
 
 class _Moving:

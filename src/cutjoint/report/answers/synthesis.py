@@ -134,8 +134,8 @@ def efforts_sheet(found: Synthesis, taken: int, spec: str) -> Drawing | None:
                 ax.set_ylabel(f"effort [{actuators[k].effort_unit}]")
             if k + columns >= len(actuators):
                 ax.set_xlabel("time [s]")
-        lines, names = frames.flat[0].get_legend_handles_labels()
-        drawn.legend(lines, names, loc="outside upper right", ncols=2, frameon=False)
+        calm = int(np.abs(efforts).max(axis=(0, 1)).argmin())  # where there is most room
+        frames.flat[calm].legend(loc="best", frameon=True, framealpha=0.9, edgecolor="none")
 
     return sheet(draw, f"{found.problem.robot.name}: effort along {spec}", (11.0, 1.0 + 2.8 * rows))
 
