@@ -224,6 +224,8 @@ def test_quantities_say_what_they_need() -> None:
                 Want(name, {}, row.goal)
     with pytest.raises(InputError, match="neither"):
         Want("mass", {})
+    with pytest.raises(InputError, match="finite"):
+        Want("mass", {}, at_most=float("nan"))
     with pytest.raises(UnknownNameError, match="trajectory"):
         Want("effort", {"trajectry": "hold"}, "least")
 
