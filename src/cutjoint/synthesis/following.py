@@ -61,6 +61,8 @@ class FollowedNumbers:
         groups: what changes.
     """
 
+    __repr__ = line("groups")
+
     def __init__(self, robot: RobotDescription, variables: tuple[Variable, ...]) -> None:
         self._robot, self._variables = robot, variables
         now = np.array([one.now(robot) for one in variables])

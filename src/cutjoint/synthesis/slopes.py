@@ -32,6 +32,7 @@ from cutjoint.motion import Reference, ToolMotion, Trajectory
 from cutjoint.motion.following import size_of
 from cutjoint.motion.reference import Desired
 from cutjoint.motion.values import POSITION, ROTATION
+from cutjoint.reprs import line, told
 from cutjoint.synthesis.following import FollowedNumbers
 from cutjoint.synthesis.judging import Design, DesignProblem, closed
 from cutjoint.synthesis.quantities import Subject, followed
@@ -65,6 +66,9 @@ class EffortRates(NamedTuple):
     by_effort: Array
     by_speed: Array
 
+    def __repr__(self) -> str:
+        return told(self, efforts="N or N m", speeds="m/s or rad/s")
+
 
 class ExactSlopes:
     """Derivatives of all wants of a problem, by a robot that is compiled once.
@@ -72,6 +76,8 @@ class ExactSlopes:
     Raises:
         CutjointError: it cannot be compiled for these variables, or a want has no exact derivative.
     """
+
+    __repr__ = line()
 
     def __init__(self, problem: DesignProblem) -> None:
         beside = [one.quantity for one in problem.wants if one.quantity not in EXACT]
