@@ -201,6 +201,8 @@ def test_files_are_read(tmp_path: Path) -> None:
         ('"hold"', '"hodl"', UnknownNameError, "hold"),
         ("at_most = 5", "at_mots = 5", InputError, "did you mean 'at_most'"),
         ("at_most = 5", 'at_most = "5"', InputError, "expected a number|numbers without quotes"),
+        ("at_most = 5", f"at_most = {'9' * 400}", InputError, "number"),
+        ("[0.9, 1.1]", f"[0.9, {'9' * 400}]", InputError, "number"),
         ("at_most = 5", "at_most = 5\nat_least = 6", InputError, "more than at_most"),
         ("designs = 20", "designs = 1", InputError, "a whole number from 2"),
         ("designs = 20", "designs = 1000000000000", InputError, "to 1e\\+05"),
@@ -222,6 +224,8 @@ def test_quantities_say_what_they_need() -> None:
                 Want(name, {}, row.goal)
     with pytest.raises(InputError, match="neither"):
         Want("mass", {})
+    with pytest.raises(InputError, match="finite"):
+        Want("mass", {}, at_most=float("nan"))
     with pytest.raises(UnknownNameError, match="trajectory"):
         Want("effort", {"trajectry": "hold"}, "least")
 

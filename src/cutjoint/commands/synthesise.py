@@ -88,6 +88,8 @@ def _tell(found: Synthesis, taken: int | None) -> None:
     else:
         show(found.front_table())
         show(found.against_old(taken))
+    for told in found.told:
+        say(told)
     for why, count in found.reasons():
         say(f"{count} of {len(found.designs)} designs do not do: {why}")
     if taken is None:

@@ -21,11 +21,21 @@ from cutjoint.motion.reference import Desired
 from cutjoint.reprs import line
 from cutjoint.retiming import limits_of, retime
 from cutjoint.stiffness import Springs, stiffness
-from cutjoint.workspace import workspace
+from cutjoint.synthesis.following import moving_mass
+from cutjoint.workspace import largest, workspace
 
 Goal = Literal["most", "least"]
 INSTANTS = 33
 """At which quantities along a trajectory are asked for, evenly spread."""
+
+
+def followed(reference: Reference) -> tuple[Desired, ...]:
+    """The desired motion at instants along a reference.
+
+    Raises:
+        CutjointError: it cannot be followed.
+    """
+    return tuple(map(reference.at, np.linspace(0.0, reference.duration, INSTANTS).tolist()))
 
 
 @dataclass(frozen=True)
@@ -50,10 +60,7 @@ class Subject:
             UnreachableError, LimitError, SingularError: it cannot be followed.
         """
         if spec not in self._followed:
-            trajectory = self.trajectories[spec]
-            reference = Reference(trajectory, self.chain)
-            times = np.linspace(0.0, reference.duration, INSTANTS).tolist()
-            self._followed[spec] = tuple(map(reference.at, times))
+            self._followed[spec] = followed(Reference(self.trajectories[spec], self.chain))
         return self._followed[spec]
 
     @cached_property
@@ -100,9 +107,7 @@ TRAJECTORY: tuple[str, str | None] = ("trajectory, as of `cutjoint simulate`", "
 
 
 def _mass(subject: Subject, options: Options) -> float:
-    links = subject.chain.description.links
-    root = subject.chain.description.root
-    return float(sum(one.inertial.mass for one in links if one.inertial is not None and one.name != root))
+    return moving_mass(subject.chain.description)
 
 
 def _effort(subject: Subject, options: Options) -> float:
@@ -146,6 +151,15 @@ def _workspace(subject: Subject, options: Options) -> float:
     return float(workspace(subject.chain, cells=int(options["cells"])).extent)
 
 
+def _box(subject: Subject, options: Options) -> float:
+    """The largest box along the axes in the workspace, by its volume; 0 where none fits."""
+    space = workspace(subject.chain, cells=int(options["cells"]))
+    try:
+        return float(largest(space).extent)
+    except InputError:  # nowhere two cells thick
+        return 0.0
+
+
 def _stiffness(subject: Subject, options: Options) -> float:
     """The least of moving the tool along any direction, the worst along a trajectory."""
     springs = Springs({one.name: float(options["actuator"]) for one in subject.chain.actuators})
@@ -163,6 +177,13 @@ def _cycle(subject: Subject, options: Options) -> float:
 QUANTITIES: Mapping[str, QuantityRow] = {
     "workspace": QuantityRow(
         "extent of the workspace around home", "{extent}", "most", _workspace, {"cells": ("cells along an axis", 24.0)}
+    ),
+    "box": QuantityRow(
+        "extent of the largest box in the workspace around home",
+        "{extent}",
+        "most",
+        _box,
+        {"cells": ("cells along an axis", 24.0)},
     ),
     "stiffness": QuantityRow(
         "least stiffness against a push at the tool, along a trajectory",

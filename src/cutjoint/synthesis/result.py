@@ -127,6 +127,7 @@ class Synthesis(Frozen):
             "robot": self.problem.robot.name,
             "taken": taken,
             "front": list(self.front),
+            "told": list(self.told),
             "units": {**{one.name: one.unit or "1" for one in self.problem.variables}, **self.units},
             "designs": [
                 {"values": dict(zip(names, one.values.tolist(), strict=True)), "found": dict(one.found), "why": one.why}

@@ -3,23 +3,24 @@
 With two goals or more it is NSGA-II (Deb, Pratap, Agarwal, Meyarivan: A fast and elitist multiobjective genetic
 algorithm: NSGA-II, 2002) as in optuna: the designs that no other one beats in every goal are the front.  With one goal
 it is multi-start: points that fill the range evenly (Sobol), and from the best of them quasi-Newton steps (SLSQP of
-scipy) with central differences, whose designs are judged side by side.  Both begin with the robot as it is, and the
-same seed gives the same designs, whatever the number of cores.
+scipy), with exact derivatives (`cutjoint.synthesis.slopes`) or with central differences, whose designs are judged side
+by side.  Both begin with the robot as it is, and the same seed gives the same designs, whatever the number of cores.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
 from cutjoint.arrays import Array
-from cutjoint.errors import Interrupted
+from cutjoint.errors import CutjointError, Interrupted
 from cutjoint.extras import needed
 from cutjoint.pool import Run, workers
 from cutjoint.synthesis.judging import Design, DesignProblem, judged
+from cutjoint.synthesis.slopes import ExactSlopes, short, slopes_of
 
 Told = Callable[[int], None]
 WORST = 1e6
@@ -44,12 +45,14 @@ class Judging:
 
     Attributes:
         designs: in the order in which they were asked for.
+        told: what was odd, in sentences.
     """
 
     def __init__(self, problem: DesignProblem, most: int, run: Run, told: Told | None) -> None:
         self.problem, self.most = problem, most
         self._run, self._told = run, told
         self.designs: list[Design] = []
+        self.told: list[str] = []
         self._known: dict[tuple[float, ...], Design] = {}
 
     def __call__(self, points: Sequence[Array]) -> list[Design]:
@@ -82,8 +85,10 @@ class Judging:
         self.designs += made.values()
 
 
-def searched(problem: DesignProblem, designs: int, seed: int, told: Told | None = None) -> list[Design]:
-    """So many designs, the robot as it is first.
+def searched(
+    problem: DesignProblem, designs: int, seed: int, told: Told | None = None
+) -> tuple[list[Design], list[str]]:
+    """So many designs, the robot as it is first, and what was odd, in sentences.
 
     Raises:
         MissingPackageError: there are several goals, and optuna is not installed.
@@ -105,7 +110,7 @@ def searched(problem: DesignProblem, designs: int, seed: int, told: Told | None 
                 done=len(judging.designs) / designs,
                 result=judging.designs,
             ) from stop
-    return judging.designs
+    return judging.designs, judging.told
 
 
 def _spread(problem: DesignProblem, count: int, seed: int) -> Array:
@@ -169,8 +174,10 @@ def _multi_start(judging: Judging, seed: int) -> None:
     low, high = bounds(problem)
     judging([np.clip(problem.now, low, high), *_spread(problem, max(judging.most // 3, 4), seed)])
     starts = sorted(judging.designs, key=lambda one: _merit(problem, one))[:STARTS]
+    exact, sentence = slopes_of(problem)
+    judging.told.append(sentence)
     for start in starts:
-        _Descent(judging, np.clip(start.values, low, high)).go()
+        _Descent(judging, np.clip(start.values, low, high), exact).go()
 
 
 def _merit(problem: DesignProblem, design: Design) -> tuple[float, float]:
@@ -185,10 +192,10 @@ def _small(goal: str | None, found: float | None) -> float:
 
 
 class _Descent:
-    """Steps of SLSQP from one start, in parts of the ranges."""
+    """Steps of SLSQP from one start, in parts of the ranges, with exact derivatives where there are some."""
 
-    def __init__(self, judging: Judging, start: Array) -> None:
-        self._judging, self._problem = judging, judging.problem
+    def __init__(self, judging: Judging, start: Array, exact: ExactSlopes | None) -> None:
+        self._judging, self._problem, self._exact = judging, judging.problem, exact
         self._low, self._high = bounds(judging.problem)
         self._start = (start - self._low) / (self._high - self._low)
         first = self._rows(judging([start])[0])
@@ -228,8 +235,30 @@ class _Descent:
         return self._rows(self._judging([self._point(unit)])[0])
 
     def _slopes(self, unit: Array) -> Array:
-        """Derivatives of the rows, shape (rows, variables), by central differences; where an end cannot be judged by
-        the other one."""
+        """Derivatives of the rows, shape (rows, variables): exact ones, or differences where there are none."""
+        design = self._judging([self._point(unit)])[0]
+        if self._exact is None or len(design.found) < len(self._problem.wants):
+            return self._differences(unit)
+        try:
+            return self._rows_by(self._exact.of(design))
+        except CutjointError as error:
+            told = f"derivatives: differences for some designs, since {short(error)}"
+            if not self._judging.told[-1].startswith("derivatives: differences"):
+                self._judging.told.append(told)
+            return self._differences(unit)
+
+    def _rows_by(self, slopes: Mapping[str, Array]) -> Array:
+        """Derivatives of the rows from those of the wants."""
+        span = self._high - self._low
+        rows = [_small(one.goal, 1.0) * slopes[one.name] for one in self._problem.goals] or [np.zeros_like(span)]
+        for want in self._problem.wants:
+            for bound, sign in ((want.at_least, -1.0), (want.at_most, 1.0)):
+                if bound is not None:
+                    rows.append(sign * slopes[want.name] / (abs(bound) or 1.0))
+        return np.array(rows) * span
+
+    def _differences(self, unit: Array) -> Array:
+        """Derivatives of the rows by central differences; where an end cannot be judged by the other one."""
         ends = []
         for k in range(len(unit)):
             for sign in (-1.0, 1.0):

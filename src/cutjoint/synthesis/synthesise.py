@@ -28,11 +28,11 @@ def synthesise(problem: DesignProblem, designs: int = 200, seed: int = 1, told: 
         raise InputError(f"designs must be at least 2, found {designs}")
     check_problem(problem)
     try:
-        found = searched(problem, designs, seed, told)
+        found, sentences = searched(problem, designs, seed, told)
     except Interrupted as stop:
         if not isinstance(stop.result, list) or not stop.result:
             raise
         told_too = f"stopped after {len(stop.result)} of {designs} designs"
         stop.result = Synthesis(problem, tuple(stop.result), (told_too,))
         raise
-    return Synthesis(problem, tuple(found))
+    return Synthesis(problem, tuple(found), tuple(sentences))

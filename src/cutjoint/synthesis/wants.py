@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -45,6 +46,9 @@ class Want(Frozen):
         object.__setattr__(self, "options", {name: one for name, one in filled.items() if one is not None})
         if self.goal is None and self.at_least is None and self.at_most is None:
             raise InputError(f"{self.quantity} is neither to be most or least nor within bounds: say which")
+        for bound in (self.at_least, self.at_most):
+            if bound is not None and not math.isfinite(bound):
+                raise InputError(f"{self.quantity}: a bound must be a finite number, found {bound}")
         if self.at_least is not None and self.at_most is not None and self.at_least > self.at_most:
             raise InputError(f"{self.quantity}: at_least {self.at_least:g} is more than at_most {self.at_most:g}")
         super().__post_init__()

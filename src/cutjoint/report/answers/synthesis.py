@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cutjoint.errors import CutjointError
 from cutjoint.report.answers.sheet import sheet
 from cutjoint.report.figures import BLUE, GREY, INK, ORANGE, Drawing, drawable
 from cutjoint.report.page import Picture, Section, page
-from cutjoint.synthesis import Synthesis
+from cutjoint.synthesis import Subject, Synthesis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -101,6 +102,55 @@ def _variables(ax: Axes, found: Synthesis, taken: int) -> None:
     ax.set_title("variables")
 
 
+MOST_ACTUATORS = 12
+
+
+def efforts_sheet(found: Synthesis, taken: int, spec: str) -> Drawing | None:
+    """Efforts along a trajectory, of the robot as it is and of the design that is taken, an actuator a frame; None
+    where one of them cannot follow it, or there are more than a dozen."""
+    try:
+        robots = [Subject(found.robot(number), found.problem.trajectories) for number in (0, taken)]
+        efforts = [one.efforts(spec) for one in robots]
+    except CutjointError:
+        return None
+    actuators = robots[0].chain.actuators
+    if len(actuators) > MOST_ACTUATORS:
+        return None
+    times = [one.t for one in robots[0].along(spec)]
+    columns = min(3, len(actuators))
+    rows = -(-len(actuators) // columns)
+    alike = len(robots[0].kinds) == 1
+
+    def draw(drawn: Figure) -> None:
+        frames = drawn.subplots(rows, columns, squeeze=False, sharex=True, sharey=alike)
+        for k, ax in enumerate(frames.flat):
+            if k >= len(actuators):
+                ax.set_axis_off()
+                continue
+            ax.plot(times, efforts[0][:, k], color=INK, linestyle="--", label="as it is")
+            ax.plot(times, efforts[1][:, k], color=ORANGE, label=f"design {taken}")
+            ax.set_title(drawable(actuators[k].name))
+            if k % columns == 0 or not alike:
+                ax.set_ylabel(f"effort [{actuators[k].effort_unit}]")
+            if k + columns >= len(actuators):
+                ax.set_xlabel("time [s]")
+        calm = int(np.abs(efforts).max(axis=(0, 1)).argmin())  # where there is most room
+        frames.flat[calm].legend(loc="best", frameon=True, framealpha=0.9, edgecolor="none")
+
+    return sheet(draw, f"{found.problem.robot.name}: effort along {spec}", (11.0, 1.0 + 2.8 * rows))
+
+
+def _efforts(found: Synthesis, taken: int) -> list[Section]:
+    """Efforts of old and new, of every trajectory that is named."""
+    drawn = [(spec, efforts_sheet(found, taken, spec)) for spec in found.problem.trajectories]
+    pictures = [
+        Picture(one, f"Effort of every actuator along {spec}, of the robot as it is and of design {taken}.")
+        for spec, one in drawn
+        if one is not None
+    ]
+    return [Section("Effort", tuple(pictures), level=2)] if pictures else []
+
+
 def synthesis_page(found: Synthesis, taken: int | None = None) -> str:
     """Old against new as one page of HTML.
 
@@ -131,6 +181,7 @@ def synthesis_page(found: Synthesis, taken: int | None = None) -> str:
             ),
             level=2,
         ),
+        *_efforts(found, taken),
         Section("What was wanted", tuple(wanted), level=2),
     ]
     lead = f"{len(found.designs)} designs judged; design {taken} is taken. " + " ".join(f"{one}." for one in found.told)
