@@ -1,5 +1,5 @@
-"""Retiming: the quickest motion along a path, or from point to point, within limits of speed, acceleration, jerk, effort
-and power."""
+"""Retiming: the quickest motion along a path, or from point to point, within limits of speed, acceleration, jerk,
+effort and power."""
 
 from cutjoint.retiming.answer import Retimed
 from cutjoint.retiming.finding import retime

@@ -17,6 +17,7 @@ from cutjoint.retiming.limit_peaks import ACTIVE, LimitPeak, table_of, write_mot
 from cutjoint.retiming.limits import MotionLimits
 from cutjoint.tables import TextTable
 
+
 @dataclass(frozen=True, eq=False)
 class Retimed(Frozen):
     """The quickest motion along a way that was found.

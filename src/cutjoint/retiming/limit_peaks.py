@@ -83,9 +83,7 @@ def table_of(name: str, checked: int, peaks: Sequence[LimitPeak]) -> TextTable:
     return TextTable(f"{name}, peaks of {checked} instants", columns, rows, right=columns[1:3] + columns[4:])
 
 
-def write_motion(
-    path: str | os.PathLike[str], motion: JointSpline, actuators: Sequence[Actuator], robot: str
-) -> Path:
+def write_motion(path: str | os.PathLike[str], motion: JointSpline, actuators: Sequence[Actuator], robot: str) -> Path:
     """Write a motion as a file that is a trajectory: t and the actuators, the rows of the spline, all digits.
 
     Raises:

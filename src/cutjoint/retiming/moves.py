@@ -1,18 +1,18 @@
 """The quickest motion from point to point with bounded jerk, where no way is prescribed: `quickest_moves`.
 
-Each move is from rest to rest.  ruckig finds the quickest one of every actuator within its limits of speed, acceleration
-and jerk, and lets all of them arrive together, on a straight line of the actuators where that costs no time (L. Berscheid,
-T. Kroeger: Jerk-limited Real-time Trajectory Generation with Arbitrary Target States. Robotics: Science and Systems
-XVII, 2021).  The jerk is constant between switches, so the motion is a cubic spline whose knots are the switches of all
-actuators: a `JointSpline`, and a motion file, hold it as it is.
+Each move is from rest to rest.  ruckig finds the quickest one of every actuator within its limits of speed,
+acceleration and jerk, and lets all of them arrive together, on a straight line of the actuators where that costs no
+time (L. Berscheid, T. Kroeger: Jerk-limited Real-time Trajectory Generation with Arbitrary Target States. Robotics:
+Science and Systems XVII, 2021).  The jerk is constant between switches, so the motion is a cubic spline whose knots are
+the switches of all actuators: a `JointSpline`, and a motion file, hold it as it is.
 
-Efforts, power and the tool are looked at afterwards, by inverse dynamics.  A move that asks too much is gone slower as a
-whole: times longer by k, speeds by 1/k, accelerations by 1/k^2.  That keeps the limits, and is not the quickest then.
+Efforts, power and the tool are looked at afterwards, by inverse dynamics.  A move that asks too much is gone slower as
+a whole: times longer by k, speeds by 1/k, accelerations by 1/k^2.  That keeps the limits, and is not the quickest then.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from types import ModuleType
@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.doors import door, of_type
-from cutjoint.errors import InputError, RetimingError
+from cutjoint.errors import ClosureError, InputError, RetimingError
 from cutjoint.extras import needed
 from cutjoint.mechanism import NO_LOADS, Loads, Mechanism, Posture
 from cutjoint.motion import JointSpline, Reference
@@ -31,10 +31,11 @@ from cutjoint.retiming import peaks
 from cutjoint.retiming.limit_peaks import peaks_of
 from cutjoint.retiming.limits import OF_TOOL, MotionLimits
 from cutjoint.retiming.moved import Moved
+from cutjoint.retiming.slowing import Slowed
 from cutjoint.retiming.terms import has_tool
 
 Told = Callable[[float], None]
-LOOKS = 160
+LOOKS = 120
 """Instants of each move at which it is looked at, beside those around its peaks."""
 KEPT, AIM = 1e-4, 5e-5
 """Beyond a limit by at most this part of it; and what a slower move aims at."""
@@ -42,6 +43,8 @@ ROUNDS = 6
 APART = 1e-5
 """Switches that are nearer than this part of the move are one: a spline between them would lose its digits."""
 NOWHERE = 1e-9
+SAME = 1e-5
+"""By how much coordinates of the same posture may differ [m] or [rad], which were closed along different ways."""
 MOST_POINTS = 1000
 
 
@@ -97,16 +100,19 @@ def quickest_moves(
                 f"{'has' if len(free) == 1 else 'have'} none"
             )
     places = _places(robot, points)
+    wanted = {k: one for k, one in enumerate(points, start=1) if isinstance(one, Posture)}
     ruckig = needed("ruckig", "the quickest motion from point to point")
     moves = [_move(ruckig, start, end, limits) for start, end in pairwise(places)]
     slowed = np.ones(len(moves))
     for i in range(ROUNDS):
         looked = _looked(robot, moves, slowed)
-        used = _asked(robot, looked, limits, loads, 1.0)
+        if i == 0:
+            _check_branches(looked, _stops(moves, slowed), wanted)
+        used = _asked(robot, looked, limits, loads)
         told(0.2 + 0.7 * i / ROUNDS)
         if peaks.worst_of(used) <= 1.0 + KEPT:
             break
-        slowed = _slower(robot, looked, limits, loads, (moves, slowed))
+        slowed = _slower(robot, looked, limits, loads, (moves, slowed, used))
     else:
         raise RetimingError(
             f"the moves keep their limits only to {100.0 * peaks.worst_of(used) - 100.0:.2g} %, which is too much",
@@ -189,47 +195,63 @@ def _looked(robot: Mechanism, moves: Sequence[tuple[Array, Array]], slowed: Arra
     return _Looked(motion, t, [one.posture for one in desired], v, a, spline(t, 3))
 
 
-def _asked(robot: Mechanism, at: _Looked, limits: MotionLimits, loads: Loads, longer: float) -> peaks.Used:
-    """Parts of the limits, were all gone slower by a factor."""
-    return peaks.asked(
-        robot, at.postures, (at.v / longer, at.a / longer**2, at.jerk / longer**3), limits=limits, loads=loads
-    )
+def _check_branches(at: _Looked, stops: Array, wanted: Mapping[int, Posture]) -> None:
+    """Whether the actuators lead to the very postures that are wanted.
+
+    Raises:
+        ClosureError: at one of them the robot is closed in another way, on another branch.
+    """
+    for k, posture in wanted.items():
+        there = at.postures[int(np.argmin(np.abs(at.t - stops[k])))]
+        off = np.abs(there.q_full - posture.q_full)
+        if np.minimum(off, np.abs(2.0 * np.sin(0.5 * off))).max() > SAME:
+            raise ClosureError(
+                f"move {k} leads to the wanted coordinates of the actuators, but there the loops are closed in another "
+                "way than in the posture of that point; go there by more points"
+            )
+
+
+def _asked(robot: Mechanism, at: _Looked, limits: MotionLimits, loads: Loads) -> peaks.Used:
+    """Parts of the limits."""
+    return peaks.asked(robot, at.postures, (at.v, at.a, at.jerk), limits=limits, loads=loads)
 
 
 def _slower(
-    robot: Mechanism, at: _Looked, limits: MotionLimits, loads: Loads, gone: tuple[Sequence[tuple[Array, Array]], Array]
+    robot: Mechanism,
+    at: _Looked,
+    limits: MotionLimits,
+    loads: Loads,
+    gone: tuple[Sequence[tuple[Array, Array]], Array, peaks.Used],
 ) -> Array:
     """By what factors the moves must be slower."""
-    moves, slowed = gone
+    moves, slowed, used = gone
     stops, found = _stops(moves, slowed), slowed.copy()
     for k in range(len(moves)):
         here = np.flatnonzero((at.t >= stops[k]) & (at.t <= stops[k + 1]))
-        some = _Looked(at.motion, at.t[here], [at.postures[i] for i in here], at.v[here], at.a[here], at.jerk[here])
-        if peaks.worst_of(_asked(robot, some, limits, loads, 1.0)) <= 1.0 + KEPT:
+        now = {quantity: part[here] for quantity, part in used.items()}
+        if peaks.worst_of(now) <= 1.0 + KEPT:
             continue
-        by = peaks.stretch_that_keeps(
-            lambda longer, some=some: peaks.worst_of(_asked(robot, some, limits, loads, longer)),  # type: ignore[misc]
-            1.0 + AIM,
-        )
+        some = _Looked(at.motion, at.t[here], [at.postures[i] for i in here], at.v[here], at.a[here], at.jerk[here])
+        when = Slowed(robot, some.postures, some.v, some.a, now, limits, loads)
+        by = peaks.stretch_that_keeps(lambda longer, when=when: peaks.worst_of(when.by(longer)), 1.0 + AIM)  # type: ignore[misc]
         if not np.isfinite(by):
-            raise _never(robot, some, limits, loads, k)
+            raise _never(when.by(1e6), some.t, limits, k)
         found[k] *= by
     return found
 
 
-def _never(robot: Mechanism, at: _Looked, limits: MotionLimits, loads: Loads, move: int) -> RetimingError:
+def _never(used: peaks.Used, t: Array, limits: MotionLimits, move: int) -> RetimingError:
     """The error where even the slowest move asks too much."""
-    used = _asked(robot, at, limits, loads, 1e6)
     quantity = max(used, key=lambda one: float(np.abs(used[one]).max()))
     i, j = np.unravel_index(int(np.argmax(np.abs(used[quantity]))), used[quantity].shape)
     limit, unit = float(limits.of(quantity)[j]), limits.unit(quantity, int(j))
     needs = abs(float(used[quantity][i, j])) * limit
     return RetimingError(
-        f"no move {move + 1}, however slow: at t = {at.t[i]:.4g} s {limits.named(quantity, int(j))} is {needs:.4g} {unit} "
+        f"no move {move + 1}, however slow: at t = {t[i]:.4g} s {limits.named(quantity, int(j))} is {needs:.4g} {unit} "
         f"nearly at rest, and its limit is {limit:.4g} {unit}. Raise that limit, or lighten the robot or its load",
         limits=[limits.named(quantity, int(j))],
         place=0.0,
-        t=float(at.t[i]),
+        t=float(t[i]),
     )
 
 
