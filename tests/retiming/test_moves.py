@@ -12,10 +12,10 @@ from kit.small import write
 
 import cutjoint
 from cutjoint.chain import ClosedChain
-from cutjoint.errors import CutjointError, InputError, LimitError, RetimingError
+from cutjoint.errors import InputError, LimitError, RetimingError
 from cutjoint.motion import Reference, motion_from_file
 from cutjoint.retiming import limits_of, quickest_moves
-from cutjoint.retiming.moves import _move
+from cutjoint.retiming.jerk_limited import quickest_move
 
 
 def shortest(d: float, v: float, a: float, j: float) -> float:
@@ -34,11 +34,11 @@ def test_a_move_takes_the_time_of_its_slowest_actuator(seed: int) -> None:
     """And the spline through its switches is the motion itself, whatever the sizes of the limits."""
     ruckig = pytest.importorskip("ruckig")
     rng, robot = np.random.default_rng(seed), cutjoint.load("omega3")
-    for _ in range(10):
+    for _ in range(6):
         v, a, j = 10.0 ** rng.uniform([-1.0, 0.0, 1.0], [1.0, 2.0, 4.0], (3, 3)).T
         start, end = rng.uniform(-1.0, 1.0, (2, 3))
         limits = limits_of(robot, speed=v, acceleration=a, jerk=j)
-        times, rows = _move(ruckig, start, end, limits)
+        times, rows = quickest_move(ruckig, start, end, limits)
         each = [shortest(*one) for one in zip(np.abs(end - start), v, a, j, strict=True)]
         assert times[-1] == pytest.approx(max(each), rel=1e-9)
         assert (rows[0] == start).all()
@@ -52,9 +52,10 @@ def test_a_move_takes_the_time_of_its_slowest_actuator(seed: int) -> None:
         assert (steps <= j * (1.0 + 1e-3)).all()
 
 
-def test_a_lifted_mass_goes_slower_where_its_effort_is_limited(tmp_path: Path) -> None:
+def test_a_lifted_mass_goes_slower_where_its_effort_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """effort = m (g + a): the largest acceleration of a slower move is what the effort leaves."""
     pytest.importorskip("ruckig")
+    monkeypatch.setattr("cutjoint.retiming.moves.LOOKS", 12)
     robot = ClosedChain(cutjoint.load_description(write("slider", tmp_path)))
     mass, weight = 2.0, 2.0 * 9.81
     given = {"speed": np.inf, "acceleration": 8.0, "jerk": 100.0}
@@ -62,7 +63,7 @@ def test_a_lifted_mass_goes_slower_where_its_effort_is_limited(tmp_path: Path) -
     assert free.slowed.tolist() == [1.0, 1.0]
     assert free.closed
     assert np.diff(free.stops) == pytest.approx([shortest(0.4, 1e9, 8.0, 100.0)] * 2, rel=1e-9)
-    for effort in (20.0, 25.0, 30.0):
+    for effort in (25.0,):
         found = quickest_moves(robot, [[0.4]], limits_of(robot, effort=effort, **given))
         by = np.sqrt(mass * 8.0 / (effort - weight))
         assert found.slowed[0] == pytest.approx(max(by, 1.0), rel=2e-3)
@@ -91,9 +92,12 @@ def test_what_is_no_move_is_refused() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("name", ["fivebar", "stewart", "delta"])
-def test_limits_are_kept_at_any_instant_by_any_robot(name: str, seed: int, tmp_path: Path) -> None:
+def test_limits_are_kept_at_any_instant_by_any_robot(
+    name: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Of any shape, size and mounting, with joints that rub; it stands in the points, and the file is the motion."""
     pytest.importorskip("ruckig")
+    monkeypatch.setattr("cutjoint.retiming.moves.LOOKS", 50)
     rng = np.random.default_rng([seed, *name.encode()])
     standing = somewhere(name, seed, tmp_path, rng)
     description = standing.description
@@ -148,7 +152,6 @@ def test_another_branch_is_not_taken_for_the_wanted_one() -> None:
     pytest.importorskip("ruckig")
     robot = cutjoint.load("fivebar")
     limits = limits_of(robot, acceleration=9.0, jerk=90.0)
-    other = [one for one in robot.assembly_modes(robot.home.q + 0.05) if np.ptp(one.q_full - robot.home.q_full) > 0.3]
-    assert other
-    with pytest.raises(CutjointError, match="closed in another way"):
-        quickest_moves(robot, [other[0]], limits)
+    _, other = robot.assembly_modes(robot.close(robot.home.q + 0.05))
+    with pytest.raises(RetimingError, match="closed in another way"):
+        quickest_moves(robot, [other], limits)

@@ -15,19 +15,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from types import ModuleType
 
 import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Array
 from cutjoint.doors import door, of_type
-from cutjoint.errors import ClosureError, InputError, RetimingError
+from cutjoint.errors import InputError, RetimingError
 from cutjoint.extras import needed
 from cutjoint.mechanism import NO_LOADS, Loads, Mechanism, Posture
 from cutjoint.motion import JointSpline, Reference
+from cutjoint.motion.following import size_of
 from cutjoint.motion.splines import is_closed
 from cutjoint.retiming import peaks
+from cutjoint.retiming.jerk_limited import NOWHERE, quickest_move
 from cutjoint.retiming.limit_peaks import peaks_of
 from cutjoint.retiming.limits import OF_TOOL, MotionLimits
 from cutjoint.retiming.moved import Moved
@@ -40,11 +41,8 @@ LOOKS = 120
 KEPT, AIM = 1e-4, 5e-5
 """Beyond a limit by at most this part of it; and what a slower move aims at."""
 ROUNDS = 6
-APART = 1e-5
-"""Switches that are nearer than this part of the move are one: a spline between them would lose its digits."""
-NOWHERE = 1e-9
 SAME = 1e-5
-"""By how much coordinates of the same posture may differ [m] or [rad], which were closed along different ways."""
+"""By how much the tool may be elsewhere in the same posture, beside the size of the robot, closed along other ways."""
 MOST_POINTS = 1000
 
 
@@ -84,7 +82,8 @@ def quickest_moves(
             of another robot, or an actuator without a limit of acceleration or of jerk.
         LimitError, UnreachableError, ClosureError, SingularError: a joint would go beyond its limits on the way, or the
             loops cannot be kept closed.
-        RetimingError: however slow, a limit cannot be kept: it tells which, and where.
+        RetimingError: however slow, a limit cannot be kept: it tells which, and where; or a posture among the points is
+            on another branch.
     """
     of_type("loads", loads, tuple, list)
     told = progress or (lambda _: None)
@@ -102,12 +101,12 @@ def quickest_moves(
     places = _places(robot, points)
     wanted = {k: one for k, one in enumerate(points, start=1) if isinstance(one, Posture)}
     ruckig = needed("ruckig", "the quickest motion from point to point")
-    moves = [_move(ruckig, start, end, limits) for start, end in pairwise(places)]
+    moves = [quickest_move(ruckig, start, end, limits) for start, end in pairwise(places)]
     slowed = np.ones(len(moves))
     for i in range(ROUNDS):
         looked = _looked(robot, moves, slowed)
         if i == 0:
-            _check_branches(looked, _stops(moves, slowed), wanted)
+            _check_branches(robot, looked, _stops(moves, slowed), wanted)
         used = _asked(robot, looked, limits, loads)
         told(0.2 + 0.7 * i / ROUNDS)
         if peaks.worst_of(used) <= 1.0 + KEPT:
@@ -142,33 +141,6 @@ def _places(robot: Mechanism, points: Sequence[Posture | npt.ArrayLike]) -> list
     return places
 
 
-def _move(ruckig: ModuleType, start: Array, end: Array, limits: MotionLimits) -> tuple[Array, Array]:
-    """Switches of the jerk of a move [s], shape (k,), and coordinates there, shape (k, n)."""
-    n = len(start)
-    asked = ruckig.InputParameter(n)
-    asked.current_position, asked.target_position = start.tolist(), end.tolist()
-    # a speed that nobody reaches on that way where there is no limit
-    free = 2.0 * np.sqrt(limits.acceleration * np.maximum(np.abs(end - start), NOWHERE))
-    asked.max_velocity = np.minimum(limits.speed, free).tolist()
-    asked.max_acceleration, asked.max_jerk = limits.acceleration.tolist(), limits.jerk.tolist()
-    asked.synchronization = ruckig.Synchronization.Phase
-    found = ruckig.Trajectory(n)
-    result = ruckig.Ruckig(n).calculate(asked, found)
-    if result not in (ruckig.Result.Working, ruckig.Result.Finished):
-        raise InputError(f"no move from {start.tolist()} to {end.tolist()}: ruckig tells {result.name}")
-    whole = float(found.duration)
-    switches = np.unique(np.concatenate([[0.0], *(np.cumsum(one.t) for one in found.profiles[0])]))
-    inner = switches[(switches > APART * whole) & (switches < (1.0 - APART) * whole)]
-    times = [0.0]
-    for one in inner.tolist():
-        if one - times[-1] > APART * whole:
-            times.append(one)
-    times.append(whole)
-    rows = np.array([found.at_time(one)[0] for one in times])
-    rows[0], rows[-1] = start, end
-    return np.array(times), rows
-
-
 def _joined(name: str, moves: Sequence[tuple[Array, Array]], slowed: Array) -> JointSpline:
     """All moves, one after the other."""
     times, rows = [np.zeros(1)], [moves[0][1][:1]]
@@ -195,19 +167,26 @@ def _looked(robot: Mechanism, moves: Sequence[tuple[Array, Array]], slowed: Arra
     return _Looked(motion, t, [one.posture for one in desired], v, a, spline(t, 3))
 
 
-def _check_branches(at: _Looked, stops: Array, wanted: Mapping[int, Posture]) -> None:
+def _check_branches(robot: Mechanism, at: _Looked, stops: Array, wanted: Mapping[int, Posture]) -> None:
     """Whether the actuators lead to the very postures that are wanted.
 
     Raises:
-        ClosureError: at one of them the robot is closed in another way, on another branch.
+        RetimingError: at one of them the robot is closed in another way, on another branch.
     """
     for k, posture in wanted.items():
         there = at.postures[int(np.argmin(np.abs(at.t - stops[k])))]
-        off = np.abs(there.q_full - posture.q_full)
-        if np.minimum(off, np.abs(2.0 * np.sin(0.5 * off))).max() > SAME:
-            raise ClosureError(
+        if has_tool(robot):
+            off = np.abs(robot.tool(there).position - robot.tool(posture).position) / size_of(robot)
+        else:
+            off = np.abs(there.q_full - posture.q_full)
+            off = np.minimum(off, np.abs(2.0 * np.sin(0.5 * off)))
+        if off.max() > SAME:
+            raise RetimingError(
                 f"move {k} leads to the wanted coordinates of the actuators, but there the loops are closed in another "
-                "way than in the posture of that point; go there by more points"
+                "way than in the posture of that point; go there by more points",
+                limits=[],
+                place=0.0,
+                t=float(stops[k]),
             )
 
 
