@@ -170,7 +170,7 @@ SLOW: dict[str, list[tuple[str, int]]] = {
         (f"fourbar --acceleration 9 --effort inf --save {HERE}/quick.csv -o {HERE}/quick.svg", 0),
         (f"{HERE}/hostile --effort inf --acceleration 3 --json", 0),
         (f"fourbar --to crank=0.5 --to home --acceleration 9 --jerk 90 --save {HERE}/go.csv -o {HERE}/go.svg", 0),
-        ("omega3 --to 0.1,0.1,0.2 --to x=0.01 --acceleration 9 --jerk 90 --payload 0.1 --json", 0),
+        ("fivebar --to left_shoulder=2.0 --to x=0.05 --acceleration 50 --jerk 2000 --payload 0.1 --json", 0),
     ],
 }
 WRONG: dict[str, list[str]] = {

@@ -87,17 +87,7 @@ def quickest_moves(
     """
     of_type("loads", loads, tuple, list)
     told = progress or (lambda _: None)
-    if tuple(one.name for one in limits.actuators) != tuple(one.name for one in robot.actuators):
-        raise InputError(f"the limits are those of another robot; limits_of makes those of {robot.name}")
-    if any(np.isfinite(limits.of(one)).any() for one in OF_TOOL) and not has_tool(robot):
-        raise InputError(f"{robot.name} has no tool, so its speed and acceleration cannot be limited")
-    for quantity in ("acceleration", "jerk"):
-        free = [one.name for one, most in zip(limits.actuators, limits.of(quantity), strict=True) if np.isinf(most)]
-        if free:
-            raise InputError(
-                f"moves from point to point need a limit of {quantity} of every actuator; {', '.join(free)} "
-                f"{'has' if len(free) == 1 else 'have'} none"
-            )
+    _check_limits(robot, limits)
     places = _places(robot, points)
     wanted = {k: one for k, one in enumerate(points, start=1) if isinstance(one, Posture)}
     ruckig = needed("ruckig", "the quickest motion from point to point")
@@ -120,6 +110,21 @@ def quickest_moves(
             t=0.0,
         )
     return _answer(robot, limits, looked, used, (moves, slowed))
+
+
+def _check_limits(robot: Mechanism, limits: MotionLimits) -> None:
+    """That they are of this robot, and bound acceleration and jerk of every actuator."""
+    if tuple(one.name for one in limits.actuators) != tuple(one.name for one in robot.actuators):
+        raise InputError(f"the limits are those of another robot; limits_of makes those of {robot.name}")
+    if any(np.isfinite(limits.of(one)).any() for one in OF_TOOL) and not has_tool(robot):
+        raise InputError(f"{robot.name} has no tool, so its speed and acceleration cannot be limited")
+    for quantity in ("acceleration", "jerk"):
+        free = [one.name for one, most in zip(limits.actuators, limits.of(quantity), strict=True) if np.isinf(most)]
+        if free:
+            raise InputError(
+                f"moves from point to point need a limit of {quantity} of every actuator; {', '.join(free)} "
+                f"{'has' if len(free) == 1 else 'have'} none"
+            )
 
 
 def _places(robot: Mechanism, points: Sequence[Posture | npt.ArrayLike]) -> list[Array]:
