@@ -25,7 +25,6 @@ EXTRAS: Mapping[str, str] = {
     "pxr": "usd",
     "rosbags": "ros",
     "skimage": "surface",
-    "toppra": "retime",
     "ruckig": "retime",
     "control": "tune",
     "distributed": "study",

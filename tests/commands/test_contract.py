@@ -171,6 +171,8 @@ SLOW: dict[str, list[tuple[str, int]]] = {
     "retime": [
         (f"fourbar --acceleration 9 --effort inf --save {HERE}/quick.csv -o {HERE}/quick.svg", 0),
         (f"{HERE}/hostile --effort inf --acceleration 3 --json", 0),
+        (f"fourbar --to crank=0.5 --to home --acceleration 9 --jerk 90 --save {HERE}/go.csv -o {HERE}/go.svg", 0),
+        ("fivebar --to left_shoulder=2.0 --to x=0.05 --acceleration 50 --jerk 2000 --payload 0.1 --json", 0),
     ],
 }
 WRONG: dict[str, list[str]] = {
@@ -377,6 +379,18 @@ WRONG: dict[str, list[str]] = {
         "fourbar --effort inf",
         "fourbar --effort 9 --tool-speed 0",
         "fourbar --effort 9 --ramp 0",
+        "fourbar --to home --acceleration 9 --jerk 90",
+        "fourbar --to crank=0.5 --jerk 90 --effort 9",
+        "fourbar --to crank=0.5 --acceleration 9",
+        "fourbar --to crnk=0.5 --acceleration 9 --jerk 90",
+        "fourbar --to crank=x --acceleration 9 --jerk 90",
+        "fourbar --to 0.5,0.5 --acceleration 9 --jerk 90",
+        "fourbar --to nan --acceleration 9 --jerk 90",
+        "fourbar --to rz=0.5 --acceleration 9 --jerk 90",
+        "fourbar --to crank=0.5,x=1 --acceleration 9 --jerk 90",
+        "fourbar --to crank=0.5 --acceleration 9 --jerk 90 --trajectory circle",
+        "fourbar --to crank=0.5 --acceleration 9 --jerk 90 --round",
+        "fourbar --to crank=0.5 --acceleration 9 --jerk 90 --effort 1e-6",
         "fourbar --effort 9 --payload -1",
         "fourbar --effort 9 --load tool",
         "fourbar --effort 9 --trajectory circel",

@@ -316,6 +316,8 @@ def _retimed(robot: cutjoint.ClosedChain) -> Iterator[object]:
     rows = rows_of(terms, limits, Margins(len(terms.s), robot.n), squares)
     yield from (way, terms, rows, smoothed([(way.pieces[0], squares)], 0.01, limits.jerk, goes_round=False))
     yield from (limits, retiming.retime(robot, path, limits))
+    bounded = retiming.limits_of(robot, acceleration=9.0, jerk=90.0)
+    yield retiming.quickest_moves(robot, [robot.home.q + 0.05], bounded)
 
 
 def _in_hand(robot: cutjoint.ClosedChain) -> Iterator[object]:

@@ -163,6 +163,7 @@ NEEDS: dict[str, tuple[tuple[str, ...], ...]] = {
     "pyarrow": (("study", "study.toml"),),
     "SALib": (("study", "indices.toml"),),
     "distributed": (("study", "study.toml", "--scheduler", "tcp://127.0.0.1:1"),),
+    "ruckig": (("retime", "fourbar", "--to", "crank=0.5", "--acceleration", "9", "--jerk", "90"),),
     "control": (("tune", "fourbar", "--by", "poles"),),
     "rosbags": (("states", "run.npz", "-o", "bag"),),
     "yaml": (("info", "robot.yaml"), ("simulate", "robot.yaml")),
@@ -187,6 +188,7 @@ WITHOUT_ANY: tuple[tuple[str, ...], ...] = (
     ("states", "run.npz", "-o", "run.jsonl"),
     ("stiffness", "fourbar", "--actuator", "1e3"),
     ("accuracy", "fourbar", "-t", "tool.x=1mm"),
+    ("retime", "fourbar", "--effort", "9"),
 )
 """Commands that need none."""
 

@@ -7,6 +7,8 @@ import pytest
 
 from cutjoint.retiming.time_law import TimeLaw, law_of
 
+GAUSS = np.polynomial.legendre.leggauss(200)
+
 
 def random_law(seed: int, *, goes_round: bool = False) -> tuple[TimeLaw, np.ndarray]:
     rng = np.random.default_rng(seed)
@@ -33,7 +35,7 @@ def plain(law: TimeLaw, t: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(3))
 def test_the_law_is_the_average_with_a_triangle(seed: int, goes_round: bool) -> None:
     law, _ = random_law(seed, goes_round=goes_round)
-    nodes, weights = np.polynomial.legendre.leggauss(400)
+    nodes, weights = GAUSS
     t = np.linspace(0.0, law.duration, 37)
     middle = t if goes_round else t - law.half
     average = np.zeros_like(t)

@@ -67,6 +67,7 @@ def test_motors_that_slide_and_columns_that_may_be_empty(tmp_path: Path) -> None
         (HEADINGS + "\na,1,2,3,4\na,1,2,3,4", r":3, column 1 'name': motor 'a' is there twice, first on line 2"),
         (HEADINGS + "\na,1,-2,3,4", r":2, column 3 'peak_torque \[N m\]': found '-2'; expected a number > 0"),
         (HEADINGS + "\na,1,nan,3,4", r"found 'nan'"),
+        (HEADINGS.replace(",", ";") + "\na;1;2,5;3;4", r"found '2,5'; expected a number > 0, with a point: 2\.5"),
         (HEADINGS + "\na,1,1_0,3,4", r"found '1_0'"),
         (HEADINGS + "\na,1,,3,4", r"found an empty cell"),
         (HEADINGS + "\n,1,2,3,4", r"column 1 'name': found no name"),
@@ -90,3 +91,11 @@ def test_what_is_no_text_is_refused(tmp_path: Path) -> None:
             motors_from_file(file)
     with pytest.raises(InputError, match=r"none\.csv"):
         motors_from_file(tmp_path / "none.csv")
+
+
+def test_more_motors_than_anyone_compares_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cutjoint.sizing.motor_table.MOST_MOTORS", 3)
+    rows = "\n".join(f"m{k},1,2,3,4" for k in range(4))
+    assert len(motors_from_file(table(tmp_path, HEADINGS + "\n" + rows[: rows.rindex("\n")]))) == 3
+    with pytest.raises(InputError, match=r":5: found more than 3 motors"):
+        motors_from_file(table(tmp_path, HEADINGS + "\n" + rows))

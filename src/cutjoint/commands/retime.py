@@ -1,4 +1,4 @@
-"""`cutjoint retime`: the quickest motion along a path within limits."""
+"""`cutjoint retime`: the quickest motion along a path, or from point to point, within limits."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutjoint import interrupts
-from cutjoint.commands import completing, options
+from cutjoint.commands import completing, moves, options
 from cutjoint.commands.loads import OutsideLoads, loads_of
+from cutjoint.commands.moves import FORM
 from cutjoint.commands.options import assigned, numbers
 from cutjoint.commands.output import print_json, say, show
 from cutjoint.commands.progress import progress
@@ -36,6 +37,14 @@ def command(
             metavar="SPEC",
             help="Whose path is gone, as of `cutjoint simulate`; default paper, or about-home.",
             autocompletion=completing.trajectories,
+        ),
+    ] = None,
+    to: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="POINT",
+            help=f"No path, but points to go to from home, at rest at each: {FORM}; may be repeated, and needs "
+            "--acceleration and --jerk.",
         ),
     ] = None,
     effort: Annotated[
@@ -85,17 +94,23 @@ def command(
     ] = None,
     json: options.Json = False,
 ) -> None:
-    """The quickest motion along a path within limits of speed, acceleration, jerk, effort and power.
+    """The quickest motion along a path, or to points, within limits of speed, acceleration, jerk, effort and power.
 
     Only the path of the trajectory counts, not its time. The motion is from rest to rest; with --round it goes round.
     Limits are kept at every instant, to 0.1 %, which inverse dynamics checks between the grid points. Where there is no
-    such motion it is told which limit leaves none, and where; the exit status is 2 then.
+    such motion it is told which limit leaves none, and where; the exit status is 2 then. With --to no path is
+    prescribed: the actuators go from point to point as quickly as speed, acceleration and jerk let them.
     """
     from cutjoint.report.answers.retiming import retiming_sheet
     from cutjoint.report.answers.sheet import check_picture, write_sheet
     from cutjoint.retiming import retime
     from cutjoint.robots import load as load_robot
 
+    if to:
+        unused = {"--trajectory": trajectory is not None, "--round": goes_round, "--ramp": ramp is not None}
+        if any(unused.values()):
+            told_twice = ", ".join(name for name, given in unused.items() if given)
+            raise InputError(f"--to goes from point to point, along no path; it takes no {told_twice}")
     if output is not None:
         check_picture(output)
     if save is not None:
@@ -107,8 +122,11 @@ def command(
         chain = chain.with_payload(payload)
     each = {"effort": effort, "speed": speed, "acceleration": acceleration, "jerk": jerk, "power": power}
     limits = _limits(chain, each, tool_speed, tool_acceleration)
-    path = _path(chain, trajectory)
     acting = tuple(loads_of(load)) if load else ()
+    if to:
+        moves.run(chain, to, limits, acting, save=save, output=output, json=json)
+        return
+    path = _path(chain, trajectory)
     with progress(f"{chain.name}: retiming", 100.0, "%") as told:
         found = retime(
             chain,

@@ -10,44 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from cutjoint.arrays import Array, Frozen
-from cutjoint.errors import InputError
-from cutjoint.files import write_whole
 from cutjoint.mechanism import Actuator
 from cutjoint.motion import JointSpline
 from cutjoint.reprs import line
+from cutjoint.retiming.limit_peaks import ACTIVE, LimitPeak, table_of, write_motion
 from cutjoint.retiming.limits import MotionLimits
 from cutjoint.tables import TextTable
-
-ACTIVE = 0.98
-"""The part of a limit from which on it is said to be active."""
-
-
-@dataclass(frozen=True)
-class LimitPeak:
-    """The largest of one limited quantity along a motion.
-
-    Attributes:
-        quantity: what it is, such as `effort of arm1`.
-        largest: in its `unit`.
-        limit: in the same unit.
-        unit: N, m/s, ...
-        t: when [s].
-        active: the part of the time for which it is at 98 % of its limit or more.
-    """
-
-    quantity: str
-    largest: float
-    limit: float
-    unit: str
-    t: float
-    active: float
-
-    __repr__ = line("quantity", "largest", "limit", "unit", "t", t="s")
-
-    @property
-    def part(self) -> float:
-        """The largest beside its limit."""
-        return self.largest / self.limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,22 +89,7 @@ class Retimed(Frozen):
 
     def table(self) -> TextTable:
         """The peaks beside their limits."""
-        rows = [
-            (
-                one.quantity,
-                f"{one.largest:.5g}",
-                f"{one.limit:.5g}",
-                one.unit,
-                f"{100.0 * one.part:.2f} %",
-                f"{one.t:.4g} s",
-                f"{100.0 * one.active:.0f} %",
-            )
-            for one in self.peaks
-        ]
-        columns = ("quantity", "largest", "limit", "", "part", "at", "active")
-        return TextTable(
-            f"{self.name}, peaks of {self.checked} instants", columns, rows, right=columns[1:3] + columns[4:]
-        )
+        return table_of(self.name, self.checked, self.peaks)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the motion as a file that is a trajectory: t and the actuators, the rows of the spline, all digits.
@@ -144,13 +97,4 @@ class Retimed(Frozen):
         Raises:
             InputError: the suffix is not .csv, or nothing can be written there.
         """
-        path = Path(path)
-        if path.suffix.lower() != ".csv":
-            raise InputError(f"'{path}': a motion is written as .csv, found '{path.suffix}'")
-        names = [f"joint.{one.name}" for one in self.actuators]
-        if any(mark in name for name in names for mark in ',;\t"\n'):
-            raise InputError(f"actuators of {self.name} have separators in their names, which headings cannot have")
-        rows = np.column_stack([self.trajectory.times, self.trajectory.q])
-        text = ",".join(["t", *names]) + "\n"
-        text += "".join(",".join(map(repr, row)) + "\n" for row in rows.tolist())
-        return write_whole(path, text.encode())
+        return write_motion(path, self.trajectory, self.actuators, self.name)

@@ -24,8 +24,9 @@ from cutjoint.motion import JointSpline, Reference, Trajectory
 from cutjoint.motion.following import size_of
 from cutjoint.motion.splines import is_closed
 from cutjoint.retiming import peaks
-from cutjoint.retiming.answer import ACTIVE, LimitPeak, Retimed
-from cutjoint.retiming.limits import OF_ACTUATORS, OF_TOOL, MotionLimits
+from cutjoint.retiming.answer import Retimed
+from cutjoint.retiming.limit_peaks import peaks_of
+from cutjoint.retiming.limits import OF_TOOL, MotionLimits
 from cutjoint.retiming.path import MOST_NODES, NODES, WholeWay, way_of
 from cutjoint.retiming.rows import Margins, rows_of
 from cutjoint.retiming.smoothing import Smoothed, smoothed
@@ -263,17 +264,7 @@ class _Work:
 
     def _answer(self, best: _Found, shortest: float, tops: Array, check: tuple[int, peaks.Used, Array]) -> Retimed:
         checked, used, t = check
-        names, columns, rows = [], [], []
-        span = np.gradient(t) / np.sum(np.gradient(t))
-        for quantity in (one for one in (*OF_ACTUATORS, *OF_TOOL) if one in used):
-            for j in np.flatnonzero(np.isfinite(self.limits.of(quantity))).tolist():
-                part = np.abs(used[quantity][:, j])
-                top, limit = int(np.argmax(part)), float(self.limits.of(quantity)[j])
-                named, unit = self.limits.named(quantity, j), self.limits.unit(quantity, j)
-                active = float(span[part >= ACTIVE].sum())
-                rows.append(LimitPeak(named, float(part[top] * limit), limit, unit, float(t[top]), active))
-                columns.append(used[quantity][:, j])
-                names.append(named)
+        rows, columns = peaks_of(used, self.limits, t)
         longer = float(best.motion.duration / best.smooth.times[-1])
         place, speed = best.smooth.along(t / longer)
         told = list(self.limits.told)
@@ -292,13 +283,13 @@ class _Work:
             self.way.closed,
             self.goes_round,
             2.0 * best.smooth.half * longer,
-            tuple(rows),
+            rows,
             checked,
             self._deviation(best, longer),
             t,
             place,
             speed / longer,
-            np.array(columns).T,
+            columns,
             tops,
             tuple(told),
         )

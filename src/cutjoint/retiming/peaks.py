@@ -3,13 +3,13 @@ the finished trajectory, which knows nothing of the way."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from cutjoint.arrays import Array
-from cutjoint.mechanism import NO_LOADS, Loads, Mechanism
+from cutjoint.mechanism import NO_LOADS, Loads, Mechanism, Posture
 from cutjoint.motion import JointSpline, Reference
 from cutjoint.retiming.limits import OF_ACTUATORS, OF_TOOL, MotionLimits
 from cutjoint.retiming.terms import WayTerms, has_tool
@@ -51,18 +51,32 @@ def found(
     reference: Reference, robot: Mechanism, spline: CubicSpline, t: Array, limits: MotionLimits, loads: Loads = NO_LOADS
 ) -> Used:
     """Parts of the limits at instants, by inverse dynamics."""
+    desired = [reference.at(one) for one in t.tolist()]
+    motion = np.array([one.v for one in desired]), np.array([one.a for one in desired]), spline(t, 3)
+    return asked(robot, [one.posture for one in desired], motion, limits=limits, loads=loads)
+
+
+def asked(
+    robot: Mechanism,
+    postures: Sequence[Posture],
+    motion: tuple[Array, Array, Array],
+    *,
+    limits: MotionLimits,
+    loads: Loads = NO_LOADS,
+) -> Used:
+    """Parts of the limits in postures with velocities, accelerations and jerks, shape (k, n) each."""
+    v, a, jerk = motion
     efforts, tools = [], []
     with_tool = any(np.isfinite(limits.of(one)).any() for one in OF_TOOL) and has_tool(robot)
-    for one in t.tolist():
-        desired = reference.at(one)
-        efforts.append(robot.inverse_dynamics(desired.posture, desired.v, desired.a, loads))
+    for i, posture in enumerate(postures):
+        efforts.append(robot.inverse_dynamics(posture, v[i], a[i], loads))
         tool = np.zeros(6)
         if with_tool:
-            here = robot.tool(desired.posture, desired.v)
-            tool = np.concatenate([here.twist[:3], here.jacobian @ desired.a + here.frame_drift[:3]])
+            here = robot.tool(posture, v[i])
+            tool = np.concatenate([here.twist[:3], here.jacobian @ a[i] + here.frame_drift[:3]])
         tools.append(tool)
     turned = np.array(tools)
-    return _parts(limits, spline(t, 1), spline(t, 2), spline(t, 3), np.array(efforts), turned[:, :3], turned[:, 3:])
+    return _parts(limits, v, a, jerk, np.array(efforts), turned[:, :3], turned[:, 3:])
 
 
 def _parts(

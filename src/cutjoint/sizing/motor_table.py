@@ -21,6 +21,9 @@ from cutjoint.units import UNITS, Kind, factor, kinds_of
 
 LARGEST = 10_000_000
 """Bytes."""
+MOST_MOTORS = 2000
+"""More take minutes to compare."""
+DECIMAL_COMMA = re.compile(r"\d+,\d+")
 HEADING = re.compile(r"(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
 
 
@@ -97,6 +100,8 @@ def motors_from_file(path: str | os.PathLike[str]) -> tuple[ServoMotor, ...]:
             motors.append(ServoMotor(called, kind, **numbers))  # type: ignore[arg-type]
         except InputError as error:
             _refuse(name, line, str(error))
+        if len(motors) > MOST_MOTORS:
+            _refuse(name, line, f"found more than {MOST_MOTORS} motors; choose some before")
     if not motors:
         _refuse(name, rows[0][0], "found headings and no motor; expected a row a motor")
     return tuple(motors)
@@ -196,7 +201,8 @@ def _number(
         value = float("nan")
     allowed = value > 0.0 or (column.field == "rotor" and value == 0.0)
     if "_" in text or not (allowed and value < float("inf")):
-        _refuse(path, line, f"found '{shown(text, 40)}'; expected a number > 0", column.number, headings)
+        mend = f", with a point: {text.replace(',', '.')}" if DECIMAL_COMMA.fullmatch(text) else ""
+        _refuse(path, line, f"found '{shown(text, 40)}'; expected a number > 0{mend}", column.number, headings)
     return value * column.factor
 
 

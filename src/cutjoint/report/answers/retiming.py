@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cutjoint.arrays import Array
 from cutjoint.doors import door
 from cutjoint.report.answers.sheet import sheet
 from cutjoint.report.figures import COLOURS, DASHES, GREY, INK, Drawing, drawable
-from cutjoint.retiming import Retimed
+from cutjoint.retiming import LimitPeak, Retimed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,8 +35,8 @@ def retiming_sheet(found: Retimed) -> Drawing:
         grid = figure.add_gridspec(2, 2, width_ratios=(1.55, 1.0), height_ratios=(6.0, 1.0))
         over_time = figure.add_subplot(grid[0, 0])
         band = figure.add_subplot(grid[1, 0], sharex=over_time)
-        shown = _shown(found)
-        _over_time(over_time, found, shown)
+        parts_over_time(over_time, found.time, found.used, found.peaks)
+        shown = _shown(found.peaks)
         _band(band, found, shown)
         _phase(figure.add_subplot(grid[:, 1]), found)
         over_time.tick_params(labelbottom=False)
@@ -45,9 +47,9 @@ def retiming_sheet(found: Retimed) -> Drawing:
     return sheet(draw, f"{found.name}: {found.duration:.4g} s{turns}", (11.0, 6.6))
 
 
-def _shown(found: Retimed) -> list[int]:
+def _shown(peaks: Sequence[LimitPeak]) -> list[int]:
     """Numbers of the quantities that are drawn, in their order."""
-    nearest = sorted(range(len(found.peaks)), key=lambda k: -found.peaks[k].part)[:MOST]
+    nearest = sorted(range(len(peaks)), key=lambda k: -peaks[k].part)[:MOST]
     return sorted(nearest)
 
 
@@ -55,19 +57,21 @@ def _look(place: int) -> tuple[str, object]:
     return COLOURS[place % len(COLOURS)], DASHES[place % len(DASHES)]
 
 
-def _over_time(ax: Axes, found: Retimed, shown: list[int]) -> None:
+def parts_over_time(ax: Axes, time: Array, used: Array, peaks: Sequence[LimitPeak]) -> None:
+    """Parts of limits over time [s], those that come nearest to theirs; `used` has a column a peak."""
+    shown = _shown(peaks)
     for place, k in enumerate(shown):
         colour, dash = _look(place)
-        one = found.peaks[k]
+        one = peaks[k]
         label = f"{drawable(one.quantity)}, {one.limit:.4g} {one.unit}"
-        ax.plot(found.time, 100.0 * found.used[:, k], color=colour, linestyle=dash, label=label)
-    signed = bool((found.used[:, shown] < -1e-3).any())
+        ax.plot(time, 100.0 * used[:, k], color=colour, linestyle=dash, label=label)
+    signed = bool((used[:, shown] < -1e-3).any())
     for level in (100.0, -100.0) if signed else (100.0,):
         ax.axhline(level, color=INK, linewidth=1.0, linestyle=(0, (1, 1.5)))
     ax.set_ylim(-112.0 if signed else 0.0, 112.0)
-    ax.set_xlim(0.0, found.duration)
+    ax.set_xlim(0.0, time[-1])
     ax.set_ylabel("part of its limit [%]")
-    left = len(found.peaks) - len(shown)
+    left = len(peaks) - len(shown)
     ax.set_title("How much of each limit is used" + (f" (the {len(shown)} nearest, {left} not shown)" if left else ""))
 
 

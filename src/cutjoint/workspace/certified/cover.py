@@ -181,7 +181,7 @@ class Cover:
         away = np.abs(q - other)
         slack = 64.0 * EPS * (np.abs(q) + np.abs(other))
         ways = (away + tight + slack < other_room, away + other_tight + slack < room)
-        joined = np.logical_or(*(way.all(axis=1) for way in ways))
+        joined = np.asarray(ways[0].all(axis=1) | ways[1].all(axis=1), dtype=np.bool_)
         if (left := np.flatnonzero(~joined)).size:
             alone = prove(self._system, *self._ends(points[left], points[left]), 0.5 * (q + other)[left])
             inside = alone.good
