@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import pickle
+import queue
 import re
 import socket
 import threading
@@ -77,14 +78,9 @@ class DaskCluster:
     def __init__(self, address: str) -> None:
         self.address = address
         found = _parsed(address)
-        distributed = needed("distributed", "a study on a Dask cluster (--scheduler)")
+        needed("distributed", "a study on a Dask cluster (--scheduler)")
         _check_listening(address, found)
-        with _quiet():
-            try:
-                self._client: Client = distributed.Client(address, timeout=ANSWER, set_as_default=False)
-            except (OSError, TimeoutError, ValueError, TypeError, ImportError, RuntimeError) as error:
-                why = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
-                raise InputError(_no_answer(address, why)) from error
+        self._client = _client(address)
         try:
             self._check_versions()
             self.threads = sum(self._workers().values())
@@ -238,6 +234,35 @@ def _check_listening(address: str, place: tuple[str, int]) -> None:
         socket.create_connection(place, timeout=ANSWER).close()
     except (OSError, UnicodeError) as error:
         raise InputError(_no_answer(address, getattr(error, "strerror", None) or str(error))) from error
+
+
+def _client(address: str) -> Client:
+    """A client, made in a thread: Dask waits without end for a program that listens and says nothing it knows.
+
+    Raises:
+        InputError: no scheduler answers.
+    """
+    import distributed
+
+    made: queue.SimpleQueue[Client | Exception] = queue.SimpleQueue()
+
+    def connect() -> None:
+        try:
+            made.put(distributed.Client(address, timeout=ANSWER, set_as_default=False))
+        except Exception as error:  # whatever Dask and the other side make of each other
+            made.put(error)
+
+    with _quiet():
+        threading.Thread(target=connect, name="cutjoint-connect", daemon=True).start()
+        try:
+            found = made.get(timeout=1.5 * ANSWER)
+        except queue.Empty:
+            why = "something listens there that is no Dask scheduler"
+            raise InputError(_no_answer(address, why)) from None
+    if isinstance(found, Exception):
+        why = str(found).splitlines()[0][:120] if str(found) else type(found).__name__
+        raise InputError(_no_answer(address, why)) from found
+    return found
 
 
 def _no_answer(address: str, why: str) -> str:
