@@ -34,6 +34,7 @@ ANSWER = 10.0
 """Seconds in which a scheduler must answer."""
 PATIENCE = 120.0
 """Seconds without any worker until the study is given up."""
+STRANGER = "something listens there that is no Dask scheduler"
 LOOK = 0.25
 AHEAD = 2
 """Blocks a thread that are handed out."""
@@ -229,11 +230,19 @@ def _parsed(address: str) -> tuple[str, int]:
 
 
 def _check_listening(address: str, place: tuple[str, int]) -> None:
-    """Raises InputError where nobody listens at a place."""
+    """Raises InputError where nobody listens at a place, or one who waits to be spoken to: a scheduler speaks first."""
     try:
-        socket.create_connection(place, timeout=ANSWER).close()
+        with socket.create_connection(place, timeout=ANSWER) as line_to:
+            if address.startswith(("ws:", "wss:", "tls:", "ucx:")):
+                return
+            try:
+                greeting = line_to.recv(1)
+            except TimeoutError:
+                greeting = b""
     except (OSError, UnicodeError) as error:
         raise InputError(_no_answer(address, getattr(error, "strerror", None) or str(error))) from error
+    if not greeting:
+        raise InputError(_no_answer(address, STRANGER))
 
 
 def _client(address: str) -> Client:
@@ -244,25 +253,28 @@ def _client(address: str) -> Client:
     """
     import distributed
 
-    made: queue.SimpleQueue[Client | Exception] = queue.SimpleQueue()
+    made: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
+    client = distributed.Client.__new__(distributed.Client)
 
     def connect() -> None:
         try:
-            made.put(distributed.Client(address, timeout=ANSWER, set_as_default=False))
+            client.__init__(address, timeout=ANSWER, set_as_default=False)
         except Exception as error:  # whatever Dask and the other side make of each other
             made.put(error)
+        else:
+            made.put(None)
 
     with _quiet():
         threading.Thread(target=connect, name="cutjoint-connect", daemon=True).start()
         try:
             found = made.get(timeout=1.5 * ANSWER)
         except queue.Empty:
-            why = "something listens there that is no Dask scheduler"
-            raise InputError(_no_answer(address, why)) from None
-    if isinstance(found, Exception):
-        why = str(found).splitlines()[0][:120] if str(found) else type(found).__name__
-        raise InputError(_no_answer(address, why)) from found
-    return found
+            found = TimeoutError(STRANGER)
+    if found is None:
+        return client
+    client.status = "closed"  # or it would wait for the other side when this program ends
+    why = str(found).splitlines()[0][:120] if str(found) else type(found).__name__
+    raise InputError(_no_answer(address, why)) from found
 
 
 def _no_answer(address: str, why: str) -> str:
