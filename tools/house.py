@@ -24,7 +24,7 @@ MODULE_LINES = 350
 CLASS_METHODS = 15
 FUNCTION_LINES = 60
 ANY_USES = 10
-CODE_LINES = 61_200
+CODE_LINES = 61_400
 """Of the whole source, without blank lines, comments and docstrings, on which nobody should save.  A ratchet: lower it
 when the source gets shorter; raise it for what the source can do, not for how it does it."""
 REASON = re.compile(r"\s*# long: \S")

@@ -64,7 +64,7 @@ if __name__ == "__main__":
 
 def command(file: Path, folder: Path) -> list[str]:
     """The study as a user starts it."""
-    return [sys.executable, "-m", "cutjoint", "study", str(file), "-o", str(folder), "--json"]
+    return [sys.executable, "-m", "cutjoint", "study", str(file), "-o", str(folder), "--json", "--no-report"]
 
 
 def on_a_cluster(file: Path, folder: Path) -> list[str]:

@@ -106,6 +106,12 @@ class DaskCluster:
             StudyError: the cluster is gone, or workers die of a block.
             CutjointError: of a block that cannot be simulated.
         """
+        with _quiet():
+            self._run(prepared, plan, blocks, taken, any_processor=any_processor)
+
+    def _run(
+        self, prepared: Prepared, plan: BlockPlan, blocks: Iterable[int], taken: Taken, *, any_processor: bool
+    ) -> None:
         recipe = prepared.recipe
         key, packed, todo = recipe.key, recipe.packed, iter(blocks)
         going: dict[Future[tuple[str, bytes]], int] = {}
@@ -146,9 +152,8 @@ class DaskCluster:
                 if not finished:
                     time.sleep(LOOK / 10.0 if self.threads > 8 else LOOK / 5.0)
         finally:
-            with _quiet():
-                if self._client.status == "running" and going:
-                    self._client.cancel(list(going), force=True)
+            if self._client.status == "running" and going:
+                self._client.cancel(list(going), force=True)
 
     def _answer(
         self, one: Future[tuple[str, bytes]], block: int, deaths: dict[int, int], taken: Taken
@@ -165,8 +170,14 @@ class DaskCluster:
         if isinstance(error, CutjointError):
             raise error
         deaths[block] = deaths.get(block, 0) + 1
+        if self._client.status != "running":
+            raise StudyError(
+                f"the scheduler at {self.address} does not answer any more; what is done is kept, and the same command "
+                "goes on",
+                done=len(taken.folder.done),
+            )
         passing = isinstance(error, KilledWorker | TimeoutError | OSError | RuntimeError)
-        if passing and deaths[block] <= DEATHS and self._client.status == "running":
+        if passing and deaths[block] <= DEATHS:
             return None
         raise StudyError(
             f"block {block} cannot be simulated on the cluster ({type(error).__name__}: {str(error)[:200]}); what is "
@@ -287,10 +298,13 @@ def _no_answer(address: str, why: str) -> str:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Dask's own log lines are left out: what matters is told as an error."""
-    log = logging.getLogger("distributed")
-    before = log.level
-    log.setLevel(logging.CRITICAL)
+    names = ["distributed", *(one for one in logging.root.manager.loggerDict if one.startswith("distributed."))]
+    logs = [logging.getLogger(name) for name in names]
+    before = [log.level for log in logs]
+    for log in logs:
+        log.setLevel(logging.CRITICAL)
     try:
         yield
     finally:
-        log.setLevel(before)
+        for log, level in zip(logs, before, strict=True):
+            log.setLevel(level)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,9 +12,6 @@ from cutjoint.compile.many.registers import entries
 from cutjoint.simulation.hardware import Hardware
 from cutjoint.simulation.hardware.fitted import Fitted
 from cutjoint.simulation.hardware.numbers import filter_part, with_numbers
-
-if TYPE_CHECKING:
-    from cutjoint.compile.many.traced import TracedLoop
 
 FITTED: Mapping[str, str] = {
     "encoder.resolution": "step",
@@ -51,10 +47,10 @@ def fitted_with(hardware: Hardware, symbols: Mapping[str, Sequence[Expression]],
     return fitted
 
 
-def arguments_of(loop: TracedLoop, numbers: Mapping[str, Array]) -> list[Array]:
+def arguments_of(hardware: Hardware | None, numbers: Mapping[str, Array]) -> list[Array]:
     """What the code takes for numbers of hardware, shape (N, n) each."""
-    if loop.hardware is None:
+    if hardware is None:
         return []
-    period = loop.hardware.clock.period
+    period = hardware.clock.period
     part = np.vectorize(lambda cutoff: filter_part(cutoff, period), otypes=[np.float64])
     return [part(rows) if name == CUTOFF else rows for name, rows in numbers.items()]

@@ -123,7 +123,7 @@ class Variation:
         else:
             closed = batch.close(start)
         state = np.concatenate([closed, velocity, np.zeros((count, self.loop.behind))], axis=1)
-        arguments = arguments_of(self.loop, hardware)
+        arguments = arguments_of(self.loop.hardware, hardware)
         given = np.concatenate([np.zeros((count, 0)), *gains.values(), *columns.values(), *arguments], axis=1)
         own = {name: x[:, 0] for name, x in columns.items()}
         return SomeRuns(self.first + begin, gains, own, hardware, start, velocity, state, given)
