@@ -46,6 +46,7 @@ def test_all_sections_run_and_agree() -> None:
     assert built.pop("MuJoCo RK4", 0.0) < 3e-4
     assert max(built.values()) < 1e-10
     assert all(error < 1e-8 for error in found["loop"]["differences"].values())
+    assert set(found["studies"]["differences"].values()) == {0.0}
     # every engine, peers included, solves the same task: the worst of them to a tenth of a millimetre
     errors = {name: min(error for _, error in points) for name, points in found["loop"]["points"].items()}
     assert max(errors.values()) < 3e-4

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import socket
+import threading
 from pathlib import Path
 
 import pytest
@@ -9,6 +11,7 @@ import pytest
 from cutjoint.errors import CutjointError, DescriptionError, InputError, UnknownNameError
 from cutjoint.studies import Study, begun, read_study
 from cutjoint.studies.cases import recipe_of
+from cutjoint.studies.cluster import DaskCluster
 
 WHOLE = """
 robot = "fivebar"
@@ -139,6 +142,11 @@ def varied(path: str, spread: str) -> str:
     return f"{WHOLE}[[vary]]\npath = '{path}'\n{spread}\n"
 
 
+def built(path: str, spread: str) -> str:
+    """The same behind hardware."""
+    return f"{varied(path, spread)}[hardware]\nrate = 500.0\nnoise = 1e-5\nlimits = [3.0, 4.0]\n"
+
+
 @pytest.mark.parametrize(
     ("text", "kind", "told"),
     [
@@ -154,6 +162,19 @@ def varied(path: str, spread: str) -> str:
         (varied("payload", "relative = 0.1"), InputError, "is 0 in"),
         (varied("gains.ki", "relative = 0.1"), UnknownNameError, "kp"),
         (varied("gains.kp", "uniform = [-1.0, 1.0]"), InputError, "must be >= 0"),
+        (varied("hardware.noise", "uniform = [1e-6, 1e-5]"), InputError, "has no [hardware]"),
+        (built("hardware.delay", "uniform = [1e-3, 2e-3]"), InputError, "several [[hardware]]"),
+        (built("hardware.clock.rate", "uniform = [500, 600]"), InputError, "several [[hardware]]"),
+        (built("hardware.nois", "relative = 0.1"), UnknownNameError, "hardware.noise"),
+        (built("hardware.filter", "uniform = [50, 60]"), InputError, "has no [differences]"),
+        (built("hardware.noise", "uniform = [-1e-6, 1e-6]"), InputError, "at the end of its range"),
+        (built("hardware.encoder.offset", "relative = 0.1"), InputError, "is 0 in the study"),
+        (varied("load.fx", "uniform = [0, 1]"), InputError, "'payload'"),
+        (
+            varied("gains.kp", "relative = 0.1").replace("kp = 30.0", "kp = [[30.0, 0.0], [0.0, 30.0]]"),
+            InputError,
+            "is a matrix",
+        ),
         (varied("start.left_sholder", "uniform = [-0.1, 0.1]"), UnknownNameError, "left_shoulder"),
     ],
 )
@@ -174,6 +195,41 @@ def test_a_scheduler_that_is_none_is_refused(address: str, tmp_path: Path) -> No
 def test_a_scheduler_that_does_not_answer_is_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no Dask scheduler answers"):
         begun(written(tmp_path, WHOLE), tmp_path / "runs", scheduler="tcp://127.0.0.1:1")
+
+
+@pytest.mark.parametrize("speaks", [False, True])
+def test_a_port_of_something_else_is_told(speaks: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("cutjoint.studies.cluster.ANSWER", 0.1)
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+
+        def greet() -> None:
+            while True:
+                try:
+                    other, _ = listening.accept()
+                except OSError:
+                    return
+                kept.append(other)
+                if speaks:
+                    other.sendall(b"\x01")
+
+        kept: list[socket.socket] = []
+        threading.Thread(target=greet, daemon=True).start()
+        with pytest.raises(InputError, match="something listens there that is no Dask scheduler"):
+            DaskCluster(f"tcp://127.0.0.1:{listening.getsockname()[1]}")
+        for one in kept:
+            one.close()
+
+
+def test_numbers_of_hardware_vary_and_noise_has_the_seed(tmp_path: Path) -> None:
+    text = (
+        built("hardware.noise", "log-uniform = [1e-6, 1e-4]")
+        + varied("hardware.limits", "relative = 0.5")[len(WHOLE) :]
+    )
+    study = read_study(written(tmp_path, "seed = 7\n" + text))
+    assert study.hardware[0][1] is not None
+    assert study.hardware[0][1].seed == 7
+    assert [one.bounds for one in recipe_of(study).cases[0].spreads] == [(1e-6, 1e-4), (0.5, 1.5)]
 
 
 def test_a_study_is_a_value(tmp_path: Path) -> None:

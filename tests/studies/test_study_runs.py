@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,12 +19,13 @@ import pytest
 from cutjoint.chain import ClosedChain
 from cutjoint.control import PD
 from cutjoint.description import with_values
-from cutjoint.errors import ActuationError, InputError, Interrupted, StudyError
+from cutjoint.errors import ActuationError, CutjointError, InputError, Interrupted, StudyError
 from cutjoint.motion import Reference
 from cutjoint.motion.catalogue import trajectory
 from cutjoint.report.answers.study import scale_of, study_page
 from cutjoint.robots import load
 from cutjoint.simulation import ReducedPlant, RungeKutta4, run
+from cutjoint.simulation.hardware import Clock, Drive, Encoder, Hardware
 from cutjoint.studies import begun, read_study, run_study, summary_of, table_of
 from cutjoint.studies.blocks import BlockPlan, Prepared, digest
 from cutjoint.studies.cases import recipe_of
@@ -174,6 +175,67 @@ def test_one_that_was_interrupted_goes_on(plain: Path, tmp_path: Path) -> None:
         assert one_column.counts.sum() == 900
 
 
+def stopped_by(file: Path, folder: Path, trouble: Callable[[], None]) -> str:
+    """What a study says to which something happens on the way."""
+    happened: list[bool] = []
+
+    def look(done: float) -> None:
+        if done > 200 and not happened:
+            happened.append(True)
+            trouble()
+
+    with pytest.raises(CutjointError) as found:
+        run_study(file, folder, progress=look)
+    return str(found.value)
+
+
+@pytest.mark.slow
+def test_what_happens_to_the_disk_is_told_and_mended(plain: Path, tmp_path: Path) -> None:
+    resource = pytest.importorskip("resource")
+    file, folder = written(tmp_path), tmp_path / "runs"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:  # a disk that is full: no file can be written beyond so many bytes
+        full = stopped_by(file, folder, lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1])))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert "cannot be written" in full or "too large" in full
+    gone = stopped_by(file, folder, lambda: shutil.rmtree(folder))
+    assert str(folder) in gone
+    run_study(file, folder)
+    assert sums(folder) == sums(plain)
+    part = folder / "parts" / "part-000002.parquet"
+    content = part.read_bytes()
+    for damaged in (content[:-20], content[:200] + bytes([content[200] ^ 1]) + content[201:]):
+        part.write_bytes(damaged)
+        for read in (summary_of, table_of, lambda place: begun(file, place)):
+            with pytest.raises(StudyError, match=r"block 2 in .* is not as it was written"):
+                read(folder)
+
+
+@pytest.mark.slow
+def test_numbers_of_hardware_are_those_of_the_run_alone(tmp_path: Path) -> None:
+    varied = [("hardware.noise", "log-uniform = [1e-6, 1e-3]"), ("hardware.limits", "relative = 0.5")]
+    text = text_with(varied, runs="20", seed="4") + "\n[hardware]\nrate = 500.0\nnoise = 1e-5\nlimits = [0.9, 1.2]\n"
+    file = written(tmp_path, text.replace('name = "pd"', 'name = "pd"\ngains = { kp = 20.0, kd = 1.0 }', 1))
+    table = table_of(run_study(file, tmp_path / "runs"))
+    chain = load("fivebar")
+    for k in (0, 13):
+        limits = tuple(table["hardware.limits"][k] * np.array([0.9, 1.2]))
+        hardware = Hardware(Clock(500.0), Encoder(noise=table["hardware.noise"][k]), drive=Drive(limits), seed=4)
+        way = Reference(trajectory("about-home", chain), chain, 0.05)
+        alone = run(
+            ReducedPlant(chain), PD(20.0, 1.0), way, integrator=RungeKutta4(1e-3), hardware=hardware, run_number=k
+        )
+        for name, error, effort in zip(
+            [one.name for one in chain.actuators],
+            np.abs(alone.desired_q - alone.q).max(axis=0),
+            np.abs(alone.effort).max(axis=0),
+            strict=True,
+        ):
+            assert np.isclose(table[f"error_max_{name}"][k], error, rtol=1e-9)
+            assert np.isclose(table[f"effort_max_{name}"][k], effort, rtol=1e-9)
+
+
 def command(*words: str, folder: Path) -> subprocess.Popen[str]:
     """`cutjoint study` in a process of its own."""
     return subprocess.Popen(
@@ -220,6 +282,17 @@ def test_a_cluster_that_loses_a_worker_loses_nothing(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
     ) as cluster:
         killed: list[int] = []
+
+        def stop(done: float) -> None:
+            if done > 64:
+                raise KeyboardInterrupt
+
+        with (
+            begun(written(tmp_path), tmp_path / "runs", scheduler=cluster.scheduler_address) as ready,
+            pytest.raises(Interrupted, match="the same command goes on"),
+        ):
+            ready.run(stop)
+        assert 0 < len(sums(tmp_path / "runs")) < 15
 
         def kill(done: float) -> None:
             if done > 128 and not killed:

@@ -20,9 +20,10 @@ class Size:
     built: int = 10_000
     inverse: int = 100_000
     loops: tuple[int, ...] = (2, 5, 10, 20, 30)
+    study: int = 10_000
 
 
-SMALL = Size(2, 64, 3, 0.02, (1e-3,), (1e-3,), 16, 2, 16, 100, (2, 3))
+SMALL = Size(2, 64, 3, 0.02, (1e-3,), (1e-3,), 16, 2, 16, 100, (2, 3), 1100)
 
 
 @dataclass

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from benchmarks import lengths, more_peers, motion_files, peers
+from benchmarks import lengths, many_studies, more_peers, motion_files, peers
 from benchmarks.built import built_loops
 from benchmarks.ladder import ladder
 from benchmarks.rounds import Contender, Timing, duration, measure, repeated
@@ -286,6 +286,18 @@ def whole_process(size: Size) -> Section:
     return section
 
 
+def studies(size: Size) -> Section:
+    """The same study three ways, with the same files."""
+    section = Section(
+        f"A study of {size.study} runs of the CPM's chain, {size.span:g} s each, behind hardware at 1 kHz",
+        ("how", "clock", "CPU, all processes"),
+    )
+    rows, differing = many_studies.timings(size.study, size.span)
+    section.rows = [(name, duration(wall), duration(used)) for name, wall, used in rows]
+    section.differences["tables that are not those of the plain run"] = differing
+    return section
+
+
 SECTIONS = {
     "forward": forward_dynamics,
     "loop": work_precision,
@@ -297,4 +309,5 @@ SECTIONS = {
     "tolerances": tolerances,
     "process": whole_process,
     "workspace": workspaces,
+    "studies": studies,
 }

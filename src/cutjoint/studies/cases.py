@@ -11,14 +11,10 @@ from functools import cached_property
 from itertools import product
 from pathlib import Path
 
-import numpy as np
 import numpy.typing as npt
 
 from cutjoint.arrays import Values
 from cutjoint.chain import ClosedChain
-from cutjoint.compile import compiled
-from cutjoint.compile.sources.interface import PAYLOAD
-from cutjoint.compile.sources.parameters import Parameters
 from cutjoint.control import Law, law
 from cutjoint.control.catalogue import law_row
 from cutjoint.control.usual_gains import SPEED, usual_gains
@@ -33,11 +29,11 @@ from cutjoint.papers.reduced_model import ClosedFormModel
 from cutjoint.reprs import line
 from cutjoint.robots import PUBLISHED, published
 from cutjoint.simulation.hardware import Hardware
+from cutjoint.studies.paths import GAINS, check_bound, is_of_robot, nominal_of
 from cutjoint.studies.spreads import Spread
 from cutjoint.studies.values import FollowingLaw, Study
 
 LARGEST_MOTION = 2**30
-GAINS, START = "gains.", "start."
 COMPUTED_TORQUE: Mapping[str, float] = {"kp": SPEED**2, "kd": 2.0 * SPEED}
 
 
@@ -116,7 +112,7 @@ def recipe_of(study: Study) -> Recipe:
                 variant: study.variants, way: study.trajectories, own.name: study.laws, built: study.hardware
             }  # fmt: skip
             name = ", ".join(str(part or "own") for part, every in parts.items() if len(every) > 1)
-            spreads = tuple(_spreads(study, model, own))
+            spreads = tuple(_spreads(study, model, own, hardware))
             cases.append(StudyCase(name, robot, variant, path, own, hardware, spreads))
     names = [one.name for one in cases]
     cases = [one if names.count(one.name) == 1 else _numbered(one, k) for k, one in enumerate(cases)]
@@ -217,7 +213,7 @@ def _with_gains(study: Study, own: FollowingLaw, model: Mechanism, told: dict[st
     return FollowingLaw(own.name, gains, own.believes)
 
 
-def _spreads(study: Study, model: Mechanism, own: FollowingLaw) -> Iterator[Spread]:
+def _spreads(study: Study, model: Mechanism, own: FollowingLaw, hardware: Hardware | None) -> Iterator[Spread]:
     """Where values come from, with "relative" as ranges.
 
     Raises:
@@ -225,49 +221,11 @@ def _spreads(study: Study, model: Mechanism, own: FollowingLaw) -> Iterator[Spre
         InputError: a path names several numbers, is 0 where it shall vary by a part, or its range cannot be.
     """
     for one in study.varied:
-        path, relative = one.path, one.spread.kind == "relative"
-        nominal = _nominal(model, own, path)
-        if relative and nominal == 0.0:
-            raise InputError(f"{path} is 0 in {model.name}, so it cannot vary by a part of it; give uniform = [..]")
+        nominal = nominal_of(model, own.gains, hardware, one.path)
+        if one.spread.kind == "relative" and nominal == 0.0:
+            what = model.name if is_of_robot(one.path) else "the study"
+            raise InputError(f"{one.path} is 0 in {what}, so it cannot vary by a part of it; give uniform = [..]")
         spread = one.spread.about(nominal)
-        low, high = spread.bounds
-        if path.startswith(GAINS) and low < 0.0:
-            raise InputError(f"{path} must be >= 0, found {low:.6g} at the end of its range{_told_cut(spread)}")
-        if not path.startswith((GAINS, START)):
-            _check_bound(model, path, low, spread)
-            _check_bound(model, path, high, spread)
+        for bound in spread.bounds:
+            check_bound(model, hardware, one.path, bound, spread)
         yield spread
-
-
-def _told_cut(spread: Spread) -> str:
-    return ", four standard deviations from the mean" if spread.kind == "normal" else ""
-
-
-def _check_bound(model: Mechanism, path: str, bound: float, spread: Spread) -> None:
-    try:
-        if isinstance(model, ClosedChain):
-            Parameters(model.description, [path]).columns({path: bound})
-        elif path == PAYLOAD and bound < 0.0:
-            raise InputError(f"payload must be a mass >= 0, found {bound:.6g}")
-        else:
-            _ = compiled(model, parameters=[path]).with_parameters({path: bound}).plain
-    except InputError as error:
-        raise InputError(f"{error} [{path} at the end of its range{_told_cut(spread)}]") from error
-
-
-def _nominal(model: Mechanism, own: FollowingLaw, path: str) -> float:
-    """The value of a path as it is; of gains that differ from actuator to actuator 1, which scales them."""
-    if path.startswith(GAINS):
-        gain = np.asarray(own.gains[path.removeprefix(GAINS)], dtype=np.float64)
-        return float(gain) if gain.ndim == 0 else 1.0
-    names = [one.name for one in model.actuators]
-    if path.startswith(START):
-        if path.removeprefix(START) not in names:
-            raise UnknownNameError("actuator that starts elsewhere", path.removeprefix(START), names)
-        return 0.0
-    if isinstance(model, ClosedChain):
-        parameters = Parameters(model.description, [path])
-        if len(parameters.names) != 1:
-            raise InputError(f"'{path}' is {len(parameters.names)} numbers; vary one: {', '.join(parameters.names)}")
-        return float(parameters.nominal[0])
-    return compiled(model, parameters=[path]).nominal[path]

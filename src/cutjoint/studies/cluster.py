@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import pickle
+import queue
 import re
 import socket
 import threading
@@ -33,6 +34,7 @@ ANSWER = 10.0
 """Seconds in which a scheduler must answer."""
 PATIENCE = 120.0
 """Seconds without any worker until the study is given up."""
+STRANGER = "something listens there that is no Dask scheduler"
 LOOK = 0.25
 AHEAD = 2
 """Blocks a thread that are handed out."""
@@ -77,14 +79,9 @@ class DaskCluster:
     def __init__(self, address: str) -> None:
         self.address = address
         found = _parsed(address)
-        distributed = needed("distributed", "a study on a Dask cluster (--scheduler)")
+        needed("distributed", "a study on a Dask cluster (--scheduler)")
         _check_listening(address, found)
-        with _quiet():
-            try:
-                self._client: Client = distributed.Client(address, timeout=ANSWER, set_as_default=False)
-            except (OSError, TimeoutError, ValueError, TypeError, ImportError, RuntimeError) as error:
-                why = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
-                raise InputError(_no_answer(address, why)) from error
+        self._client = _client(address)
         try:
             self._check_versions()
             self.threads = sum(self._workers().values())
@@ -109,6 +106,12 @@ class DaskCluster:
             StudyError: the cluster is gone, or workers die of a block.
             CutjointError: of a block that cannot be simulated.
         """
+        with _quiet():
+            self._run(prepared, plan, blocks, taken, any_processor=any_processor)
+
+    def _run(
+        self, prepared: Prepared, plan: BlockPlan, blocks: Iterable[int], taken: Taken, *, any_processor: bool
+    ) -> None:
         recipe = prepared.recipe
         key, packed, todo = recipe.key, recipe.packed, iter(blocks)
         going: dict[Future[tuple[str, bytes]], int] = {}
@@ -149,9 +152,8 @@ class DaskCluster:
                 if not finished:
                     time.sleep(LOOK / 10.0 if self.threads > 8 else LOOK / 5.0)
         finally:
-            with _quiet():
-                if self._client.status == "running" and going:
-                    self._client.cancel(list(going), force=True)
+            if self._client.status == "running" and going:
+                self._client.cancel(list(going), force=True)
 
     def _answer(
         self, one: Future[tuple[str, bytes]], block: int, deaths: dict[int, int], taken: Taken
@@ -168,8 +170,14 @@ class DaskCluster:
         if isinstance(error, CutjointError):
             raise error
         deaths[block] = deaths.get(block, 0) + 1
+        if self._client.status != "running":
+            raise StudyError(
+                f"the scheduler at {self.address} does not answer any more; what is done is kept, and the same command "
+                "goes on",
+                done=len(taken.folder.done),
+            )
         passing = isinstance(error, KilledWorker | TimeoutError | OSError | RuntimeError)
-        if passing and deaths[block] <= DEATHS and self._client.status == "running":
+        if passing and deaths[block] <= DEATHS:
             return None
         raise StudyError(
             f"block {block} cannot be simulated on the cluster ({type(error).__name__}: {str(error)[:200]}); what is "
@@ -233,11 +241,51 @@ def _parsed(address: str) -> tuple[str, int]:
 
 
 def _check_listening(address: str, place: tuple[str, int]) -> None:
-    """Raises InputError where nobody listens at a place."""
+    """Raises InputError where nobody listens at a place, or one who waits to be spoken to: a scheduler speaks first."""
     try:
-        socket.create_connection(place, timeout=ANSWER).close()
+        with socket.create_connection(place, timeout=ANSWER) as line_to:
+            if address.startswith(("ws:", "wss:", "tls:", "ucx:")):
+                return
+            try:
+                greeting = line_to.recv(1)
+            except TimeoutError:
+                greeting = b""
     except (OSError, UnicodeError) as error:
         raise InputError(_no_answer(address, getattr(error, "strerror", None) or str(error))) from error
+    if not greeting:
+        raise InputError(_no_answer(address, STRANGER))
+
+
+def _client(address: str) -> Client:
+    """A client, made in a thread: Dask waits without end for a program that listens and says nothing it knows.
+
+    Raises:
+        InputError: no scheduler answers.
+    """
+    import distributed
+
+    made: queue.SimpleQueue[Exception | None] = queue.SimpleQueue()
+    client = distributed.Client.__new__(distributed.Client)
+
+    def connect() -> None:
+        try:
+            client.__init__(address, timeout=ANSWER, set_as_default=False)
+        except Exception as error:  # whatever Dask and the other side make of each other
+            made.put(error)
+        else:
+            made.put(None)
+
+    with _quiet():
+        threading.Thread(target=connect, name="cutjoint-connect", daemon=True).start()
+        try:
+            found = made.get(timeout=1.5 * ANSWER)
+        except queue.Empty:
+            found = TimeoutError(STRANGER)
+    if found is None:
+        return client
+    client.status = "closed"  # or it would wait for the other side when this program ends
+    why = str(found).splitlines()[0][:120] if str(found) else type(found).__name__
+    raise InputError(_no_answer(address, why)) from found
 
 
 def _no_answer(address: str, why: str) -> str:
@@ -250,10 +298,13 @@ def _no_answer(address: str, why: str) -> str:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Dask's own log lines are left out: what matters is told as an error."""
-    log = logging.getLogger("distributed")
-    before = log.level
-    log.setLevel(logging.CRITICAL)
+    names = ["distributed", *(one for one in logging.root.manager.loggerDict if one.startswith("distributed."))]
+    logs = [logging.getLogger(name) for name in names]
+    before = [log.level for log in logs]
+    for log in logs:
+        log.setLevel(logging.CRITICAL)
     try:
         yield
     finally:
-        log.setLevel(before)
+        for log, level in zip(logs, before, strict=True):
+            log.setLevel(level)

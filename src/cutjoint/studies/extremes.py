@@ -18,8 +18,9 @@ from cutjoint.errors import DescriptionError, InputError
 from cutjoint.findings import listing
 from cutjoint.reprs import counted
 from cutjoint.studies.blocks import Prepared
-from cutjoint.studies.cases import GAINS, START, StudyCase
+from cutjoint.studies.cases import StudyCase
 from cutjoint.studies.loops import CANNOT_START, PreparedCase
+from cutjoint.studies.paths import is_of_robot
 from cutjoint.studies.values import Study
 
 MOST_PATHS = 6
@@ -65,7 +66,7 @@ def _check_bodies(study: Study, case: StudyCase) -> None:
     """Inertias and joints of the description at every corner."""
     if case.robot is None:
         return
-    index = [k for k, one in enumerate(study.varied) if not one.path.startswith((GAINS, START))]
+    index = [k for k, one in enumerate(study.varied) if is_of_robot(one.path)]
     if not index:
         return
     names = [study.varied[k].path for k in index]

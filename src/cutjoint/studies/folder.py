@@ -66,6 +66,25 @@ class StudyFolder:
         """The file of a block."""
         return self.path / "parts" / f"part-{block:06d}.parquet"
 
+    def content(self, block: int) -> bytes:
+        """The file of a block that is done.
+
+        Raises:
+            StudyError: it is not as it was written.
+        """
+        try:
+            content = read_file(self.part(block), LARGEST_PART)
+            found = digest(content)
+        except FileError as error:
+            content, found = b"", error.why
+        if found != self.done[block]:
+            raise StudyError(
+                f"block {block} in '{self.path}' is not as it was written ({found[:60]}); delete '{self.part(block)}' "
+                'and its line under "done" in manifest.json to have it simulated again',
+                done=len(self.done),
+            )
+        return content
+
     def check(self, prepared: Prepared, plan: BlockPlan, processor: str, any_processor: bool = False) -> None:
         """Whether the folder is free, or holds the beginning of the same study, whose blocks are then `done`.
 
@@ -130,9 +149,11 @@ class StudyFolder:
 
     def finish(self) -> None:
         """Write the manifest where it lacks something, and let others into the folder."""
-        if self._unwritten:
-            self.write()
-        self._release()
+        try:
+            if self._unwritten:
+                self.write()
+        finally:
+            self._release()
 
     def _is_free(self) -> bool:
         """Whether there is a folder with nothing in it, or no more than a study that was killed at once has left."""
@@ -155,18 +176,8 @@ class StudyFolder:
             self._lock = None
 
     def _check_parts(self) -> None:
-        for block, wanted in self.done.items():
-            try:
-                found = digest(read_file(self.part(block), LARGEST_PART))
-            except FileError as error:
-                found = error.why
-            if found != wanted:
-                raise StudyError(
-                    f"block {block} in '{self.path}' is not as it was written ({found[:60]}); delete "
-                    f"'{self.part(block)}' "
-                    'and its line under "done" in manifest.json to have it simulated again',
-                    done=len(self.done),
-                )
+        for block in self.done:
+            self.content(block)
 
     def _check_same(self, known: Mapping[str, object], about: Mapping[str, object], *, any_processor: bool) -> None:
         """Raises InputError where the folder holds the beginning of something else."""

@@ -13,7 +13,8 @@ from cutjoint.chain import ClosedChain
 from cutjoint.compile import ClosedLoop, Many, compiled
 from cutjoint.compile.many.grid import TimeGrid, time_grid
 from cutjoint.errors import ClosureError, InputError, SingularError, UnreachableError
-from cutjoint.studies.cases import GAINS, START, StudyCase, inside_of, law_of, model_of, reference_of
+from cutjoint.studies.cases import StudyCase, inside_of, law_of, model_of, reference_of
+from cutjoint.studies.paths import GAINS, HARDWARE, START, is_of_robot, number_name, own_value
 from cutjoint.studies.quantities import QUANTITIES
 from cutjoint.studies.values import Study
 
@@ -58,11 +59,12 @@ class PreparedCase:
         model = model_of(study, case)
         inside = inside_of(study, case, model)
         self.paths = [one.path for one in study.varied]
-        names = [path for path in self.paths if not path.startswith((GAINS, START))]
+        names = [path for path in self.paths if is_of_robot(path)]
         ranges = {path: spread.bounds for path, spread in zip(self.paths, case.spreads, strict=True) if path in names}
         self.plant = compiled(model, parameters=names, ranges=ranges if isinstance(model, ClosedChain) else None)
         self.actuators = model.actuators
         self._gains = [path.removeprefix(GAINS) for path in self.paths if path.startswith(GAINS)]
+        self._numbers = [number_name(path) for path in self.paths if path.startswith(HARDWARE)]
         self.reference = reference_of(study, case, inside)
         self.loop = ClosedLoop(
             self.plant,
@@ -70,6 +72,7 @@ class PreparedCase:
             inside,
             gains=tuple(self._gains),
             hardware=case.hardware,
+            varying=tuple(self._numbers),
             method=study.integrator,
         )
         self._keep = {name: QUANTITIES[name] for name in study.keep}
@@ -133,12 +136,14 @@ class PreparedCase:
         )
 
     def _many(self, values: Array, first: int, told: Told | None, duration: float | None) -> Many:
-        gains, parameters = dict[str, Array](), dict[str, Array]()
+        gains, parameters, numbers = dict[str, Array](), dict[str, Array](), dict[str, Array]()
         start = np.tile(self.reference.at(0.0).q, (len(values), 1))
         names = [one.name for one in self.actuators]
         for k, path in enumerate(self.paths):
             if path.startswith(GAINS):
                 gains[path.removeprefix(GAINS)] = self._scaled(path, values[:, k])
+            elif path.startswith(HARDWARE):
+                numbers[number_name(path)] = self._scaled(path, values[:, k])
             elif path.startswith(START):
                 start[:, names.index(path.removeprefix(START))] += values[:, k]
             else:
@@ -150,6 +155,7 @@ class PreparedCase:
             every=self._every,
             gains=gains,
             parameters=parameters,
+            hardware_numbers=numbers,
             start=start if any(path.startswith(START) for path in self.paths) else None,
             runs=len(values),
             first_run=first,
@@ -159,9 +165,9 @@ class PreparedCase:
         )
 
     def _scaled(self, path: str, values: Array) -> Array:
-        """A gain for every run, (N, n); one that differs from actuator to actuator is scaled where it varies by a
-        part."""
-        own = np.asarray(self.case.law.gains[path.removeprefix(GAINS)], dtype=np.float64)
+        """A gain or number of hardware for every run, (N, n); one that differs from actuator to actuator is scaled
+        where it varies by a part."""
+        own = own_value(self.plant, self.case.law.gains, self.case.hardware, path)
         spread = self.study.varied[self.paths.index(path)].spread
         scaled = spread.kind == "relative" and own.ndim == 1
         return values[:, None] * (own if scaled else np.ones(len(self.actuators)))
@@ -181,11 +187,7 @@ class PreparedCase:
         found = np.full((runs, samples), np.nan)
         if whole.any():
             flat = many.positions[whole].reshape(-1, many.positions.shape[2])
-            own = {
-                path: np.repeat(values[whole, k], samples)
-                for k, path in enumerate(self.paths)
-                if not path.startswith((GAINS, START))
-            }
+            own = {path: np.repeat(values[whole, k], samples) for k, path in enumerate(self.paths) if is_of_robot(path)}
             places = self.plant.batch.tool(flat, parameters=own).position.reshape(-1, samples, 3)
             way = self._way if samples == len(self._way) else self._way_at(many.time)
             found[whole] = np.linalg.norm(places - way, axis=2)

@@ -48,14 +48,14 @@ def read_study(path: str | os.PathLike[str]) -> Study:
 
 def _study(top: TomlTable, place: Path) -> Study:
     method = one_of(top, "method", tuple(METHODS), "random")
+    seed, runs = whole(top, "seed", 0, LARGEST_SEED) or 0, whole(top, "runs", 1, 10**18)
     hardware = [
-        (_named(table, f"hardware {k + 1}"), _hardware(table)) for k, table in enumerate(several(top, "hardware"))
+        (_named(table, f"hardware {k + 1}"), _hardware(table, seed)) for k, table in enumerate(several(top, "hardware"))
     ]
     laws = tuple(_law(table) for table in several(top, "controller"))
     if not laws:
         top.findings.error("no [controller]", "who follows the trajectory", 'add [controller] with name = "pd"')
     keep, every = _kept(top.table("keep"))
-    seed, runs = whole(top, "seed", 0, LARGEST_SEED), whole(top, "runs", 1, 10**18)
     made = Study(
         name=place.stem,
         robot=_robot(top, place),
@@ -67,7 +67,7 @@ def _study(top: TomlTable, place: Path) -> Study:
         integrator=one_of(top, "integrator", tuple(FIXED_STEP), "rk4"),
         method=cast(Method, method),
         runs=runs,
-        seed=0 if seed is None else seed,
+        seed=seed,
         trajectories=_trajectories(top, place),
         laws=laws,
         hardware=tuple(hardware) or (("", None),),
@@ -187,13 +187,13 @@ def _law(table: TomlTable) -> FollowingLaw:
     return FollowingLaw(name, gains, believes)
 
 
-def _hardware(table: TomlTable) -> Hardware | None:
-    """Short keys, or the tables of docs/hardware.md."""
+def _hardware(table: TomlTable, seed: int) -> Hardware | None:
+    """Short keys, or the tables of docs/hardware.md; with the noise and jitter of a seed."""
     if any(name in table.data for name in HARDWARE_PARTS):
         parts = {name: table.take(name) for name in HARDWARE_PARTS if name in table.data}
         table.finish()
         try:
-            return hardware_of({**parts, "seed": 0})
+            return hardware_of({**parts, "seed": seed})
         except DescriptionError as error:
             for one in error.problems:
                 table.findings.error(one.found, one.expected, one.mend, table.place())
@@ -217,6 +217,7 @@ def _hardware(table: TomlTable) -> Hardware | None:
             Encoder(resolution, noise=0.0 if noise is None else noise, delay=numbers["delay"] or 0.0),
             Tachometer() if cutoff is None else Differences(cutoff),
             Drive(limits, delay=numbers["command_delay"] or 0.0),
+            seed,
         )
     except InputError as error:
         table.findings.error(str(error), at=table.place())

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -105,7 +106,8 @@ def summary_of(folder: str | os.PathLike[str]) -> StudySummary:
     """The summary of a study in a folder.
 
     Raises:
-        InputError: there is none, or it is damaged.
+        InputError: there is none, or its manifest is damaged.
+        StudyError: a block is not as it was written.
     """
     found, about = opened(folder)
     return _Blocks(found, about).summary()
@@ -121,6 +123,7 @@ def table_of(folder: str | os.PathLike[str], columns: Sequence[str] | None = Non
 
     Raises:
         InputError: there is no study or no such column.
+        StudyError: a block is not as it was written.
     """
     found, _ = opened(folder)
     known: list[str] = []
@@ -139,14 +142,15 @@ def read_part(folder: StudyFolder, block: int) -> pa.Table:
     """A block as a table.
 
     Raises:
-        InputError: it is not there or damaged.
+        StudyError: it is not as it was written.
+        InputError: it cannot be read.
     """
     needed("pyarrow", "a study")
     from pyarrow import ArrowException
     from pyarrow.parquet import ParquetFile
 
     try:
-        with ParquetFile(folder.part(block), pre_buffer=False) as file:
+        with ParquetFile(BytesIO(folder.content(block)), pre_buffer=False) as file:
             # Threads of Arrow end a process that has Pinocchio in it with an abort.
             return file.read(use_threads=False)
     except (OSError, ArrowException) as error:

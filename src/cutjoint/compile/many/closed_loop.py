@@ -60,6 +60,7 @@ class ClosedLoop:
         rate: of the controller [Hz], whose effort is held in between; default continuous control.
         limits: largest |effort|, scalar or one an actuator; default none.
         hardware: all that is between law and joints, in place of rate and limits.
+        varying: names of the hardware's numbers that vary, such as `encoder.noise`, one number an actuator.
         method: integrator of fixed step, a name of `cutjoint.simulation.integrators.FIXED_STEP`.
 
     Raises:
@@ -79,6 +80,7 @@ class ClosedLoop:
         rate: float | None = None,
         limits: npt.ArrayLike | None = None,
         hardware: Hardware | None = None,
+        varying: tuple[str, ...] = (),
         method: str = "rk4",
     ) -> None:
         fixed_step(method)
@@ -87,14 +89,21 @@ class ClosedLoop:
         control = control_of(hardware, rate, None if bounds is None else np.broadcast_to(bounds, plant.n))
         if isinstance(control, Hardware):
             check_robot(control, plant, ())
-        self.traced = traced_loop(plant, law, mechanism, tuple(gains), control, method)
+        self.traced = traced_loop(plant, law, mechanism, tuple(gains), control, method, tuple(varying))
         self.plant, self.law, self.mechanism, self.sizes = plant, law, mechanism, self.traced.parts.sizes
         self._lock = threading.RLock()
 
     def __reduce__(self) -> tuple[object, ...]:
         loop, hardware = self.traced, self.traced.hardware
         limits = None if isinstance(loop.control, Hardware) else loop.control
-        made = partial(ClosedLoop, gains=loop.gains, limits=limits, hardware=hardware, method=loop.method)
+        made = partial(
+            ClosedLoop,
+            gains=loop.gains,
+            limits=limits,
+            hardware=hardware,
+            varying=loop.varying,
+            method=loop.method,
+        )
         return made, (self.plant, self.law, self.mechanism)
 
     @once
@@ -195,6 +204,7 @@ class ClosedLoop:
             options.get("runs"),
             options.get("first_run", 0),
             options.get("chance_again"),
+            options.get("hardware_numbers"),
         )
         return Asked(reference, rows, grid, variation)
 
@@ -260,6 +270,7 @@ def simulate_many(
     rate: float | None = None,
     limits: npt.ArrayLike | None = None,
     hardware: Hardware | None = None,
+    hardware_numbers: Mapping[str, npt.ArrayLike] | None = None,
     into: Into | None = None,
     chunk: int | None = None,
     threads: int | None = None,
@@ -284,6 +295,7 @@ def simulate_many(
         limits: largest |effort|, scalar or one an actuator.
         hardware: all that is between law and joints, in place of rate and limits.  Run k has the noise and jitter of
             `run(..., run_number=k)`.
+        hardware_numbers: number of the hardware, such as `encoder.noise` -> shape (N,) or (N, n).
         into: where the runs go, a chunk at a time, so that memory stays bounded: a function of the number of the first
             run and a `Many`, or the path of a Parquet file (needs the extra `parquet`).
         chunk: runs a chunk; default as many as have records of 64 MiB.
@@ -310,6 +322,7 @@ def simulate_many(
         rate=rate,
         limits=limits,
         hardware=hardware,
+        varying=tuple(hardware_numbers or ()),
         method=method,
     )
     options = RunOptions(
@@ -318,6 +331,7 @@ def simulate_many(
         every=every,
         gains=gains,
         parameters=parameters,
+        hardware_numbers=hardware_numbers,
         start=start,
         start_velocity=start_velocity,
         runs=runs,

@@ -19,6 +19,7 @@ class RunOptions(TypedDict, total=False):
     every: float | None
     gains: Mapping[str, npt.ArrayLike] | None
     parameters: Mapping[str, npt.ArrayLike] | None
+    hardware_numbers: Mapping[str, npt.ArrayLike] | None
     start: npt.ArrayLike | None
     start_velocity: npt.ArrayLike | None
     runs: int | None

@@ -21,6 +21,7 @@ from cutjoint.reprs import line
 from cutjoint.simulation import ReducedPlant
 from cutjoint.simulation import run as simulate
 from cutjoint.simulation.hardware import Hardware
+from cutjoint.simulation.hardware.numbers import with_numbers
 from cutjoint.simulation.integrators import fixed_step
 
 RESIDUAL_LIMIT = 1e-6
@@ -154,7 +155,8 @@ class Outcome:
         values = {name: float(column[run]) for name, column in part.parameters.items()}
         model = loop.plant.with_parameters(values).plain
         gains = {name: column[run] for name, column in part.gains.items()}
-        hardware = loop.hardware
+        own = {name: column[run] for name, column in part.hardware.items()}
+        hardware = None if loop.hardware is None else with_numbers(loop.hardware, own)
         result = simulate(
             ReducedPlant(model),
             _with_gains(loop.law, gains),

@@ -10,17 +10,18 @@ from cutjoint.compile.expressions.graph import Expression, Graph, Number
 from cutjoint.compile.expressions.program import Program
 from cutjoint.compile.functions.tracing import accelerations
 from cutjoint.compile.machine.kernel import Event, LoopParts, Sizes, Stages
+from cutjoint.compile.many.hardware_numbers import fitted_with
 from cutjoint.compile.many.sampled import Sampled
 from cutjoint.compile.many.tracing import Tracing, continuous
 from cutjoint.compile.sources.interface import Need
 from cutjoint.compile.sources.law import TracedDesired
 from cutjoint.compile.sources.traced_array import numbers
 from cutjoint.control import Law
+from cutjoint.errors import InputError
 from cutjoint.mechanism import Mechanism
 from cutjoint.simulation import ReducedPlant
 from cutjoint.simulation.hardware import Hardware
 from cutjoint.simulation.hardware.control import Control
-from cutjoint.simulation.hardware.fitted import Fitted
 
 STAGES: Mapping[str, Stages] = {
     "rk4": Stages((0.5, 0.5, 1.0), (1, 2, 2, 1), 6),
@@ -38,6 +39,7 @@ class TracedLoop:
         control: what is between law and joints: hardware, or under continuous control the limits of efforts.
         method: name of the integrator.
         gains: names of the law's gains that are arguments.
+        varying: names of the hardware's numbers that are.
         behind: numbers of the state behind positions and velocities, which are 0 at first.
         desired: what is read of the reference.
         parts: the programs, and the sizes of what they read and write.
@@ -48,6 +50,7 @@ class TracedLoop:
     control: Control
     method: str
     gains: tuple[str, ...]
+    varying: tuple[str, ...]
     behind: int
     desired: TracedDesired
     parts: LoopParts
@@ -70,14 +73,17 @@ def traced_loop(
     gains: tuple[str, ...],
     control: Control,
     method: str,
+    varying: tuple[str, ...] = (),
 ) -> TracedLoop:
     """Trace a closed loop; see `ClosedLoop` for arguments and errors."""
     for need in (Need.ACTUATED, Need.SMOOTH):
         if (lack := plant.source.lacks(need)) is not None:
             raise lack
     ReducedPlant(plant)  # raises: idle freedoms gain momentum, so these are not all coordinates of the motion
-    one = Tracing(plant, law, mechanism, gains)
-    hardware = Sampled(one, Fitted(control, plant.n)) if isinstance(control, Hardware) else None
+    if varying and not isinstance(control, Hardware):
+        raise InputError(f"{varying[0]} is of hardware, and there is none; give hardware=")
+    one = Tracing(plant, law, mechanism, gains, varying)
+    hardware = Sampled(one, fitted_with(control, one.hardware, plant.n)) if isinstance(control, Hardware) else None
     moved = continuous(one, control) if hardware is None else hardware.actuation  # type: ignore[arg-type]
     a, factor = accelerations(one.traced, one.v, moved.effort)
     errors = [x - y for x, y in zip(numbers(one.desired.q), one.traced.actuated, strict=True)]
@@ -96,7 +102,7 @@ def traced_loop(
         parts = LoopParts(one.program("rate", results, moved.behind), settle, stages, sizes)
     else:
         parts = _with_events(one, hardware, results, settle, stages, sizes)
-    return TracedLoop(plant, law, control, method, gains, len(moved.behind), one.desired, parts)
+    return TracedLoop(plant, law, control, method, gains, varying, len(moved.behind), one.desired, parts)
 
 
 def _with_events(

@@ -28,25 +28,34 @@ class Tracing:
 
     Attributes:
         q, v: position variables and actuated velocities.
-        gains, parameters: what each run has of its own.
+        gains, parameters, hardware: what each run has of its own.
         traced: the plant's state.
         desired: the reference.
     """
 
-    def __init__(self, plant: Compiled, law: Law, mechanism: Mechanism, gains: tuple[str, ...]) -> None:
+    def __init__(
+        self,
+        plant: Compiled,
+        law: Law,
+        mechanism: Mechanism,
+        gains: tuple[str, ...],
+        varying: tuple[str, ...] = (),
+    ) -> None:
         self.plant, self.law = plant, law
         n, graph = plant.n, Graph()
         self.graph = graph
         self.q, self.v = graph.symbols(plant.source.positions), graph.symbols(n)
         self.gains = {name: graph.symbols(n) for name in gains}
         self.parameters = graph.symbols(len(plant.options.parameters))
+        self.hardware = {name: graph.symbols(n) for name in varying}
         self.traced = plant.source.state(graph, self.q, self.parameters)
         self.desired = TracedDesired(graph, n, mechanism)
 
     @property
     def given(self) -> list[Expression]:
         """The arguments that are each run's own."""
-        return [*(x for xs in self.gains.values() for x in xs), *self.parameters]
+        own = (*self.gains.values(), self.parameters, *self.hardware.values())
+        return [x for xs in own for x in xs]
 
     def answer(
         self, q: Sequence[Number], v: Sequence[Number], memory: Sequence[Expression], limits: Array | None

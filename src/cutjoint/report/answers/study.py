@@ -75,7 +75,7 @@ def box_drawing(summary: StudySummary, column: str) -> Drawing:
         axes: Axes = figure.subplots()
         for place, one in enumerate(own):
             low, left, middle, right, high = (one.quantiles / factor).tolist()
-            axes.barh(place, right - left, 0.55, left, color="#cfe3f2", edgecolor=BLUE, linewidth=1.5)
+            axes.barh(place, right - left, 0.55, left, color=f"{BLUE}40", edgecolor=BLUE, linewidth=1.5)
             axes.plot([middle, middle], [place - 0.275, place + 0.275], color=ORANGE, linewidth=2.5)
             for near, far in ((left, low), (right, high)):
                 axes.plot([near, far], [place, place], color=BLUE, linewidth=1.5)

@@ -14,7 +14,6 @@ They are written once, for `run` on arrays of floats and for compiled loops on a
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -88,9 +87,6 @@ class LoopEquations:
 
     def __init__(self, fitted: Fitted, fn: Entrywise = FLOATS) -> None:
         self.fitted, self.fn = fitted, fn
-        self._alpha = 1.0
-        if fitted.cutoff is not None:
-            self._alpha = -math.expm1(-2.0 * math.pi * fitted.cutoff * fitted.period)
 
     def read(self, q: Array, v: Array, normals: Array | None) -> tuple[Array, Array]:
         """What the sensors say of position and speed; `normals` are standard normal numbers, shape (channels,)."""
@@ -126,7 +122,7 @@ class LoopEquations:
         if memory.speeds:
             return memory._replace(last=reading, speed=memory.speeds[-1])
         raw = (reading - memory.last) * self.fitted.rate
-        speed = raw if self.fitted.cutoff is None else memory.speed + self._alpha * (raw - memory.speed)
+        speed = raw if self.fitted.cutoff is None else memory.speed + self.fitted.filter_part * (raw - memory.speed)
         return memory._replace(last=reading, speed=speed)
 
     def saturated(self, asked: Array) -> Array:

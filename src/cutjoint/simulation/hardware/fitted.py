@@ -8,6 +8,7 @@ import numpy as np
 
 from cutjoint.arrays import Array, readonly
 from cutjoint.errors import InputError
+from cutjoint.simulation.hardware.numbers import filter_part
 from cutjoint.simulation.hardware.values import Backlash, Differences, Each, Hardware, Tachometer
 
 
@@ -31,6 +32,7 @@ class Fitted:
         at_motor: whether the sensors sit before the play of the gear.
         differences: whether speeds are differences of positions.
         cutoff: of their filter [Hz].
+        filter_part: what of a new difference it takes in a period; a number, or one an actuator.
         speed_noise: of the tachometer.
         limits, command_step: of the drive.
         stall, no_load_speed: of the motor.
@@ -50,6 +52,7 @@ class Fitted:
         self.step = _fit("resolution of the encoder", encoder.resolution, n)
         self.differences = isinstance(speed, Differences)
         self.cutoff = speed.cutoff if isinstance(speed, Differences) else None
+        self.filter_part: float | Array = 1.0 if self.cutoff is None else filter_part(self.cutoff, self.period)
         tachometer = speed.noise if isinstance(speed, Tachometer) else 0.0
         self.speed_noise = _or_none(_fit("noise of the tachometer", tachometer, n))
         self.limits = _fit("limits", drive.limits, n)
