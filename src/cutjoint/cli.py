@@ -14,6 +14,7 @@ import typer
 
 from cutjoint import interrupts
 from cutjoint.commands.failing import complain, failed
+from cutjoint.commands.helping import CommandAsWritten
 from cutjoint.commands.stopping import told
 
 HEADINGS = {
@@ -50,7 +51,8 @@ app = typer.Typer(
 for _heading, _names in HEADINGS.items():
     for _name in _names:
         _command = import_module(f"cutjoint.commands.{_name}").command
-        app.command(_name, help=_flowing(_command.__doc__ or ""), rich_help_panel=_heading)(told(_command))
+        _about = _flowing(_command.__doc__ or "")
+        app.command(_name, cls=CommandAsWritten, help=_about, rich_help_panel=_heading)(told(_command))
 
 
 def _version(wanted: bool) -> None:
