@@ -179,7 +179,8 @@ def chosen_maps(names: Sequence[str], survey: Exploring) -> tuple[str, ...]:
     led, actuators = len(survey.goals.task.rows), len(survey.robot.actuators)
     if names and (survey.goals.free or led != actuators):
         raise InputError(
-            f"maps need as many actuators ({actuators} here) as the task has coordinates ({led} here): leave the maps out"
+            f"maps need as many actuators ({actuators} here) as the task has coordinates ({led} here): "
+            "leave the maps out"
         )
     places = any(row < 3 for row in survey.goals.task.rows)
     for name in names:

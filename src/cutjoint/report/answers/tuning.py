@@ -113,12 +113,13 @@ def _mark(size: Axes, turn: Axes, margins: ActuatorMargins, omega: Array, loop: 
     if math.isfinite(margins.gain_at) and math.isfinite(margins.gain):
         at = -20.0 * math.log10(margins.gain)
         size.plot([margins.gain_at] * 2, [0.0, at], color=INK, linewidth=2.5)
-        words = f"{abs(at):.1f} dB at {margins.gain_at:.3g} rad/s"
+        words = f"{abs(at):.1f} dB at {margins.gain_at:.4g} rad/s"
         _say(size, words, (margins.gain_at, 0.0), (4, 10), "right")
 
 
 def _say(axis: Axes, words: str, at: tuple[float, float], away: tuple[int, int], side: str) -> None:
-    axis.annotate(words, at, away, textcoords="offset points", va="center", ha=side)
+    paper = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
+    axis.annotate(words, at, away, textcoords="offset points", va="center", ha=side, bbox=paper)
 
 
 def _worst(row: JudgedGains) -> int:
