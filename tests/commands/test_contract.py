@@ -536,7 +536,7 @@ def judge(ended: Ended, status: int, *, as_json: bool) -> None:
         assert all(one.isprintable() or one == "\n" for one in text)
     if as_json:
         assert ended.out[0] in "{["
-        json.loads(ended.out)
+        json.loads(ended.out, parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
     else:
         assert too_broad(ended.out) == []
         assert [line for line in ended.out.splitlines() if line != line.rstrip()] == []
