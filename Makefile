@@ -42,6 +42,8 @@ demo: setup
 	  '$(BIN)/cutjoint play out/run.npz' 'that simulation in the browser' \
 	  '$(BIN)/cutjoint plot out/run.npz' 'its curves as a picture, out/run.svg' \
 	  '$(BIN)/cutjoint report out/run.npz' 'all about it as a page, out/run.html' \
+	  '$(BIN)/cutjoint workspace omega3 -o out/space.png' 'where its tool can be, as a picture' \
+	  '$(BIN)/cutjoint size omega3 --bearings' 'what its motors and bearings must give' \
 	  '$(BIN)/cutjoint new my_robot -o out/my_robot' 'a robot of your own, from a template' \
 	  '. $(BIN)/activate' 'puts cutjoint on the path of this shell' \
 	  '$(BIN)/cutjoint --install-completion' 'the Tab key completes commands and robots'

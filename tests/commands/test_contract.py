@@ -24,9 +24,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+import typer.main
 from kit.regions import region
 
-from cutjoint.cli import COMMANDS, main
+from cutjoint.cli import COMMANDS, app, main
 from cutjoint.commands import progress
 from cutjoint.control import law
 from cutjoint.description import catalogue
@@ -47,6 +48,8 @@ duration = 0.02
 controller = { name = "pd" }
 vary = [{ path = "payload", uniform = [0.0, 1.0] }, { path = "gains.kp", relative = 0.1 }]
 """
+HELPS = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+"""Command -> its arguments and options."""
 ODD = "[red]漢 crank[/]"
 
 USUAL: dict[str, list[tuple[str, int]]] = {
@@ -550,7 +553,7 @@ def judge(ended: Ended, status: int, *, as_json: bool) -> None:
         assert all(one.isprintable() or one == "\n" for one in text)
     if as_json:
         assert ended.out[0] in "{["
-        json.loads(ended.out)
+        json.loads(ended.out, parse_constant=lambda text: pytest.fail(f"{text} is no JSON"))
     else:
         assert too_broad(ended.out) == []
         assert [line for line in ended.out.splitlines() if line != line.rstrip()] == []
@@ -607,6 +610,11 @@ def test_help_fits_and_is_plain(command: str, cutjoint: Cutjoint) -> None:
     assert "\x1b" not in ended.out
     assert too_broad(ended.out) == []
     assert command or all(name in ended.out for name in (*COMMANDS, "--install-completion", "Exit status"))
+    if command:
+        shown = re.sub(r"[│\s]+", "", ended.out)
+        told = [getattr(one, "help", None) or "" for one in HELPS[command].params]
+        units = [unit.replace(" ", "") for text in told for unit in re.findall(r"\[[^],:][^],]*\]", text)]
+        assert [unit for unit in units if unit not in shown] == []  # not taken for markup
 
 
 def test_odd_names_of_joints_are_printed_as_they_are(cutjoint: Cutjoint, folder: Path) -> None:

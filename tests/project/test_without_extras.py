@@ -55,6 +55,14 @@ duration = 0.01
 controller = { name = "pd" }
 vary = [{ path = "payload", uniform = [0.0, 1.0] }]
 """
+ORDER = """robot = "fourbar"
+[[vary]]
+path = "links.crank_link.mass"
+range = [0.1, 0.9]
+[[want]]
+quantity = "mass"
+goal = "least"
+"""
 
 
 class World:
@@ -70,6 +78,8 @@ class World:
         (folder / "robot.yaml").write_text("closed_loop: []\n")
         (folder / "study.toml").write_text(STUDY)
         (folder / "indices.toml").write_text(STUDY.replace("random", "saltelli"))
+        (folder / "order.toml").write_text(ORDER)
+        (folder / "front.toml").write_text(f'{ORDER}[[want]]\nquantity = "effort"\ngoal = "least"\n')
         (folder / "robot.urdf").write_text('<robot name="r"><link name="base"/></robot>')
 
     def run(self, hidden: Sequence[str], *words: str) -> subprocess.CompletedProcess[str]:
@@ -153,14 +163,21 @@ NEEDS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("compile", "fourbar"),
         ("accuracy", "fourbar", "-t", "tool.x=1mm", "--exact"),
         ("study", "study.toml"),
+        ("workspace", "fourbar"),
     ),
     "matplotlib": (
         ("reproduce", "cpm", "--output", "page"),
         ("plot", "run.npz", "-o", "run.svg"),
         ("stiffness", "fourbar", "--actuator", "1e3", "-o", "x.png"),
         ("accuracy", "fourbar", "-t", "tool.x=1mm", "-o", "x.png"),
+        ("workspace", "fourbar", "-o", "x.png"),
+        ("size", "fourbar", "-o", "x.png"),
+        ("retime", "fourbar", "--effort", "9", "-o", "x.png"),
+        ("synthesise", "order.toml", "-o", "better"),
     ),
-    "pyarrow": (("study", "study.toml"),),
+    "pyarrow": (("study", "study.toml"), ("workspace", "fourbar", "--save", "x.parquet")),
+    "skimage": (("workspace", "omega3", "--surface", "x.stl"),),
+    "optuna": (("synthesise", "front.toml"), ("tune", "fourbar", "--by", "optimise", "--method", "optuna")),
     "SALib": (("study", "indices.toml"),),
     "distributed": (("study", "study.toml", "--scheduler", "tcp://127.0.0.1:1"),),
     "ruckig": (("retime", "fourbar", "--to", "crank=0.5", "--acceleration", "9", "--jerk", "90"),),
@@ -188,7 +205,9 @@ WITHOUT_ANY: tuple[tuple[str, ...], ...] = (
     ("states", "run.npz", "-o", "run.jsonl"),
     ("stiffness", "fourbar", "--actuator", "1e3"),
     ("accuracy", "fourbar", "-t", "tool.x=1mm"),
+    ("size", "fourbar", "--trajectory", "hold"),
     ("retime", "fourbar", "--effort", "9"),
+    ("synthesise", "order.toml", "--designs", "3"),
 )
 """Commands that need none."""
 

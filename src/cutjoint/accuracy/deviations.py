@@ -115,6 +115,8 @@ def deviating(robot: RobotDescription, given: Deviations) -> tuple[tuple[ErrorSo
 
 def _resolved(robot: RobotDescription, names: list[str]) -> list[tuple[ErrorSource, str]]:
     """Every number with the name by which it was meant; exact names go before patterns."""
+    if robot.tool is None:
+        raise InputError(f"{robot.name} has no tool frame; name one under [tool] in its loops.toml")
     every = {str(path): path for path in every_path(robot) if _moves(robot, path)}
     every |= {f"{ACTUATORS}.{name}": Path(ACTUATORS, name, "") for name in robot.actuators}
     groups = [

@@ -150,7 +150,7 @@ def command(
             say(text)
         for path in (output, csv):
             if path is not None:
-                say(f"written: {path}")
+                say(f"wrote {path}")
     if sized.too_small(found):
         raise typer.Exit(1)
 

@@ -271,7 +271,8 @@ class _Work:
         if self.way.rests > 0.0:
             told.append(f"the trajectory stood still for {self.way.rests:.4g} s meanwhile, which is left out")
         if len(self.way.pieces) > 1:
-            told.append(f"the way has {len(self.way.pieces) - 1} corners, where any motion must stop")
+            corners = len(self.way.pieces) - 1
+            told.append(f"the way has {corners} corner{'s' * (corners > 1)}, where any motion must stop")
         return Retimed(
             self.robot.name,
             best.motion,

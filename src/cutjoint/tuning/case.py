@@ -260,8 +260,8 @@ def _compiled(robot: Mechanism, *, carries: bool) -> Compiled:
         raise InputError(f"no loop can be tuned at the home of {robot.name}, which is singular: {error}") from error
     except ActuationError as error:
         raise InputError(
-            f"{error}. A law in actuated coordinates needs actuators that determine the motion: add some to the "
-            "description of the robot, one for each motion that is left"
+            f"{error}. A law in actuated coordinates needs as many actuators as there are motions: change them in the "
+            "description of the robot"
         ) from error
     return cast("Compiled", made)
 

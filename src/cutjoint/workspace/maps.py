@@ -173,20 +173,23 @@ def chosen_maps(names: Sequence[str], survey: Exploring) -> tuple[str, ...]:
         UnknownNameError: there is none of a name.
         InputError: this robot cannot have it, or a name is given twice.
     """
-    places = any(row < 3 for row in survey.goals.task.rows)
     for name in names:
         if name not in MAPS:
             raise UnknownNameError("map", name, list(MAPS))
+    led, actuators = len(survey.goals.task.rows), len(survey.robot.actuators)
+    if names and (survey.goals.free or led != actuators):
+        raise InputError(
+            f"maps need as many actuators ({actuators} here) as the task has coordinates ({led} here): "
+            "leave the maps out"
+        )
+    places = any(row < 3 for row in survey.goals.task.rows)
+    for name in names:
         if MAPS[name].of_places and not places:
             raise InputError(
                 f"map {name} is of forces and speeds of the tool point, which {survey.robot.name} does not lead"
             )
         if MAPS[name].of_chains and not isinstance(survey.robot, CompiledChain):
             raise InputError(f"map {name} is of closed chains; {survey.robot.name} is a reduced model")
-        if survey.goals.free:
-            raise InputError(
-                f"maps need a task of as many coordinates as there are actuators; {survey.robot.name} has another"
-            )
     if len(set(names)) < len(names):
         raise InputError(f"a map is asked for twice among {', '.join(names)}")
     return tuple(names)

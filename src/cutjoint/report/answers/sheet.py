@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cutjoint.errors import InputError, shown
+from cutjoint.extras import needed
 from cutjoint.files import check_place, write_whole
 from cutjoint.report.figures import SETTINGS, Drawing, plotting
 
@@ -48,7 +49,9 @@ def check_picture(path: Path) -> None:
 
     Raises:
         InputError: the suffix is no format of a picture, or nothing can be written there.
+        MissingPackageError: matplotlib is not installed.
     """
+    needed("matplotlib", "a picture")
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"'{path}': pictures are written as {' or '.join(SUFFIXES)}, found '{path.suffix}'")
     check_place(path)
