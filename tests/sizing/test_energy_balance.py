@@ -13,7 +13,7 @@ import cutjoint
 from cutjoint.chain import ClosedChain
 from cutjoint.errors import ActuationError
 from cutjoint.mechanism import Load, kinetic_energy
-from cutjoint.motion import Reference
+from cutjoint.motion import JointSpline, Reference
 from cutjoint.motion.catalogue import trajectory
 from cutjoint.sizing import size
 from cutjoint.sizing.chebyshev import CLOSE_UP, POINTS, TO_CLOSE_UP, WEIGHTS, between
@@ -115,3 +115,16 @@ def test_the_published_model_says_the_same(name: str) -> None:
         assert a.rms_effort == pytest.approx(b.rms_effort, rel=1e-6)
         assert a.effort.value == pytest.approx(b.effort.value, rel=1e-6)
     assert max(one.balance, other.balance) < EXACT
+
+
+@pytest.mark.slow
+def test_a_spline_of_many_knots_is_the_motion_through_which_it_goes() -> None:
+    robot = cutjoint.load("fivebar")
+    swing = Reference(trajectory("about-home", robot), robot)
+    times = np.linspace(0.0, swing.duration, 801)
+    knots = Reference(JointSpline(times, np.array([swing.at(float(t)).q for t in times])), robot)
+    smooth, fine = (size(robot, one).worst for one in (swing, knots))
+    for one, other in zip(smooth, fine, strict=True):
+        assert np.isclose(one.rms_effort, other.rms_effort, rtol=1e-3)
+        assert np.isclose(abs(one.effort.value), abs(other.effort.value), rtol=2e-2)
+        assert np.isclose(one.given, other.given, rtol=1e-3)

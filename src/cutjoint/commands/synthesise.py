@@ -9,9 +9,9 @@ import typer
 
 from cutjoint import interrupts
 from cutjoint.commands import options
-from cutjoint.commands.failing import complain
 from cutjoint.commands.output import print_json, say, show, write_path
 from cutjoint.commands.progress import progress
+from cutjoint.commands.stopping import stopped
 
 if TYPE_CHECKING:
     from cutjoint.synthesis import Synthesis
@@ -38,7 +38,7 @@ def command(
     is wanted: workspace, stiffness, isotropy, effort, power, cycle time, mass. With several goals the front of designs
     that none beats is searched, with one goal the best design. Exit status 1: no design does.
     """
-    from cutjoint.errors import Interrupted
+    from cutjoint.errors import InputError, Interrupted
     from cutjoint.extras import needed
     from cutjoint.synthesis import read_order, synthesise
     from cutjoint.synthesis.keeping import check_folder, keep
@@ -48,6 +48,9 @@ def command(
         check_folder(out)
         needed("matplotlib", "the report of a synthesis")
     count, start = designs or order.designs, order.seed if seed is None else seed
+    if take is not None and take >= count:
+        raise InputError(f"--take must be one of the designs 0 to {count - 1}, found {take}")
+    halted = False
     with interrupts.keeping():
         try:
             with progress(f"{order.problem.robot.name}: designs", count, "designs") as told:
@@ -55,8 +58,7 @@ def command(
         except Interrupted as stop:
             if out is None:
                 raise
-            found = stop.result  # type: ignore[assignment]
-            complain(f"warning: {stop}")
+            found, halted = stop.result, True  # type: ignore[assignment]
         status = 0 if found.front else 1
         taken = _taken(found, take)
         if out is not None and taken is not None:
@@ -71,7 +73,7 @@ def command(
         _tell(found, taken)
         for one in written:
             write_path(one)
-    raise typer.Exit(status)
+    raise stopped(f"{len(found.designs)} of {count} designs were judged") if halted else typer.Exit(status)
 
 
 def _taken(found: Synthesis, take: int | None) -> int | None:

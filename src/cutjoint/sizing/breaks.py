@@ -19,6 +19,8 @@ SMALL = 1e-9
 """Part of the largest acceleration that is none."""
 HALVINGS = 60
 MOST_JUMPS = 500
+MOST_KNOTS = 300
+"""Of a spline, up to which every knot ends a piece; of more, pieces go over them."""
 
 
 def breaks_of(trajectory: Trajectory, duration: float) -> Array:
@@ -31,6 +33,16 @@ def breaks_of(trajectory: Trajectory, duration: float) -> Array:
         if not kept or t - kept[-1] > 1e-9 * duration:
             kept.append(t)
     return np.array(kept)
+
+
+def is_fine(trajectory: Trajectory) -> bool:
+    """Whether it is a spline of so many knots that pieces go over them."""
+    return len(_times(trajectory)) > MOST_KNOTS
+
+
+def _times(trajectory: Trajectory) -> Array:
+    times = getattr(trajectory, "times", None)
+    return times if isinstance(times, np.ndarray) else np.zeros(0)
 
 
 def acceleration(trajectory: Trajectory, t: float) -> Array:
@@ -78,9 +90,8 @@ def _followed(trajectory: Trajectory, low: float, high: float, least: float) -> 
 def _knots(trajectory: Trajectory, repeats: int) -> list[float]:
     """Knots of splines, ends of blends at corners, and ends of ways that repeat."""
     own = [0.0, trajectory.duration]
-    times = getattr(trajectory, "times", None)
-    if isinstance(times, np.ndarray):
-        own += times.tolist()
+    if not is_fine(trajectory):
+        own += _times(trajectory).tolist()
     corners = getattr(trajectory, "corners", None)
     blend, seconds = getattr(corners, "blend", None), getattr(corners, "seconds", None)
     if isinstance(blend, float) and isinstance(seconds, np.ndarray):

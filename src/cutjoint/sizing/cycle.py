@@ -18,9 +18,9 @@ import numpy as np
 from cutjoint.arrays import Array
 from cutjoint.mechanism import Actuator, kinetic_energy
 from cutjoint.motion import Reference
-from cutjoint.sizing.breaks import breaks_of
+from cutjoint.sizing.breaks import breaks_of, is_fine
 from cutjoint.sizing.moving import Mover
-from cutjoint.sizing.pieces import SmoothPiece, SmoothWay, way_of
+from cutjoint.sizing.pieces import FINE_RELATIVE, RELATIVE, SmoothPiece, SmoothWay, way_of
 from cutjoint.sizing.values import Course, Duty, Extreme, SizedCycle
 
 NOISE = 1e-6
@@ -99,6 +99,7 @@ def sized_cycle(mover: Mover, reference: Reference, name: str) -> tuple[SizedCyc
         scales,
         breaks_of(trajectory, duration),
         duration,
+        FINE_RELATIVE if is_fine(trajectory) else RELATIVE,
     )
     course = Course.joined([piece.course for piece in way.pieces])
     n = len(actuators)

@@ -19,6 +19,8 @@ from cutjoint.sizing.values import Course
 RELATIVE = 1e-9
 """By how much the two orders may differ, beside an integral or, where that is small, beside SLIGHT times the greatest
 that it might be."""
+FINE_RELATIVE = 1e-5
+"""The same over a spline of very many knots, at each of which its third derivative jumps."""
 SLIGHT = 1e-3
 INSIDE = 1e-12
 """Part of the whole time by which the ends of a piece are looked at inside it: on its own side of a jump."""
@@ -83,7 +85,12 @@ class SmoothWay:
 
 
 def way_of(
-    evaluate: Evaluate, integrands: Integrands, scales: Callable[[Course], Array], breaks: Array, duration: float
+    evaluate: Evaluate,
+    integrands: Integrands,
+    scales: Callable[[Course], Array],
+    breaks: Array,
+    duration: float,
+    relative: float = RELATIVE,
 ) -> SmoothWay:
     """The way divided so that all integrals are right.
 
@@ -93,6 +100,7 @@ def way_of(
         scales: greatest sizes that the integrands might have, of a course with the extremes, shape (k,).
         breaks: instants at which the motion is not smooth [s].
         duration: of the way [s].
+        relative: by how much the two orders may differ.
     """
     edges = np.concatenate([[0.0], breaks, [duration]])
     spans = np.diff(edges)
@@ -109,7 +117,7 @@ def way_of(
         everything = [*done, *fresh]
         sizes = sum((piece.integral(np.abs(integrands(piece.course))) for piece in everything), np.zeros(()))
         bound = SLIGHT * duration * scales(Course.joined([piece.course for piece in everything]))
-        allowed = RELATIVE * np.maximum(sizes, bound)
+        allowed = relative * np.maximum(sizes, bound)
         todo = []
         full = len(everything) >= MOST
         for piece in fresh:

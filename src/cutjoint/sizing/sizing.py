@@ -127,7 +127,7 @@ def size(
 def _warn(robot: str, cycles: Sequence[SizedCycle]) -> None:
     """Say where work and energies do not balance."""
     for one in cycles:
-        if one.balance > UNBALANCED:
+        if one.balance > max(UNBALANCED, one.error):
             warnings.warn(
                 f"{robot} along '{one.name}': the work of the actuators misses the energies by {one.balance:.2g} of "
                 "what moves; is the velocity of the trajectory the derivative of its position?",
