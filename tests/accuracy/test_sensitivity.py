@@ -338,10 +338,10 @@ def test_a_file_says_it_all(tmp_path: Path) -> None:
     assert found.warm == {"left_distal": 15.0}
     assert not found.empty
     for text, kind in (
-        ("[tolerance]\n'tool.x' = 1", UnknownNameError),
+        ("[tolerance]\n'tool.x' = 1", InputError),
         ("[tolerances]\n'tool.x' = '1 deg'", InputError),
         ("[tolerances]\n'tool.*' = '1 mm'", InputError),
-        ("[tolerances]\n'tool.x' = { sgma = 1 }", UnknownNameError),
+        ("[tolerances]\n'tool.x' = { sgma = 1 }", InputError),
         ("[tolerances]\n'tool.x' = { sigma = 1, within = 1 }", InputError),
         ("[backlash]\nleft = 1", UnknownNameError),
         ("[warm]\n'*' = '1 deg'", InputError),

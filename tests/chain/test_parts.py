@@ -163,6 +163,7 @@ ONE_PLACE = {
     r"pin\.(rnea|aba|crba|compute\w+|forwardKinematics|center\w+|nonLinear\w+|integrate|difference|normalize)\(": {
         "tree.py",
         "rigid.py",
+        "collisions.py",
     },
     r"\b(?:k|kinematics|tree)\.data\b": set(),
 }

@@ -191,7 +191,15 @@ def test_readme_shows_both_commands_on_its_first_screen() -> None:
     assert "make test" in first
 
 
-@pytest.mark.parametrize("file", shown("python"), ids=ids)
+LONG = ("workspace", "synthesis", "tuning", "retiming", "studies", "sizing", "accuracy", "stiffness")
+"""Pages whose Python takes seconds."""
+
+
+@pytest.mark.parametrize(
+    "file",
+    [pytest.param(one, marks=pytest.mark.slow) if one.stem in LONG else one for one in shown("python")],
+    ids=ids,
+)
 def test_python_runs(file: Path, tmp_path: Path) -> None:
     run = run_python(file.read_text(encoding="utf-8"), file.name, workplace(tmp_path))
     assert run.returncode == 0, run.stderr[-3000:]

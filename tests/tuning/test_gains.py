@@ -176,5 +176,5 @@ def test_what_cannot_be_tuned_is_told():
     for make in (lambda: PolePlacement(0.0), lambda: PolePlacement(20.0, -0.1), lambda: GainSearch(trials=3)):
         with pytest.raises(InputError):
             make()
-    with pytest.raises(InputError, match="add some to the description"):
+    with pytest.raises(InputError, match="change them in the description"):
         TuningCase(cutjoint.load("underactuated"), "pd", reference)

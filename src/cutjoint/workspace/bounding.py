@@ -15,8 +15,8 @@ from cutjoint.workspace.filling import Filled
 from cutjoint.workspace.goals import Goals
 from cutjoint.workspace.lattice import Lattice
 
-COARSE = 25
-"""Cells along an axis of a coarse filling."""
+COARSE, SLOW_COARSE = 25, 11
+"""Cells along an axis of a coarse filling; of a robot that is asked posture by posture."""
 FEWEST = 5
 """Cells across a workspace from which on a coarse filling tells how far it goes."""
 TRIES = 24
@@ -90,18 +90,21 @@ def _check(filler: Filler, cells: int, count: float, axes: int, part: float = 1.
         )
 
 
-def lattice_for(filler: Filler, goals: Goals, limits: Mapping[str, Range], cells: int, stride: Array) -> Lattice:
+def lattice_for(
+    filler: Filler, goals: Goals, limits: Mapping[str, Range], cells: int, stride: Array, coarse: int = COARSE
+) -> Lattice:
     """A lattice over all that is reached, `cells` along its longest axis (of the places, and of the turns).
 
     Args:
         limits: what bounds it from outside.
         stride: breadth of a cell to begin with, shape (axes,), [m] or [rad].
+        coarse: cells along an axis of the coarse fillings.
 
     Raises:
         InputError: it goes on without end, nothing is reached, or it would not fit into memory.
     """
     bounds = [limits.get(name, (-math.inf, math.inf)) for name in goals.names]
-    ranges = _found(filler, goals, bounds, stride)
+    ranges = _found(filler, goals, bounds, stride, coarse)
     breadths = np.array([high - low for low, high in ranges])
     steps = np.zeros(len(ranges))
     for unit in set(goals.units):
@@ -112,15 +115,15 @@ def lattice_for(filler: Filler, goals: Goals, limits: Mapping[str, Range], cells
     return _over(ranges, bounds, shape.astype(int).tolist())
 
 
-def _found(filler: Filler, goals: Goals, bounds: Sequence[Range], stride: Array) -> list[Range]:
+def _found(filler: Filler, goals: Goals, bounds: Sequence[Range], stride: Array, coarse: int) -> list[Range]:
     """How far it goes along every axis, a cell of a coarse filling wider than was reached."""
-    half = 0.5 * COARSE * stride
+    half = 0.5 * coarse * stride
     ranges = [
         (low, high) if math.isfinite(low) else (here - one, here + one)
         for (low, high), here, one in zip(bounds, filler.at.tolist(), half.tolist(), strict=True)
     ]
     for _ in range(TRIES):
-        filled = filler.fill(_over(ranges, bounds, [COARSE] * len(ranges)), coarse=True)
+        filled = filler.fill(_over(ranges, bounds, [coarse] * len(ranges)), coarse=True)
         steps, touched = filled.lattice.steps, filled.touched
         if not filled.inside.any():
             ranges = [

@@ -13,7 +13,7 @@ from cutjoint.compile import CompiledChain, compiled
 from cutjoint.doors import door
 from cutjoint.errors import CutjointError, InputError
 from cutjoint.mechanism import JointLimits, Mechanism, Posture
-from cutjoint.workspace.bounding import check_memory, filled_whole, lattice_for
+from cutjoint.workspace.bounding import COARSE, SLOW_COARSE, check_memory, filled_whole, lattice_for
 from cutjoint.workspace.exploring import Assembly, Exploring, Question, surveyed
 from cutjoint.workspace.filling import Filled, Told
 from cutjoint.workspace.lattice import Lattice, Numbers
@@ -89,7 +89,9 @@ def filled_for(survey: Exploring, cells: int | None) -> Filled:
     usual = PUBLISHED_CELLS if survey.walker is None else SLOW_CELLS if survey.is_slow else CELLS
     count = usual if cells is None else cells
     check_memory(survey.filler, len(survey.goals.names), count)
-    lattice = lattice_for(survey.filler, survey.goals, survey.limits, count, survey.stride)
+    coarse = SLOW_COARSE if survey.is_slow else COARSE
+    stride = survey.stride * (COARSE / coarse)
+    lattice = lattice_for(survey.filler, survey.goals, survey.limits, count, stride, coarse)
     return cropped(filled_whole(survey.filler, lattice))
 
 
