@@ -343,7 +343,7 @@ def test_a_file_says_it_all(tmp_path: Path) -> None:
         ("[tolerances]\n'tool.*' = '1 mm'", InputError),
         ("[tolerances]\n'tool.x' = { sgma = 1 }", InputError),
         ("[tolerances]\n'tool.x' = { sigma = 1, within = 1 }", InputError),
-        ("[backlash]\nleft = 1", UnknownNameError),
+        ("[backlash]\nleft = 1", InputError),
         ("[warm]\n'*' = '1 deg'", InputError),
         ("[expansion]\n'*' = true", InputError),
     ):
