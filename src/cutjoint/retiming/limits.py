@@ -107,9 +107,14 @@ def limits_of(
 
     Args:
         robot: whose actuators they are.
-        speed, acceleration, jerk, effort, power: one number, a number each, or some by name; `numpy.inf` is no limit.
-            Speeds and efforts that are not given are those of the robot's description, where it tells any.
-        tool_speed, tool_acceleration: of the tool point [m/s], [m/s2].
+        speed: largest [m/s] or [rad/s]: one number, a number each, or some by name, and so are those below;
+            `numpy.inf` is no limit.  Where none is given, those of the robot's description, if it tells any.
+        acceleration: largest [m/s2] or [rad/s2].
+        jerk: largest [m/s3] or [rad/s3].
+        effort: largest [N] or [N m]; where none is given, those of the description.
+        power: largest [W].
+        tool_speed: of the tool point [m/s].
+        tool_acceleration: of the tool point [m/s2].
 
     Raises:
         InputError: a limit is not > 0, there are too many or too few, or nothing limits the acceleration.

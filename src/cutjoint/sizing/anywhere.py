@@ -89,9 +89,10 @@ def size_anywhere(
 
     Args:
         robot: any robot with a task.
-        tool_speed, tool_acceleration: largest of the tool point [m/s], [m/s2].
-        turn_speed, turn_acceleration: largest of the tool's turning [rad/s], [rad/s2]; where rotations are led they are
-            needed, elsewhere there are none.
+        tool_speed: largest of the tool point [m/s].
+        tool_acceleration: largest of the tool point [m/s2].
+        turn_speed: largest of the tool's turning [rad/s]; needed where rotations are led, elsewhere there is none.
+        turn_acceleration: largest of the tool's turning [rad/s2], likewise.
         payload: mass at the tool [kg].
         loads: from outside, the same everywhere.
         condition: worst condition of the task's Jacobian, in the robot's own units; nearer to singular postures, where

@@ -162,7 +162,8 @@ def run_study(
     """Run a study, or go on with one that was interrupted or killed, and give its folder.
 
     Args:
-        study, out, options: see `begun`.
+        study: see `begun`, as all that is not told here.
+        out: see `begun`.
         progress: hears how many runs are done.
 
     Raises:

@@ -164,11 +164,10 @@ def workspaces(
 ) -> tuple[Workspace, ...]:
     """The workspaces of all working modes of a chain, that of home first: each is joined with one of the postures that
     hold the tool as home does (`ClosedChain.working_modes`).  Those that cannot have what is held are left out, which
-    the first one tells.
+    the first one tells.  All but the robot is as of `workspace`.
 
     Args:
         robot: the chain.
-        axes, held, cells, assembly, limits, maps, told: as of `workspace`.
 
     Raises:
         InputError, UnknownNameError, ActuationError, UnreachableError, LimitError, SingularError: as of `workspace`.

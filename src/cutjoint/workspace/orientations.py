@@ -46,11 +46,12 @@ def orientation_workspace(
     """Where the tool can be in some, or in all, orientations of a set: as at the start, and turned from there by `tilt`
     [rad] to either side of every led turn that is not held, and of their sums in all directions.
 
+    All that is not told here is as of `workspace`.
+
     Args:
         robot: whose task leads places and turns.
         kind: "reachable" for some orientation of the set, "dextrous" for all.
         tilt: how far the orientations of the set are turned [rad], more than 0 and less than half a turn.
-        axes, held, cells, near, assembly, limits, told: as of `workspace`.
 
     Raises:
         InputError: the task leads no turns or no places, `tilt` or `kind` is none; and as of `workspace`.
