@@ -115,6 +115,9 @@ class StudyFolder:
         parts.mkdir(parents=True, exist_ok=True)
         self._take_lock(parts)
         try:
+            # what one that was killed left of a file that was about to take its place
+            for left in (*self.path.glob(".manifest.json.*"), *parts.glob(".part-*")):
+                left.unlink(missing_ok=True)
             known = _done(read_manifest(self.path)) if self.manifest.exists() else {}
             if known != self.done:
                 raise InputError(f"another process was at the study in '{self.path}' meanwhile; start again")
@@ -157,7 +160,10 @@ class StudyFolder:
 
     def _is_free(self) -> bool:
         """Whether there is a folder with nothing in it, or no more than a study that was killed at once has left."""
-        return self.path.is_dir() and all(one.name == "parts" and not any(one.iterdir()) for one in self.path.iterdir())
+        if not self.path.is_dir():
+            return False
+        seen = [one for one in self.path.iterdir() if not one.name.startswith(".manifest.json.")]
+        return all(one.name == "parts" and one.is_dir() and not any(one.iterdir()) for one in seen)
 
     def _take_lock(self, parts: Path) -> None:
         """Keep other processes out; the system lets them in when this one ends, however it ends."""
