@@ -191,8 +191,11 @@ def test_readme_shows_both_commands_on_its_first_screen() -> None:
     assert "make test" in first
 
 
-LONG = ("workspace", "synthesis", "tuning", "retiming", "studies", "sizing", "accuracy", "stiffness")
-"""Pages whose Python takes seconds."""
+LONG = (
+    *("workspace", "synthesis", "tuning", "retiming", "studies", "sizing", "accuracy", "stiffness"),
+    *("simulation", "plots", "formats", "motion-files"),
+)
+"""Pages whose Python, or whose many commands, take seconds."""
 
 
 @pytest.mark.parametrize(
@@ -214,7 +217,9 @@ def test_commands_run(file: Path, tmp_path: Path) -> None:
         assert run.returncode == 0, f"$ {line}\n{run.stdout[-2000:]}\n{run.stderr[-2000:]}"
 
 
-@pytest.mark.parametrize("file", shown("sh"), ids=ids)
+@pytest.mark.parametrize(
+    "file", [pytest.param(one, marks=pytest.mark.slow) if one.stem in LONG else one for one in shown("sh")], ids=ids
+)
 def test_commands_that_are_not_run_have_the_options(file: Path, tmp_path: Path) -> None:
     for line in commands(file.read_text(encoding="utf-8"), "sh", ""):
         assert run_command(line, tmp_path, ask=True).returncode == 0, line
