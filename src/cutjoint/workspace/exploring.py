@@ -192,8 +192,13 @@ def _freedoms(robot: Mechanism, task: Task) -> tuple[int, tuple[str, ...]]:
         told = f"{report.actuators} actuators drive {moves} freedoms; type-2 singularities are not looked for"
         return min(moves, len(task.names)), (told,)
     robot.chain.tangent(robot.home)
-    idle = (f"{report.idle_mobility} idle freedoms: led posture by posture",) if report.idle_mobility else ()
-    return min(robot.n, len(task.names)), idle
+    if not report.idle_mobility:
+        return min(robot.n, len(task.names)), ()
+    idle = (
+        f"{report.idle_mobility} idle freedoms: led posture by posture; singularities at which the tool turns while its "
+        "point rests are not looked for"
+    )
+    return min(robot.n, len(task.names)), (idle,)
 
 
 def _best_axes(robot: Mechanism, start: Posture, task: Task, free: int) -> tuple[str, ...]:
