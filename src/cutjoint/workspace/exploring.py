@@ -195,8 +195,8 @@ def _freedoms(robot: Mechanism, task: Task) -> tuple[int, tuple[str, ...]]:
     if not report.idle_mobility:
         return min(robot.n, len(task.names)), ()
     idle = (
-        f"{report.idle_mobility} idle freedoms: led posture by posture; singularities at which the tool turns while its "
-        "point rests are not looked for"
+        f"{report.idle_mobility} idle freedoms: led posture by posture; singularities at which the tool turns while "
+        "its point rests are not looked for"
     )
     return min(robot.n, len(task.names)), (idle,)
 
